@@ -1,4 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! See ARCHITECTURE.md.
+//! The federate and the RTI of a federation as state machines without I/O.
+//!
+//! They are given the time and decoded messages, are asked for output until there is none, and say with a
+//! `Deadline` when they next want to be called. They never read a clock, open a socket, sleep or allocate.
 #![no_std]
 #![forbid(unsafe_code)]
+
+#[cfg(test)]
+extern crate std;
+
+pub mod clock_sync;
+pub mod federate;
+mod id;
+pub mod rti;
+
+pub use id::FederateId;

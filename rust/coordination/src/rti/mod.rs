@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI (run-time infrastructure): the centre of a federation.
