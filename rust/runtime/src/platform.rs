@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
+//!
+//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking TCP over IPv4; they are named by
+//! [`SocketId`], whose generation makes a stale id an error and never another socket.
+
+use core::fmt;
+use core::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_coordination::Deadline;
+use lf_model::time::Instant;
+
+/// A socket of the platform: a place in its table, and how many sockets have had this place before.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct SocketId {
+    /// The place in the platform's table, from 0; below the number of sockets that the platform was given.
+    pub index: u16,
+    /// Counts the uses of this place, so that an id outlives its socket without naming the next one.
+    pub generation: u16,
+}
+
+/// What an event loop waits for on one socket.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Interest {
+    /// Bytes, a connection to accept, or the end of the connection.
+    pub readable: bool,
+    /// Room to write, or (after [`Platform::connect`]) the outcome of the connection attempt.
+    pub writable: bool,
+}
+
+impl Interest {
+    /// Neither; an error of the socket is then not reported either.
+    pub const NONE: Self = Self { readable: false, writable: false };
+    /// Reading only.
+    pub const READ: Self = Self { readable: true, writable: false };
+    /// Writing only.
+    pub const WRITE: Self = Self { readable: false, writable: true };
+}
+
+/// The outcome of one read or write.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Transfer {
+    /// So many bytes, at least one.
+    Bytes(usize),
+    /// Nothing now; wait for the socket.
+    WouldBlock,
+    /// The peer has closed its direction (reading), or takes nothing more (writing).
+    Closed,
+}
+
+/// An error of the network, as the system reports it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum NetError {
+    /// Nobody listens at that address.
+    Refused,
+    /// The peer reset the connection, or it timed out.
+    Reset,
+    /// No route, or the interface is down.
+    Unreachable,
+    /// The port is taken by another program.
+    AddressInUse,
+    /// The platform's table of sockets, or the system's, is full.
+    NoSocketLeft,
+    /// The id names a socket that has been closed.
+    Stale,
+    /// Anything else: the system's error number.
+    Os(i32),
+}
+
+impl fmt::Display for NetError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Refused => f.write_str("connection refused: nobody listens there (yet)"),
+            Self::Reset => f.write_str("connection reset by the peer"),
+            Self::Unreachable => f.write_str("network unreachable: check the cable, the IP address and the netmask"),
+            Self::AddressInUse => f.write_str("the port is in use by another program"),
+            Self::NoSocketLeft => f.write_str("no socket left: raise the limit of open sockets"),
+            Self::Stale => f.write_str("the socket was closed before"),
+            Self::Os(number) => write!(f, "system error {number}"),
+        }
+    }
+}
+
+impl core::error::Error for NetError {}
+
+/// The system under an event loop.
+pub trait Platform {
+    /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
+    ///
+    /// Its epoch is the platform's own: 1970 on Linux, the boot on Zephyr.
+    fn now(&mut self) -> Instant;
+
+    /// Begins to connect; wait for [`Interest::WRITE`], then ask [`Platform::connected`].
+    ///
+    /// # Errors
+    /// When the system refuses at once.
+    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError>;
+
+    /// The outcome of [`Platform::connect`], once the socket is writable.
+    ///
+    /// # Errors
+    /// The reason why it did not connect; the socket then has to be closed.
+    fn connected(&mut self, socket: SocketId) -> Result<(), NetError>;
+
+    /// Listens on a TCP port of all interfaces; port 0 lets the system choose.
+    ///
+    /// # Errors
+    /// [`NetError::AddressInUse`] when the port is taken.
+    fn listen(&mut self, port: u16) -> Result<SocketId, NetError>;
+
+    /// The port on which a listener listens.
+    ///
+    /// # Errors
+    /// When the id is stale.
+    fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError>;
+
+    /// Takes one waiting connection from a listener, or `None` when there is none.
+    ///
+    /// # Errors
+    /// [`NetError::NoSocketLeft`] when there is one, but no place for it; it then waits.
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError>;
+
+    /// Reads what has come, at most `buffer.len()` bytes.
+    ///
+    /// # Errors
+    /// When the connection broke.
+    fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError>;
+
+    /// Writes as much as the system takes now.
+    ///
+    /// # Errors
+    /// When the connection broke.
+    fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError>;
+
+    /// Closes the writing direction of a connection; what was written still reaches the peer.
+    fn shut_down_writing(&mut self, socket: SocketId);
+
+    /// Closes a socket and frees its place. A stale id is ignored.
+    fn close(&mut self, socket: SocketId);
+
+    /// Says for what [`Platform::wait`] waits on this socket; a new socket has [`Interest::NONE`].
+    fn set_interest(&mut self, socket: SocketId, interest: Interest);
+
+    /// Waits until a socket is as its interest says, or another thread wakes the loop, or `until` has come on
+    /// [`Platform::now`]'s clock; calls `ready` for each socket that is. An error or end of a connection counts as
+    /// readable and writable, whichever the interest asks for.
+    ///
+    /// May return early; must not return later than the platform's timer resolution after `until`.
+    fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
+}
