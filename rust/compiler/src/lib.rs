@@ -1,3 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! See ARCHITECTURE.md.
+//! Lingua Franca source to plan to Rust crates, Kconfig fragments and overlays.
+//!
+//! The way of a program: `syntax` parses, `resolve` follows imports and checks every reactor by itself, `instances`
+//! builds the tree of instances, `federates` cuts it, `analysis` works out orders and capacities, and the result is
+//! a [`plan`]. Nothing in here reads or writes files: texts come from a [`SourceProvider`].
 #![forbid(unsafe_code)]
+
+pub mod diagnostics;
+
+pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};

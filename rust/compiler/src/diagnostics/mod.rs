@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the compiler says about a program: errors and warnings with their places, and how they are printed.
+//!
+//! Nothing here decides whether a program is right; the other modules make [`Diagnostic`]s and collect them in
+//! [`Diagnostics`], which also owns the texts, so that it can be rendered by itself.
+
+mod code;
+mod render;
+mod source;
+mod suggest;
+
+pub use code::Code;
+pub use render::Style;
+pub use source::{FileId, Position, SourceFile, SourceMap, Span};
+pub(crate) use suggest::did_you_mean;
+
+/// How bad a diagnostic is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// The program is compiled all the same.
+    Warning,
+    /// There is no plan for this program.
+    Error,
+}
+
+/// A further place that explains the first one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// The place.
+    pub span: Span,
+    /// What is there, without a full stop.
+    pub text: String,
+}
+
+/// One thing that is wrong with a program, or that its author should know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// The stable name of this kind of diagnostic.
+    pub code: Code,
+    /// Where it is.
+    pub span: Span,
+    /// What is wrong, one sentence without a full stop.
+    pub message: String,
+    /// What is written beside the underlined text; may be empty.
+    pub label: String,
+    /// Further places.
+    pub secondary: Vec<Label>,
+    /// What to do about it.
+    pub hint: Option<String>,
+}
+
+impl Diagnostic {
+    /// A diagnostic with its place and its sentence.
+    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
+        Self { code, span, message: message.into(), label: String::new(), secondary: Vec::new(), hint: None }
+    }
+
+    /// Sets what is written beside the underlined text.
+    #[must_use]
+    pub fn label(mut self, text: impl Into<String>) -> Self {
+        self.label = text.into();
+        self
+    }
+
+    /// Adds a further place.
+    #[must_use]
+    pub fn also(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.secondary.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Sets what to do about it.
+    #[must_use]
+    pub fn hint(mut self, text: impl Into<String>) -> Self {
+        self.hint = Some(text.into());
+        self
+    }
+
+    /// Sets what to do about it, if there is something to say.
+    #[must_use]
+    pub fn hint_maybe(mut self, text: Option<String>) -> Self {
+        if text.is_some() {
+            self.hint = text;
+        }
+        self
+    }
+
+    /// Whether it forbids a plan.
+    pub fn severity(&self) -> Severity {
+        self.code.severity()
+    }
+}
+
+/// All that was said about a program, in the order of the text, with the texts.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    sources: SourceMap,
+    entries: Vec<Diagnostic>,
+}
+
+impl Diagnostics {
+    /// Adds one; the same one twice is kept once.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        if !self.entries.contains(&diagnostic) {
+            self.entries.push(diagnostic);
+        }
+    }
+
+    /// Adds several.
+    pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+        for diagnostic in diagnostics {
+            self.push(diagnostic);
+        }
+    }
+
+    /// Whether there is at least one error.
+    pub fn has_errors(&self) -> bool {
+        self.entries.iter().any(|entry| entry.severity() == Severity::Error)
+    }
+
+    /// All entries, sorted by file and place once the compilation has ended.
+    pub fn iter(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.entries.iter()
+    }
+
+    /// The number of errors and of warnings.
+    pub fn counts(&self) -> (usize, usize) {
+        let errors = self.entries.iter().filter(|entry| entry.severity() == Severity::Error).count();
+        (errors, self.entries.len() - errors)
+    }
+
+    /// Whether nothing was said.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The texts of the program.
+    pub fn sources(&self) -> &SourceMap {
+        &self.sources
+    }
+
+    pub(crate) fn sources_mut(&mut self) -> &mut SourceMap {
+        &mut self.sources
+    }
+
+    /// Sorts by file and place; entries of one place stay in the order in which they were found.
+    pub(crate) fn sort(&mut self) {
+        self.entries.sort_by_key(|entry| (entry.span.file, entry.span.start));
+    }
+
+    /// All entries as text, each with its place, the line of the program and its hint.
+    pub fn render(&self, style: Style) -> String {
+        let mut text = String::new();
+        for entry in &self.entries {
+            text.push_str(&render::render(entry, &self.sources, style));
+            text.push('\n');
+        }
+        text
+    }
+}

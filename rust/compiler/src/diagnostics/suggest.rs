@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Guesses at what a misspelt name was meant to be.
+
+/// A hint that names the candidate nearest to `name`, if one is near enough to be a slip of the keyboard.
+pub(crate) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let near = |candidate: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
+    candidates
+        .into_iter()
+        .filter(|candidate| *candidate != name)
+        .map(|candidate| (near(candidate), candidate))
+        .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count().min(name.chars().count()) / 4)
+        .min()
+        .map(|(_, candidate)| format!("did you mean `{candidate}`?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::did_you_mean;
+
+    #[test]
+    fn the_nearest_name_is_suggested_and_a_far_one_is_not() {
+        assert_eq!(did_you_mean("timout", ["fast", "timeout"]), Some("did you mean `timeout`?".into()));
+        assert_eq!(did_you_mean("zebra", ["fast", "timeout"]), None);
+    }
+}
