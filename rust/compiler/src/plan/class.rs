@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is common to all instances of a reactor: declarations and reaction bodies.
+
+use serde::{Deserialize, Serialize};
+
+use super::source::{Code, Location, Type, Value};
+
+/// A reactor that at least one federate instantiates.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReactorClass {
+    /// The name in LF; names are unique within a file, not within a program.
+    pub name: String,
+    /// Where the name is declared.
+    pub at: Location,
+    /// The comment directly before the declaration, without comment marks.
+    pub docs: Option<String>,
+    /// The reactor's preambles, in order.
+    pub preambles: Vec<Code>,
+    /// Parameters, in order of declaration.
+    pub parameters: Vec<Parameter>,
+    /// State variables, in order of declaration.
+    pub state: Vec<StateVariable>,
+    /// Inputs and outputs, in order of declaration.
+    pub ports: Vec<PortDeclaration>,
+    /// Logical and physical actions, in order of declaration.
+    pub actions: Vec<ActionDeclaration>,
+    /// Timers, in order of declaration.
+    pub timers: Vec<TimerDeclaration>,
+    /// Reactions, in order of declaration.
+    pub reactions: Vec<Reaction>,
+}
+
+/// A parameter of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub ty: Type,
+    /// Its default, which may name earlier parameters.
+    pub default: Option<Value>,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// A state variable of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StateVariable {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub ty: Type,
+    /// Its initial value, which may name the reactor's parameters; `Default::default()` if there is none.
+    pub init: Option<Value>,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// The direction of a port, seen from its own reactor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PortDirection {
+    /// `input`
+    Input,
+    /// `output`
+    Output,
+}
+
+/// An input or output of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PortDeclaration {
+    /// Its name.
+    pub name: String,
+    /// Input or output.
+    pub direction: PortDirection,
+    /// The type of its values.
+    pub ty: Type,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// An action of a reactor; its timing belongs to the instance's trigger.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActionDeclaration {
+    /// Its name.
+    pub name: String,
+    /// Whether it is a `physical action`.
+    pub physical: bool,
+    /// The type of its values, `()` when it carries none.
+    pub ty: Type,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// A timer of a reactor; its timing belongs to the instance's trigger.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimerDeclaration {
+    /// Its name.
+    pub name: String,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// A reaction of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Reaction {
+    /// Its number within the reactor, from 1.
+    pub number: usize,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Triggers, uses and effects as they are written, on one line: `reaction(t) x -> y`.
+    pub signature: String,
+    /// The variables that the body sees besides `self` and `ctx`, in the order of the signature, each once.
+    /// `startup` and `shutdown` are triggers without a variable.
+    pub parameters: Vec<ReactionParameter>,
+    /// The body.
+    pub body: Code,
+    /// The deadline's handler; the deadline's value may differ per instance and stands in the federate's reaction.
+    pub deadline: Option<Code>,
+    /// Where the keyword `reaction` stands.
+    pub at: Location,
+}
+
+/// A variable in the scope of a reaction's body.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReactionParameter {
+    /// The name that the body uses: `port`, or `child__port` for a port of a contained reactor.
+    pub name: String,
+    /// What the variable is.
+    pub kind: VariableKind,
+    /// Whether it is among the triggers.
+    pub triggers: bool,
+    /// Whether it is among the uses.
+    pub uses: bool,
+    /// Whether it is among the effects, so that the body may set or schedule it.
+    pub effect: bool,
+    /// Where it is written for the first time.
+    pub at: Location,
+}
+
+/// What a variable of a reaction stands for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VariableKind {
+    /// A port of this reactor or of a contained one.
+    Port {
+        /// The type of its values.
+        ty: Type,
+    },
+    /// A logical action.
+    LogicalAction {
+        /// The type of its values.
+        ty: Type,
+    },
+    /// A physical action.
+    PhysicalAction {
+        /// The type of its values.
+        ty: Type,
+    },
+    /// A timer.
+    Timer,
+}

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One participant: its instances, its storage, its reactions in execution order, and its part in the network.
+//!
+//! All times are nanoseconds. A connection delay of `None` means that there is no `after`; `Some(0)` is one microstep.
+
+use serde::{Deserialize, Serialize};
+
+use super::source::{
+    ClassIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex, TriggerIndex, Type, Value,
+};
+
+/// A federate, or the whole of a program that is not federated.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Federate {
+    /// The id on the wire: the position in [`Plan::federates`](super::Plan::federates).
+    pub id: u16,
+    /// The name of the top-level instance, or of the main reactor.
+    pub name: String,
+    /// Where the instance or the main reactor is declared.
+    pub at: Location,
+    /// The host from `at`, if it is given.
+    pub host: Option<String>,
+    /// The instance tree, parents before children, in order of declaration.
+    pub instances: Vec<Instance>,
+    /// The ports that store a value. An input that is connected without delay is the port that feeds it.
+    pub ports: Vec<Port>,
+    /// Everything that can put an event into the queue.
+    pub triggers: Vec<Trigger>,
+    /// The reactions in the order in which they run within a tag.
+    pub reactions: Vec<ScheduledReaction>,
+    /// What leaves for other federates.
+    pub outputs: Vec<NetworkOutput>,
+    /// What arrives from other federates; the position is the port number on the wire.
+    pub inputs: Vec<NetworkInput>,
+    /// The federates that send to this one directly, in order of id, with the least delay of the connections.
+    pub upstream: Vec<Upstream>,
+    /// The federates that this one sends to directly, in order of id.
+    pub downstream: Vec<u16>,
+    /// How many events the queue must hold at the same time.
+    pub event_capacity: usize,
+}
+
+/// An instance of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Instance {
+    /// The path from the federate's top: `unit_a.sensor`.
+    pub path: String,
+    /// The reactor.
+    pub class: ClassIndex,
+    /// The instance that contains it; the top has none.
+    pub parent: Option<InstanceIndex>,
+    /// One value per parameter of the class, in the order of the class; no value names a parameter any more.
+    pub arguments: Vec<Value>,
+    /// Where it is instantiated.
+    pub at: Location,
+}
+
+/// Storage for the value of a port.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Port {
+    /// The path of the port whose storage this is: `unit_a.sensor.voltage`.
+    pub path: String,
+    /// The type of its values.
+    pub ty: Type,
+    /// The reactions that a value triggers, [`ReactionKind::Send`] included, in order of execution.
+    pub reactions: Vec<ReactionIndex>,
+    /// The [`TriggerKind::Delay`] triggers that carry a value on.
+    pub delays: Vec<TriggerIndex>,
+    /// Where the port is declared.
+    pub at: Location,
+}
+
+/// A source of events, with a queue of pending values where it carries any.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Trigger {
+    /// The path of the timer, action or destination port; `startup` or `shutdown`.
+    pub path: String,
+    /// What it is.
+    pub kind: TriggerKind,
+    /// How many pending events it can hold at the same time; 1 for those that repeat or occur once.
+    pub capacity: usize,
+    /// The reactions that it triggers directly, in order of execution. Triggers that fill a port have none.
+    pub reactions: Vec<ReactionIndex>,
+    /// Where it is declared; `None` for startup and shutdown.
+    pub at: Option<Location>,
+}
+
+/// What happens when an action is scheduled closer than its minimum spacing to the event before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SpacingPolicy {
+    /// The later event is put off.
+    Defer,
+    /// The later event is dropped.
+    Drop,
+    /// The later event takes the place of the earlier one.
+    Replace,
+}
+
+/// The kinds of triggers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TriggerKind {
+    /// Once, at the first tag.
+    Startup,
+    /// Once, at the last tag.
+    Shutdown,
+    /// At the start plus the offset, then every period.
+    Timer {
+        /// The instance that owns it.
+        instance: InstanceIndex,
+        /// Nanoseconds after the start.
+        offset_ns: i64,
+        /// Nanoseconds between events; `None` for once.
+        period_ns: Option<i64>,
+    },
+    /// A logical or a physical action.
+    Action {
+        /// The instance that owns it.
+        instance: InstanceIndex,
+        /// Whether it is physical.
+        physical: bool,
+        /// The type of its values.
+        ty: Type,
+        /// The minimum delay in nanoseconds.
+        min_delay_ns: i64,
+        /// The minimum spacing in nanoseconds; `None` for none.
+        min_spacing_ns: Option<i64>,
+        /// What happens to an event that is too close to the one before it.
+        policy: SpacingPolicy,
+    },
+    /// A connection with `after` inside this federate.
+    Delay {
+        /// The port whose values it carries.
+        source: PortIndex,
+        /// The port that it fills.
+        fills: PortIndex,
+        /// The delay in nanoseconds; 0 is the next microstep.
+        delay_ns: i64,
+    },
+    /// Messages from another federate.
+    NetworkInput {
+        /// The input.
+        input: InputIndex,
+        /// The port that it fills.
+        fills: PortIndex,
+    },
+}
+
+/// A reaction in its place in the order of execution.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ScheduledReaction {
+    /// For people: `unit_a.sensor.reaction_1`, or `unit_a.out -> unit_b.in` for one that sends.
+    pub name: String,
+    /// The level; reactions of one level do not depend on each other.
+    pub level: u16,
+    /// The deadline in nanoseconds.
+    pub deadline_ns: Option<i64>,
+    /// What it runs.
+    pub kind: ReactionKind,
+}
+
+/// What a reaction runs.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReactionKind {
+    /// A body of the program.
+    Body {
+        /// The instance whose state it sees.
+        instance: InstanceIndex,
+        /// The reaction's number within the class, from 1.
+        reaction: usize,
+        /// One per parameter of the reaction, in the same order.
+        arguments: Vec<Argument>,
+    },
+    /// Sending a port's value to another federate.
+    Send(OutputIndex),
+}
+
+/// The storage that a variable of a reaction stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Argument {
+    /// A port.
+    Port(PortIndex),
+    /// An action or a timer.
+    Trigger(TriggerIndex),
+}
+
+/// A connection to another federate, at its source.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NetworkOutput {
+    /// For people: `unit_a.out -> unit_b.in`.
+    pub name: String,
+    /// The port whose values are sent.
+    pub source: PortIndex,
+    /// The federate that receives.
+    pub federate: u16,
+    /// The port number on the wire: the position in the receiver's `inputs`.
+    pub port: u16,
+    /// The delay in nanoseconds.
+    pub delay_ns: Option<i64>,
+    /// The type of the values.
+    pub ty: Type,
+    /// Where the connection is written.
+    pub at: Location,
+}
+
+/// A connection from another federate, at its destination.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NetworkInput {
+    /// For people: `unit_a.out -> unit_b.in`.
+    pub name: String,
+    /// The trigger that holds what has arrived.
+    pub trigger: TriggerIndex,
+    /// The federate that sends.
+    pub federate: u16,
+    /// The delay in nanoseconds.
+    pub delay_ns: Option<i64>,
+    /// The type of the values.
+    pub ty: Type,
+    /// Where the connection is written.
+    pub at: Location,
+}
+
+/// A federate that sends to this one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Upstream {
+    /// Its id.
+    pub federate: u16,
+    /// The least delay in nanoseconds over all connections from it; `None` when one has no `after`.
+    pub delay_ns: Option<i64>,
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The plan: all that analysis worked out, as plain data, and all that the emitters see.
+//!
+//! It can be printed (`Display`, serde), compared and tested by snapshot. It holds no reference to the syntax tree.
+
+mod class;
+mod federate;
+mod render;
+mod source;
+
+use serde::{Deserialize, Serialize};
+
+pub use class::{
+    ActionDeclaration, Parameter, PortDeclaration, PortDirection, Reaction, ReactionParameter, ReactorClass,
+    StateVariable, TimerDeclaration, VariableKind,
+};
+pub use federate::{
+    Argument, Federate, Instance, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction, SpacingPolicy,
+    Trigger, TriggerKind, Upstream,
+};
+pub use source::{
+    ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex,
+    SourceFile, TriggerIndex, Type, Value,
+};
+
+/// A program, ready for emission.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Plan {
+    /// The program's name: that of the main file without its extension.
+    pub name: String,
+    /// The files that take part; the main file is the first.
+    pub files: Vec<SourceFile>,
+    /// The target properties that have an effect at run time.
+    pub target: Target,
+    /// The RTI; `None` for a program that is not federated.
+    pub rti: Option<Rti>,
+    /// The reactors that are instantiated, the federates' own classes included.
+    pub classes: Vec<ReactorClass>,
+    /// The federates in order of id; exactly one for a program that is not federated.
+    pub federates: Vec<Federate>,
+}
+
+/// Target properties, with LF's defaults where the program sets none.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Target {
+    /// `timeout` in nanoseconds.
+    pub timeout_ns: Option<i64>,
+    /// `fast`: do not wait for physical time.
+    pub fast: bool,
+    /// `keepalive`: go on when there are no more events.
+    pub keepalive: bool,
+    /// `logging`.
+    pub logging: Logging,
+    /// `clock-sync`.
+    pub clock_sync: ClockSync,
+    /// `clock-sync-options: {trials}`: exchanges of the initial clock synchronization.
+    pub clock_sync_trials: u16,
+    /// `platform: {name}`, if given.
+    pub platform: Option<String>,
+    /// `platform: {board}`, if given.
+    pub board: Option<String>,
+}
+
+impl Default for Target {
+    fn default() -> Self {
+        Self {
+            timeout_ns: None,
+            fast: false,
+            keepalive: false,
+            logging: Logging::Info,
+            clock_sync: ClockSync::Init,
+            clock_sync_trials: 10,
+            platform: None,
+            board: None,
+        }
+    }
+}
+
+/// How much is logged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Logging {
+    /// Errors only.
+    Error,
+    /// And warnings.
+    Warn,
+    /// And what a user wants to know.
+    Info,
+    /// And what a developer of the program wants to know (LF's `LOG`).
+    Log,
+    /// Everything.
+    Debug,
+}
+
+/// How clocks are synchronized.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ClockSync {
+    /// Not at all.
+    Off,
+    /// Once, before the start.
+    Init,
+}
+
+/// Where the RTI is, and the name of the federation.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rti {
+    /// Host name or address.
+    pub host: String,
+    /// TCP port.
+    pub port: u16,
+    /// The federation id that the federates present.
+    pub federation_id: String,
+}
+
+impl Plan {
+    /// The class of an instance.
+    ///
+    /// # Panics
+    /// If the instance is not one of this plan's.
+    pub fn class(&self, instance: &Instance) -> &ReactorClass {
+        &self.classes[instance.class.0]
+    }
+
+    /// The path of a location's file.
+    ///
+    /// # Panics
+    /// If the location is not one of this plan's.
+    pub fn path(&self, at: Location) -> &str {
+        &self.files[at.file.0].path
+    }
+
+    /// Whether the program has federates that need an RTI.
+    pub fn is_federated(&self) -> bool {
+        self.rti.is_some()
+    }
+}

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A plan for people to read: `lfz plan`.
+
+use core::fmt::{self, Display, Formatter};
+
+use super::{
+    Argument, Federate, NetworkInput, NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction,
+    Target, Trigger, TriggerKind, Value,
+};
+
+/// A duration in the largest unit that divides it: `25 ms`.
+pub(crate) struct Time(pub(crate) i64);
+
+impl Display for Time {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        const UNITS: [(i64, &str); 4] = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us"), (1, "ns")];
+        if self.0 == 0 {
+            return f.write_str("0");
+        }
+        let (size, unit) = UNITS.into_iter().find(|(size, _)| self.0 % size == 0).unwrap_or((1, "ns"));
+        write!(f, "{} {unit}", self.0 / size)
+    }
+}
+
+/// ` after 25 ms`, or nothing.
+struct After(Option<i64>);
+
+impl Display for After {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.map_or(Ok(()), |ns| write!(f, " after {}", Time(ns)))
+    }
+}
+
+/// A value on one line.
+struct OneLine<'a>(&'a Value);
+
+impl Display for OneLine<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Value::Time { ns } => Time(*ns).fmt(f),
+            Value::Rust(code) => {
+                for (index, word) in code.text.split_whitespace().enumerate() {
+                    write!(f, "{}{word}", if index == 0 { "" } else { " " })?;
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Display for Plan {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "program {}", self.name)?;
+        for file in &self.files {
+            writeln!(f, "  file {}", file.path)?;
+        }
+        render_target(&self.target, f)?;
+        if let Some(rti) = &self.rti {
+            writeln!(f, "  rti at {}:{}, federation id \"{}\"", rti.host, rti.port, rti.federation_id)?;
+        }
+        for federate in &self.federates {
+            writeln!(f)?;
+            self.render_federate(federate, f)?;
+        }
+        Ok(())
+    }
+}
+
+fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
+    let mut words = Vec::new();
+    match target.timeout_ns {
+        Some(ns) => words.push(format!("timeout {}", Time(ns))),
+        None => words.push("no timeout".to_owned()),
+    }
+    if target.fast {
+        words.push("fast".to_owned());
+    }
+    if target.keepalive {
+        words.push("keepalive".to_owned());
+    }
+    words.push(format!("logging {:?}", target.logging).to_lowercase());
+    writeln!(f, "  target Rust: {}", words.join(", "))
+}
+
+impl Plan {
+    fn render_federate(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
+        match (&self.rti, &federate.host) {
+            (None, _) => writeln!(f, "main reactor {}", federate.name)?,
+            (Some(_), None) => writeln!(f, "federate {} {}", federate.id, federate.name)?,
+            (Some(_), Some(host)) => writeln!(f, "federate {} {} at {host}", federate.id, federate.name)?,
+        }
+        self.render_instances(federate, f)?;
+        list(f, "ports", &federate.ports, render_port)?;
+        list(f, "triggers", &federate.triggers, render_trigger)?;
+        list(f, "reactions in execution order", &federate.reactions, |reaction, f| {
+            self.render_reaction(federate, reaction, f)
+        })?;
+        list(f, "network outputs", &federate.outputs, |output, f| self.render_output(output, f))?;
+        list(f, "network inputs by wire port", &federate.inputs, |input, f| self.render_input(input, f))?;
+        self.render_neighbours(federate, f)?;
+        writeln!(f, "  event queue: {} events", federate.event_capacity)
+    }
+
+    fn render_instances(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
+        list(f, "instances", &federate.instances, |instance, f| {
+            let class = self.class(instance);
+            write!(f, "{}: {}", instance.path, class.name)?;
+            for (index, (parameter, value)) in class.parameters.iter().zip(&instance.arguments).enumerate() {
+                let open = if index == 0 { "(" } else { ", " };
+                write!(f, "{open}{} = {}", parameter.name, OneLine(value))?;
+            }
+            if instance.arguments.is_empty() { Ok(()) } else { f.write_str(")") }
+        })
+    }
+
+    fn render_reaction(&self, federate: &Federate, reaction: &ScheduledReaction, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "level {}: {}", reaction.level, reaction.name)?;
+        if let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind {
+            let class = self.class(&federate.instances[instance.0]);
+            let declared = &class.reactions[number - 1];
+            write!(f, "  {}", declared.signature)?;
+            for (index, (parameter, argument)) in declared.parameters.iter().zip(arguments).enumerate() {
+                let open = if index == 0 { "  [" } else { ", " };
+                let storage = match argument {
+                    Argument::Port(port) => format!("port {port}"),
+                    Argument::Trigger(trigger) => format!("trigger {trigger}"),
+                };
+                write!(f, "{open}{}: {storage}", parameter.name)?;
+            }
+            if !arguments.is_empty() {
+                f.write_str("]")?;
+            }
+        }
+        reaction.deadline_ns.map_or(Ok(()), |ns| write!(f, "  deadline {}", Time(ns)))
+    }
+
+    fn render_output(&self, output: &NetworkOutput, f: &mut Formatter<'_>) -> fmt::Result {
+        let peer = self.peer(output.federate);
+        let (ty, port, after) = (&output.ty.text, output.port, After(output.delay_ns));
+        write!(f, "{}: {ty}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)
+    }
+
+    fn render_input(&self, input: &NetworkInput, f: &mut Formatter<'_>) -> fmt::Result {
+        let peer = self.peer(input.federate);
+        let after = After(input.delay_ns);
+        write!(f, "{}: {}, trigger {}, from {peer}{after}", input.name, input.ty.text, input.trigger)
+    }
+
+    fn render_neighbours(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
+        let upstream: Vec<String> = federate
+            .upstream
+            .iter()
+            .map(|upstream| format!("{}{}", self.peer(upstream.federate), After(upstream.delay_ns)))
+            .collect();
+        if !upstream.is_empty() {
+            writeln!(f, "  upstream: {}", upstream.join(", "))?;
+        }
+        let downstream: Vec<&str> = federate.downstream.iter().map(|id| self.peer(*id)).collect();
+        if !downstream.is_empty() {
+            writeln!(f, "  downstream: {}", downstream.join(", "))?;
+        }
+        Ok(())
+    }
+
+    fn peer(&self, id: u16) -> &str {
+        self.federates.get(usize::from(id)).map_or("?", |federate| &federate.name)
+    }
+}
+
+/// A heading and one numbered line per item; nothing when there is none.
+fn list<T>(
+    f: &mut Formatter<'_>,
+    heading: &str,
+    items: &[T],
+    mut render: impl FnMut(&T, &mut Formatter<'_>) -> fmt::Result,
+) -> fmt::Result {
+    if items.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "  {heading}")?;
+    for (index, item) in items.iter().enumerate() {
+        write!(f, "    {index} ")?;
+        render(item, f)?;
+        writeln!(f)?;
+    }
+    Ok(())
+}
+
+fn render_port(port: &Port, f: &mut Formatter<'_>) -> fmt::Result {
+    write!(f, "{}: {}", port.path, port.ty.text)?;
+    render_triggered(&port.reactions, f)?;
+    for delay in &port.delays {
+        write!(f, ", feeds trigger {delay}")?;
+    }
+    Ok(())
+}
+
+fn render_trigger(trigger: &Trigger, f: &mut Formatter<'_>) -> fmt::Result {
+    f.write_str(&trigger.path)?;
+    match &trigger.kind {
+        // The path says it all.
+        TriggerKind::Startup | TriggerKind::Shutdown => {}
+        TriggerKind::Timer { offset_ns, period_ns, .. } => {
+            write!(f, ": timer at {}", Time(*offset_ns))?;
+            match period_ns {
+                Some(ns) => write!(f, ", every {}", Time(*ns))?,
+                None => f.write_str(", once")?,
+            }
+        }
+        TriggerKind::Action { physical, ty, min_delay_ns, min_spacing_ns, policy, .. } => {
+            let kind = if *physical { "physical" } else { "logical" };
+            write!(f, ": {kind} action {}, min delay {}", ty.text, Time(*min_delay_ns))?;
+            if let Some(ns) = min_spacing_ns {
+                write!(f, ", min spacing {} {}", Time(*ns), format!("{policy:?}").to_lowercase())?;
+            }
+            write!(f, ", holds {}", trigger.capacity)?;
+        }
+        TriggerKind::Delay { source, fills, delay_ns } => {
+            let delay = Time(*delay_ns);
+            write!(f, ": port {source} to port {fills} after {delay}, holds {}", trigger.capacity)?;
+        }
+        TriggerKind::NetworkInput { input, fills } => {
+            write!(f, ": network input {input} to port {fills}, holds {}", trigger.capacity)?;
+        }
+    }
+    render_triggered(&trigger.reactions, f)
+}
+
+fn render_triggered(reactions: &[ReactionIndex], f: &mut Formatter<'_>) -> fmt::Result {
+    for (index, reaction) in reactions.iter().enumerate() {
+        let open = if index == 0 { ", triggers reaction" } else { "," };
+        write!(f, "{open} {reaction}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the parts of a plan come from: source files, positions in them, and pieces of code taken from them verbatim.
+
+use serde::{Deserialize, Serialize};
+
+/// Declares a position in one of the plan's lists.
+macro_rules! index {
+    ($(#[$doc:meta] $name:ident;)*) => {$(
+        #[$doc]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(transparent)]
+        pub struct $name(pub usize);
+
+        impl core::fmt::Display for $name {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+    )*};
+}
+
+index! {
+    /// Position in [`Plan::files`](super::Plan::files).
+    FileIndex;
+    /// Position in [`Plan::classes`](super::Plan::classes).
+    ClassIndex;
+    /// Position in [`Federate::instances`](super::Federate::instances).
+    InstanceIndex;
+    /// Position in [`Federate::ports`](super::Federate::ports).
+    PortIndex;
+    /// Position in [`Federate::triggers`](super::Federate::triggers).
+    TriggerIndex;
+    /// Position in [`Federate::reactions`](super::Federate::reactions): the order of execution.
+    ReactionIndex;
+    /// Position in [`Federate::outputs`](super::Federate::outputs).
+    OutputIndex;
+    /// Position in [`Federate::inputs`](super::Federate::inputs): the port number on the wire.
+    InputIndex;
+}
+
+/// A source file that takes part in the program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SourceFile {
+    /// The path as the user gave it, or as the import resolved to.
+    pub path: String,
+    /// The file's top-level preambles, in order.
+    pub preambles: Vec<Code>,
+}
+
+/// A place in a source file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct Location {
+    /// The file.
+    pub file: FileIndex,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1, in characters.
+    pub column: usize,
+}
+
+/// Rust code taken verbatim from the source, without its `{=` and `=}`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Code {
+    /// The text, with the line structure that it has in the source.
+    pub text: String,
+    /// Where the first character of `text` is, that is, directly after `{=`.
+    pub at: Location,
+}
+
+/// A Rust type, as text.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Type {
+    /// Rust's spelling; LF's `time` has become `core::time::Duration`, a missing type `()`.
+    pub text: String,
+    /// Where the type is written, or the declaration when it has none.
+    pub at: Location,
+}
+
+/// The value of a parameter or the initial value of a state variable.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Value {
+    /// A duration in nanoseconds, written in LF as `100 msec` or `0`.
+    Time {
+        /// Nanoseconds.
+        ns: i64,
+    },
+    /// A Rust expression. In a default or an initial value it may name the reactor's parameters.
+    Rust(Code),
+}
