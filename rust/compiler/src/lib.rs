@@ -7,5 +7,6 @@
 #![forbid(unsafe_code)]
 
 pub mod diagnostics;
+pub mod plan;
 
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
