@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Buffers between a byte stream and its messages. They own no memory but what their owner gives them: a
+//! `&mut [u8]`, an array, or a `Vec<u8>`.
+//!
+//! Both keep the bytes that they hold in one piece and move them to the front only when the room behind them does not
+//! suffice: at most once between two calls of `consume`.
+
+use core::fmt;
+
+use crate::NoRoom;
+
+/// Bytes in one piece, somewhere in the storage. Shared by both buffers.
+struct Span<B> {
+    storage: B,
+    /// Where the bytes begin. `start <= end <= capacity` always holds, and `start == end` only at 0.
+    start: usize,
+    /// Where they end.
+    end: usize,
+}
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
+    fn capacity(&self) -> usize {
+        self.storage.as_ref().len()
+    }
+
+    fn len(&self) -> usize {
+        self.end - self.start
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.storage.as_ref().get(self.start..self.end).unwrap_or_default()
+    }
+
+    /// The storage behind the bytes.
+    fn tail(&mut self) -> &mut [u8] {
+        self.storage.as_mut().get_mut(self.end..).unwrap_or_default()
+    }
+
+    /// Takes `n` bytes of the tail to the bytes; no more than the tail has.
+    fn extend(&mut self, n: usize) {
+        self.end += n.min(self.capacity().saturating_sub(self.end));
+    }
+
+    /// Drops `n` bytes at the front; no more than there are.
+    fn consume(&mut self, n: usize) {
+        self.start += n.min(self.len());
+        if self.start == self.end {
+            (self.start, self.end) = (0, 0);
+        }
+    }
+
+    /// Moves the bytes to the front of the storage.
+    fn compact(&mut self) {
+        if self.start > 0 {
+            if let Some(front) = self.storage.as_mut().get_mut(..self.end) {
+                front.copy_within(self.start.., 0);
+            }
+            (self.start, self.end) = (0, self.len());
+        }
+    }
+
+    /// Moves the bytes to other storage and returns the old one; if they do not fit, returns the other one.
+    fn replace(&mut self, mut storage: B) -> Result<B, B> {
+        let bytes = self.bytes();
+        match storage.as_mut().get_mut(..bytes.len()) {
+            Some(front) => front.copy_from_slice(bytes),
+            None => return Err(storage),
+        }
+        self.end = self.len();
+        self.start = 0;
+        Ok(core::mem::replace(&mut self.storage, storage))
+    }
+}
+
+/// Bytes received and not yet consumed. The owner reads from its socket into [`space`](Self::space), says with
+/// [`filled`](Self::filled) how much came, takes messages with `next`, and drops each with
+/// [`consume`](Self::consume).
+///
+/// A message that is not consumed stays the next one; as long as its owner cannot handle it, it just does not read.
+pub struct InBuffer<B>(Span<B>);
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
+    /// An empty buffer in `storage`, all of which it uses. It must hold the longest message that can come.
+    pub const fn new(storage: B) -> Self {
+        Self(Span { storage, start: 0, end: 0 })
+    }
+
+    /// Bytes that the buffer can hold.
+    pub fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+
+    /// Bytes received and not yet consumed.
+    pub fn bytes(&self) -> &[u8] {
+        self.0.bytes()
+    }
+
+    /// Where to put the bytes that come next. Empty only if the buffer is full of unconsumed bytes.
+    pub fn space(&mut self) -> &mut [u8] {
+        // Moving is paid for when it gains at least as much room as it moves bytes; otherwise it waits until it must.
+        if self.0.start >= self.0.len() || self.0.tail().is_empty() {
+            self.0.compact();
+        }
+        self.0.tail()
+    }
+
+    /// Says that the first `n` bytes of [`space`](Self::space) have been filled. No more are taken than it has.
+    pub fn filled(&mut self, n: usize) {
+        self.0.extend(n);
+    }
+
+    /// Drops the first `n` bytes; no more than there are.
+    pub fn consume(&mut self, n: usize) {
+        self.0.consume(n);
+    }
+
+    /// Drops all bytes, for a connection that begins anew.
+    pub fn clear(&mut self) {
+        self.0.consume(usize::MAX);
+    }
+
+    /// Moves the bytes to other storage, for owners that can grow, and returns the old one.
+    ///
+    /// # Errors
+    /// Returns `storage` if the bytes do not fit there.
+    pub fn replace(&mut self, storage: B) -> Result<B, B> {
+        self.0.replace(storage)
+    }
+}
+
+/// Bytes of messages pushed and not yet sent. The owner writes [`pending`](Self::pending) to its socket and says with
+/// [`consume`](Self::consume) how much went.
+pub struct OutBuffer<B>(Span<B>);
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
+    /// An empty buffer in `storage`, all of which it uses.
+    pub const fn new(storage: B) -> Self {
+        Self(Span { storage, start: 0, end: 0 })
+    }
+
+    /// Bytes that the buffer can hold.
+    pub fn capacity(&self) -> usize {
+        self.0.capacity()
+    }
+
+    /// Bytes that can be pushed now. A message fits if its `encoded_len` is not more.
+    pub fn room(&self) -> usize {
+        self.0.capacity().saturating_sub(self.0.len())
+    }
+
+    /// Bytes to send, all in one piece.
+    pub fn pending(&self) -> &[u8] {
+        self.0.bytes()
+    }
+
+    /// Whether there is nothing to send.
+    pub fn is_empty(&self) -> bool {
+        self.0.len() == 0
+    }
+
+    /// Says that the first `n` bytes of [`pending`](Self::pending) have been sent. No more are dropped than there are.
+    pub fn consume(&mut self, n: usize) {
+        self.0.consume(n);
+    }
+
+    /// Drops all bytes, for a connection that begins anew.
+    pub fn clear(&mut self) {
+        self.0.consume(usize::MAX);
+    }
+
+    /// Pushes bytes that are whole messages already.
+    ///
+    /// # Errors
+    /// [`NoRoom`] if they do not fit; nothing has been pushed then.
+    pub fn push_bytes(&mut self, bytes: &[u8]) -> Result<(), NoRoom> {
+        self.claim(bytes.len())?.copy_from_slice(bytes);
+        self.commit(bytes.len());
+        Ok(())
+    }
+
+    /// Moves the bytes to other storage, for owners that can grow, and returns the old one.
+    ///
+    /// # Errors
+    /// Returns `storage` if the bytes do not fit there.
+    pub fn replace(&mut self, storage: B) -> Result<B, B> {
+        self.0.replace(storage)
+    }
+
+    /// The next `len` bytes, to be written and then committed.
+    pub(crate) fn claim(&mut self, len: usize) -> Result<&mut [u8], NoRoom> {
+        let room = self.room();
+        if self.0.tail().len() < len && len <= room {
+            self.0.compact();
+        }
+        self.0.tail().get_mut(..len).ok_or(NoRoom { needed: len, room })
+    }
+
+    /// Makes the first `len` bytes that were claimed pending.
+    pub(crate) fn commit(&mut self, len: usize) {
+        self.0.extend(len);
+    }
+}
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> fmt::Debug for InBuffer<B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("InBuffer").field("bytes", &self.bytes()).field("capacity", &self.capacity()).finish()
+    }
+}
+
+impl<B: AsRef<[u8]> + AsMut<[u8]>> fmt::Debug for OutBuffer<B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("OutBuffer").field("pending", &self.pending()).field("capacity", &self.capacity()).finish()
+    }
+}

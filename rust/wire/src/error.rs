@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What can be wrong with bytes or with a message. Every error says what was found where.
+
+use core::fmt;
+
+/// Bytes that are no message, or one that the owner's [`Limits`](crate::Limits) exclude. Offsets count from the type
+/// byte of the message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DecodeError {
+    /// The type byte, at offset 0, is none of this dialect.
+    UnknownType {
+        /// The type byte.
+        found: u8,
+    },
+    /// A length or count is above the limit that the owner has set.
+    OverLimit {
+        /// Name of the message.
+        message: &'static str,
+        /// Name of the field that holds the length.
+        field: &'static str,
+        /// Where that field begins.
+        offset: usize,
+        /// The length found there.
+        found: u32,
+        /// The owner's limit.
+        limit: usize,
+    },
+    /// A count is negative.
+    Negative {
+        /// Name of the message.
+        message: &'static str,
+        /// Name of the field that holds the count.
+        field: &'static str,
+        /// Where that field begins.
+        offset: usize,
+        /// The count found there.
+        found: i32,
+    },
+    /// The message is within the limits, but can never be whole in this buffer. The owner's limits and the capacity
+    /// of its buffer contradict each other.
+    LargerThanBuffer {
+        /// Name of the message.
+        message: &'static str,
+        /// Bytes that the message has at least.
+        needed: usize,
+        /// Bytes that the buffer holds.
+        capacity: usize,
+    },
+}
+
+impl fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::UnknownType { found } => write!(f, "type byte {found} at offset 0 is no message of this protocol"),
+            Self::OverLimit { message, field, offset, found, limit } => {
+                write!(
+                    f,
+                    "{message}: {field} at offset {offset} is {found}, more than the {limit} that are accepted here"
+                )
+            }
+            Self::Negative { message, field, offset, found } => {
+                write!(f, "{message}: {field} at offset {offset} is {found}, but cannot be negative")
+            }
+            Self::LargerThanBuffer { message, needed, capacity } => {
+                write!(f, "{message}: has {needed} bytes or more, but the receive buffer holds {capacity}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+/// There is less room than the message needs. Nothing has been written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoRoom {
+    /// Bytes that the message needs.
+    pub needed: usize,
+    /// Bytes that there are.
+    pub room: usize,
+}
+
+impl fmt::Display for NoRoom {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes are needed, there is room for {}", self.needed, self.room)
+    }
+}
+
+impl core::error::Error for NoRoom {}
+
+/// A length that the wire has no bits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Beyond {
+    /// Name of the message.
+    pub message: &'static str,
+    /// Name of the field that would hold the length.
+    pub field: &'static str,
+    /// The length.
+    pub length: usize,
+    /// The greatest length that the field can hold.
+    pub max: u32,
+}
+
+impl fmt::Display for Beyond {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { message, field, length, max } = self;
+        write!(f, "{message}: {field} would be {length}, but the wire carries at most {max}")
+    }
+}
+
+impl core::error::Error for Beyond {}
+
+/// Why a message was not encoded. Nothing has been written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EncodeError {
+    /// The target is too small at the moment, or for ever.
+    NoRoom(NoRoom),
+    /// A part of the message is longer than its length field can say.
+    Beyond(Beyond),
+}
+
+impl From<NoRoom> for EncodeError {
+    fn from(error: NoRoom) -> Self {
+        Self::NoRoom(error)
+    }
+}
+
+impl From<Beyond> for EncodeError {
+    fn from(error: Beyond) -> Self {
+        Self::Beyond(error)
+    }
+}
+
+impl fmt::Display for EncodeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoRoom(error) => error.fmt(f),
+            Self::Beyond(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for EncodeError {}
+
+/// Why a message whose payload is encoded in place was not pushed. The buffer is as it was before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PushError<E> {
+    /// The message cannot be written, whatever its payload.
+    Encode(EncodeError),
+    /// The payload could not be encoded.
+    Payload(E),
+    /// The encoder of the payload says that it has written more bytes than it was given.
+    PayloadOverrun {
+        /// Bytes that it says it has written.
+        written: usize,
+        /// Bytes that it was given.
+        given: usize,
+    },
+}
+
+impl<E: fmt::Display> fmt::Display for PushError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Encode(error) => error.fmt(f),
+            Self::Payload(error) => error.fmt(f),
+            Self::PayloadOverrun { written, given } => {
+                write!(f, "the payload's encoder was given {given} bytes and claims to have written {written}")
+            }
+        }
+    }
+}
+
+impl<E: core::error::Error> core::error::Error for PushError<E> {}

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Bytes to messages.
+
+use super::message::Message;
+use super::neighbors::{DOWNSTREAM_BYTES, NeighborStructure, UPSTREAM_BYTES};
+use super::reject::RejectCode;
+use super::types::MessageType;
+use crate::bytes::{Reader, Short};
+use crate::{DecodeError, Limits, Tag};
+
+/// What the bytes at hand begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decoded<'a> {
+    /// A whole message.
+    Complete {
+        /// The message; it borrows what has no fixed length.
+        message: Message<'a>,
+        /// Its length in bytes. What follows belongs to the next message.
+        len: usize,
+    },
+    /// The beginning of a message, or nothing.
+    Incomplete {
+        /// Bytes that the message has at least, counted from its type byte; more than there are now.
+        need: usize,
+        /// The type of the message, once its first byte is there.
+        message_type: Option<MessageType>,
+    },
+}
+
+/// Reads the message at the beginning of `bytes`.
+///
+/// # Errors
+/// [`DecodeError`] if no bytes that follow can make this a message within `limits`.
+pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, DecodeError> {
+    let Some(&first) = bytes.first() else {
+        return Ok(Decoded::Incomplete { need: 1, message_type: None });
+    };
+    let message_type = MessageType::from_byte(first).ok_or(DecodeError::UnknownType { found: first })?;
+    let mut fields = Fields { reader: Reader::new(bytes), message_type, limits };
+    match fields.message() {
+        Ok(message) => Ok(Decoded::Complete { message, len: fields.reader.at() }),
+        Err(Stop::Short(Short { need })) => Ok(Decoded::Incomplete { need, message_type: Some(message_type) }),
+        Err(Stop::Wrong(error)) => Err(error),
+    }
+}
+
+/// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
+pub const fn message_bytes_max(limits: &Limits) -> usize {
+    let id = if limits.federation_id_bytes_max < super::FEDERATION_ID_BYTES_MAX {
+        limits.federation_id_bytes_max
+    } else {
+        super::FEDERATION_ID_BYTES_MAX
+    };
+    let lengths = [
+        MessageType::RtiResponse.fixed_bytes(),
+        MessageType::FedIds.fixed_bytes() + id,
+        MessageType::TaggedMessage.fixed_bytes().saturating_add(limits.payload_bytes_max),
+        MessageType::NeighborStructure
+            .fixed_bytes()
+            .saturating_add(limits.neighbors_max.saturating_mul(UPSTREAM_BYTES + DOWNSTREAM_BYTES)),
+    ];
+    let mut max = 0;
+    let mut i = 0;
+    while i < lengths.len() {
+        if lengths[i] > max {
+            max = lengths[i];
+        }
+        i += 1;
+    }
+    max
+}
+
+/// Why there is no message.
+enum Stop {
+    Short(Short),
+    Wrong(DecodeError),
+}
+
+impl From<Short> for Stop {
+    fn from(short: Short) -> Self {
+        Self::Short(short)
+    }
+}
+
+/// Reads the fields of one message.
+struct Fields<'a, 'l> {
+    reader: Reader<'a>,
+    message_type: MessageType,
+    limits: &'l Limits,
+}
+
+impl<'a> Fields<'a, '_> {
+    fn message(&mut self) -> Result<Message<'a>, Stop> {
+        self.reader.require(self.message_type.fixed_bytes())?;
+        self.reader.u8()?;
+        let reader = &mut self.reader;
+        Ok(match self.message_type {
+            MessageType::Reject => Message::Reject(RejectCode::from_byte(reader.u8()?)),
+            MessageType::FedIds => {
+                let (federate, federation_id) = self.ids()?;
+                Message::FedIds { federate, federation_id }
+            }
+            MessageType::Timestamp => Message::Timestamp(reader.i64()?),
+            MessageType::Resign => Message::Resign,
+            MessageType::TaggedMessage => {
+                let (port, federate, tag, payload) = self.tagged()?;
+                Message::TaggedMessage { port, federate, tag, payload }
+            }
+            MessageType::NextEventTag => Message::NextEventTag(reader.tag()?),
+            MessageType::TagGrant => Message::TagGrant(reader.tag()?),
+            MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(reader.tag()?),
+            MessageType::LatestTagComplete => Message::LatestTagComplete(reader.tag()?),
+            MessageType::StopRequest => Message::StopRequest(reader.tag()?),
+            MessageType::StopReply => Message::StopReply(reader.tag()?),
+            MessageType::StopGranted => Message::StopGranted(reader.tag()?),
+            MessageType::AddressQuery => Message::AddressQuery { federate: reader.u16()? },
+            MessageType::AddressQueryReply => {
+                Message::AddressQueryReply { port: reader.i32()?, address: reader.array()? }
+            }
+            MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32()? },
+            MessageType::P2pSendingFedId => {
+                let (federate, federation_id) = self.ids()?;
+                Message::P2pSendingFedId { federate, federation_id }
+            }
+            MessageType::P2pMessage => {
+                let (port, federate, length) = (reader.u16()?, reader.u16()?, self.payload_length()?);
+                Message::P2pMessage { port, federate, payload: self.reader.take(length)? }
+            }
+            MessageType::P2pTaggedMessage => {
+                let (port, federate, tag, payload) = self.tagged()?;
+                Message::P2pTaggedMessage { port, federate, tag, payload }
+            }
+            MessageType::T1 => Message::T1(reader.i64()?),
+            MessageType::T3 => Message::T3 { federate: reader.u16()? },
+            MessageType::T4 => Message::T4(reader.i64()?),
+            MessageType::CodedProbe => Message::CodedProbe(reader.i64()?),
+            MessageType::PortAbsent => {
+                Message::PortAbsent { port: reader.u16()?, federate: reader.u16()?, tag: reader.tag()? }
+            }
+            MessageType::NeighborStructure => Message::NeighborStructure(self.neighbors()?),
+            MessageType::Failed => Message::Failed,
+            MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()?),
+            MessageType::FedNonce => Message::FedNonce { federate: reader.u16()?, nonce: reader.array()? },
+            MessageType::RtiResponse => Message::RtiResponse { nonce: reader.array()?, hmac: reader.array()? },
+            MessageType::FedResponse => Message::FedResponse { hmac: reader.array()? },
+            MessageType::UdpPort => Message::UdpPort(reader.u16()?),
+            MessageType::Ack => Message::Ack,
+        })
+    }
+
+    fn ids(&mut self) -> Result<(u16, &'a [u8]), Stop> {
+        let federate = self.reader.u16()?;
+        let offset = self.reader.at();
+        let found = self.reader.u8()?.into();
+        let length = self.within("federation id length", offset, found, self.limits.federation_id_bytes_max)?;
+        Ok((federate, self.reader.take(length)?))
+    }
+
+    fn tagged(&mut self) -> Result<(u16, u16, Tag, &'a [u8]), Stop> {
+        let (port, federate) = (self.reader.u16()?, self.reader.u16()?);
+        let length = self.payload_length()?;
+        let tag = self.reader.tag()?;
+        Ok((port, federate, tag, self.reader.take(length)?))
+    }
+
+    fn neighbors(&mut self) -> Result<NeighborStructure<'a>, Stop> {
+        let upstream = self.neighbor_count("upstream count")?.saturating_mul(UPSTREAM_BYTES);
+        let downstream = self.neighbor_count("downstream count")?.saturating_mul(DOWNSTREAM_BYTES);
+        self.reader.require(self.reader.at().saturating_add(upstream).saturating_add(downstream))?;
+        Ok(NeighborStructure::from_bytes(self.reader.take(upstream)?, self.reader.take(downstream)?))
+    }
+
+    fn payload_length(&mut self) -> Result<usize, Stop> {
+        let offset = self.reader.at();
+        let found = self.reader.u32()?;
+        self.within("payload length", offset, found, self.limits.payload_bytes_max)
+    }
+
+    fn neighbor_count(&mut self, field: &'static str) -> Result<usize, Stop> {
+        let offset = self.reader.at();
+        let found = self.reader.i32()?;
+        let message = self.message_type.name();
+        let count =
+            u32::try_from(found).map_err(|_| Stop::Wrong(DecodeError::Negative { message, field, offset, found }))?;
+        self.within(field, offset, count, self.limits.neighbors_max)
+    }
+
+    /// The length that was found at `offset`, unless it is above `limit`.
+    fn within(&self, field: &'static str, offset: usize, found: u32, limit: usize) -> Result<usize, Stop> {
+        let message = self.message_type.name();
+        usize::try_from(found).ok().filter(|length| *length <= limit).ok_or(Stop::Wrong(DecodeError::OverLimit {
+            message,
+            field,
+            offset,
+            found,
+            limit,
+        }))
+    }
+}

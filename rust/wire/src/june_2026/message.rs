@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The messages, as meaning.
+
+use super::neighbors::NeighborStructure;
+use super::reject::RejectCode;
+use super::types::MessageType;
+use super::{HMAC_BYTES, NONCE_BYTES};
+use crate::Tag;
+
+/// One message of the protocol. What has no fixed length is borrowed, from the receive buffer or from the sender.
+///
+/// Federates are named by their ids, ports by their index among the destination's network inputs; times are in
+/// nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message<'a> {
+    /// REJECT (0), from the RTI or a federate: the connection is refused, and closed by the sender.
+    Reject(RejectCode),
+    /// FED_IDS (1), federate to RTI: the first message after authentication, if any. Answered by ACK or REJECT.
+    FedIds {
+        /// The federate's id.
+        federate: u16,
+        /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
+        federation_id: &'a [u8],
+    },
+    /// TIMESTAMP (2), both directions: the federate's clock, or the start time once all federates have sent theirs.
+    Timestamp(i64),
+    /// RESIGN (4), federate to RTI: the federate leaves in order.
+    Resign,
+    /// TAGGED_MESSAGE (5), federate to RTI to federate, forwarded unchanged.
+    TaggedMessage {
+        /// Network input of the destination.
+        port: u16,
+        /// The destination.
+        federate: u16,
+        /// Tag at which the value is present there.
+        tag: Tag,
+        /// The value, as it lies in the memory of a C program.
+        payload: &'a [u8],
+    },
+    /// NET (6), federate to RTI: the federate's next event tag.
+    NextEventTag(Tag),
+    /// TAG (7), RTI to federate: grant up to and including this tag.
+    TagGrant(Tag),
+    /// PTAG (8), RTI to federate: provisional grant.
+    ProvisionalTagGrant(Tag),
+    /// LTC (9), federate to RTI: the latest tag that the federate has completed.
+    LatestTagComplete(Tag),
+    /// STOP_REQUEST (10), both directions: asks to stop at this tag or later. To a federate: answered by STOP_REPLY.
+    StopRequest(Tag),
+    /// STOP_REPLY (11), federate to RTI: the earliest tag at which this federate can stop.
+    StopReply(Tag),
+    /// STOP_GRANTED (12), RTI to federate: all stop at this tag.
+    StopGranted(Tag),
+    /// ADDRESS_QUERY (13), federate to RTI. Answered by ADDRESS_QUERY_REPLY.
+    AddressQuery {
+        /// The federate whose address is asked for.
+        federate: u16,
+    },
+    /// ADDRESS_QUERY_REPLY (14), RTI to federate.
+    AddressQueryReply {
+        /// TCP port, or [`ADDRESS_PORT_UNKNOWN`](super::ADDRESS_PORT_UNKNOWN) as long as there is none.
+        port: i32,
+        /// IPv4 address, in the order in which it is written.
+        address: [u8; 4],
+    },
+    /// ADDRESS_ADVERTISEMENT (15), federate to RTI. Not answered.
+    AddressAdvertisement {
+        /// TCP port on which the federate listens for other federates.
+        port: i32,
+    },
+    /// P2P_SENDING_FED_ID (16), federate to federate: first message. Answered by ACK or REJECT.
+    P2pSendingFedId {
+        /// The connecting federate's id.
+        federate: u16,
+        /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
+        federation_id: &'a [u8],
+    },
+    /// P2P_MESSAGE (17), federate to federate: a physical connection.
+    P2pMessage {
+        /// Network input of the destination.
+        port: u16,
+        /// The destination.
+        federate: u16,
+        /// The value, as it lies in the memory of a C program.
+        payload: &'a [u8],
+    },
+    /// P2P_TAGGED_MESSAGE (18), federate to federate: a logical connection in decentralized coordination.
+    P2pTaggedMessage {
+        /// Network input of the destination.
+        port: u16,
+        /// The destination.
+        federate: u16,
+        /// Tag at which the value is meant to be present there.
+        tag: Tag,
+        /// The value, as it lies in the memory of a C program.
+        payload: &'a [u8],
+    },
+    /// T1 (19), RTI to federate: the RTI's time of sending. Answered by T3.
+    T1(i64),
+    /// T3 (20), federate to RTI. Answered by T4, on UDP also by CODED_PROBE.
+    T3 {
+        /// The answering federate.
+        federate: u16,
+    },
+    /// T4 (21), RTI to federate: the RTI's time of receiving T3.
+    T4(i64),
+    /// CODED_PROBE (22), RTI to federate, on UDP only: the RTI's time of sending, right after T4.
+    CodedProbe(i64),
+    /// PORT_ABSENT (23), federate to RTI to federate, or federate to federate.
+    PortAbsent {
+        /// Network input of the destination.
+        port: u16,
+        /// The destination.
+        federate: u16,
+        /// Tag up to which nothing more will come at the port.
+        tag: Tag,
+    },
+    /// NEIGHBOR_STRUCTURE (24), federate to RTI, right after the ACK. Not answered.
+    NeighborStructure(NeighborStructure<'a>),
+    /// FAILED (25), both directions: the sender ends because of an error.
+    Failed,
+    /// DNET (26), RTI to federate: downstream next event tag; no NET is needed before it. May be NEVER.
+    DownstreamNextEventTag(Tag),
+    /// FED_NONCE (100), federate to RTI: the first message with authentication. Answered by RTI_RESPONSE.
+    FedNonce {
+        /// The federate's id.
+        federate: u16,
+        /// Random bytes that the RTI has to authenticate.
+        nonce: [u8; NONCE_BYTES],
+    },
+    /// RTI_RESPONSE (101), RTI to federate. Answered by FED_RESPONSE.
+    RtiResponse {
+        /// Random bytes that the federate has to authenticate.
+        nonce: [u8; NONCE_BYTES],
+        /// HMAC-SHA256 over 101, the federate's id and its nonce; the key is the federation id.
+        hmac: [u8; HMAC_BYTES],
+    },
+    /// FED_RESPONSE (102), federate to RTI. Followed by FED_IDS.
+    FedResponse {
+        /// HMAC-SHA256 over 102 and the RTI's nonce; the key is the federation id.
+        hmac: [u8; HMAC_BYTES],
+    },
+    /// UDP_PORT (254), federate to RTI, after NEIGHBOR_STRUCTURE: where clock synchronization reaches the federate;
+    /// see [`UDP_PORT_CLOCK_SYNC_OFF`](super::UDP_PORT_CLOCK_SYNC_OFF) and
+    /// [`UDP_PORT_CLOCK_SYNC_INITIAL`](super::UDP_PORT_CLOCK_SYNC_INITIAL).
+    UdpPort(u16),
+    /// ACK (255), from the RTI or a federate: the connection is accepted.
+    Ack,
+}
+
+impl Message<'_> {
+    /// The type of this message.
+    pub const fn message_type(&self) -> MessageType {
+        match self {
+            Self::Reject(_) => MessageType::Reject,
+            Self::FedIds { .. } => MessageType::FedIds,
+            Self::Timestamp(_) => MessageType::Timestamp,
+            Self::Resign => MessageType::Resign,
+            Self::TaggedMessage { .. } => MessageType::TaggedMessage,
+            Self::NextEventTag(_) => MessageType::NextEventTag,
+            Self::TagGrant(_) => MessageType::TagGrant,
+            Self::ProvisionalTagGrant(_) => MessageType::ProvisionalTagGrant,
+            Self::LatestTagComplete(_) => MessageType::LatestTagComplete,
+            Self::StopRequest(_) => MessageType::StopRequest,
+            Self::StopReply(_) => MessageType::StopReply,
+            Self::StopGranted(_) => MessageType::StopGranted,
+            Self::AddressQuery { .. } => MessageType::AddressQuery,
+            Self::AddressQueryReply { .. } => MessageType::AddressQueryReply,
+            Self::AddressAdvertisement { .. } => MessageType::AddressAdvertisement,
+            Self::P2pSendingFedId { .. } => MessageType::P2pSendingFedId,
+            Self::P2pMessage { .. } => MessageType::P2pMessage,
+            Self::P2pTaggedMessage { .. } => MessageType::P2pTaggedMessage,
+            Self::T1(_) => MessageType::T1,
+            Self::T3 { .. } => MessageType::T3,
+            Self::T4(_) => MessageType::T4,
+            Self::CodedProbe(_) => MessageType::CodedProbe,
+            Self::PortAbsent { .. } => MessageType::PortAbsent,
+            Self::NeighborStructure(_) => MessageType::NeighborStructure,
+            Self::Failed => MessageType::Failed,
+            Self::DownstreamNextEventTag(_) => MessageType::DownstreamNextEventTag,
+            Self::FedNonce { .. } => MessageType::FedNonce,
+            Self::RtiResponse { .. } => MessageType::RtiResponse,
+            Self::FedResponse { .. } => MessageType::FedResponse,
+            Self::UdpPort(_) => MessageType::UdpPort,
+            Self::Ack => MessageType::Ack,
+        }
+    }
+
+    /// The message's name in the protocol's own spelling, for messages to people.
+    pub const fn name(&self) -> &'static str {
+        self.message_type().name()
+    }
+
+    /// Bytes of this message on the wire, type byte included.
+    pub fn encoded_len(&self) -> usize {
+        let variable = match self {
+            Self::FedIds { federation_id: bytes, .. }
+            | Self::P2pSendingFedId { federation_id: bytes, .. }
+            | Self::TaggedMessage { payload: bytes, .. }
+            | Self::P2pMessage { payload: bytes, .. }
+            | Self::P2pTaggedMessage { payload: bytes, .. } => bytes.len(),
+            Self::NeighborStructure(neighbors) => neighbors.entries_bytes(),
+            _ => 0,
+        };
+        self.message_type().fixed_bytes().saturating_add(variable)
+    }
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a connection is refused.
+
+use core::fmt;
+
+/// The reason in a REJECT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RejectCode {
+    /// 1: the federation id is another one.
+    FederationIdMismatch,
+    /// 2: a federate with this id is connected already.
+    IdInUse,
+    /// 3: the federation has no federate with this id.
+    IdOutOfRange,
+    /// 4: this message may not come now.
+    UnexpectedMessage,
+    /// 5: this message is for a federate but came to the RTI, or the reverse.
+    WrongServer,
+    /// 6: the HMAC was made with another key.
+    HmacMismatch,
+    /// 7: authentication was begun, but the RTI does not use it.
+    NotInAuthenticationMode,
+    /// A code that this dialect does not have. [`RejectCode::from_byte`] never makes one of a code listed above.
+    Other(u8),
+}
+
+impl RejectCode {
+    /// The meaning of a code.
+    pub const fn from_byte(byte: u8) -> Self {
+        match byte {
+            1 => Self::FederationIdMismatch,
+            2 => Self::IdInUse,
+            3 => Self::IdOutOfRange,
+            4 => Self::UnexpectedMessage,
+            5 => Self::WrongServer,
+            6 => Self::HmacMismatch,
+            7 => Self::NotInAuthenticationMode,
+            other => Self::Other(other),
+        }
+    }
+
+    /// The code on the wire.
+    pub const fn byte(self) -> u8 {
+        match self {
+            Self::FederationIdMismatch => 1,
+            Self::IdInUse => 2,
+            Self::IdOutOfRange => 3,
+            Self::UnexpectedMessage => 4,
+            Self::WrongServer => 5,
+            Self::HmacMismatch => 6,
+            Self::NotInAuthenticationMode => 7,
+            Self::Other(byte) => byte,
+        }
+    }
+}
+
+impl fmt::Display for RejectCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = match self {
+            Self::FederationIdMismatch => "the federation id does not match",
+            Self::IdInUse => "a federate with this id is connected already",
+            Self::IdOutOfRange => "the federation has no federate with this id",
+            Self::UnexpectedMessage => "the message was not expected",
+            Self::WrongServer => "the connection went to the wrong server",
+            Self::HmacMismatch => "the HMAC does not match",
+            Self::NotInAuthenticationMode => "the RTI does not use authentication",
+            Self::Other(_) => "a reason that is unknown here",
+        };
+        write!(f, "{reason} (code {})", self.byte())
+    }
+}
