@@ -1,5 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
-//! See ARCHITECTURE.md.
+//! `cargo xtask`: the single entry point for people and CI.
+//!
+//! `test` runs every kind of check that this computer can run, keeps going after a failure, says what it skipped,
+//! and ends with one line that sums all of them up.
 #![forbid(unsafe_code)]
 
-fn main() {}
+mod bless;
+mod counts;
+mod host;
+mod process;
+mod python;
+mod report;
+mod tidy;
+mod zephyr;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::report::Report;
+
+/// Checks and maintains this repository.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run all tests; ends with the line `N passed, N failed, N skipped`.
+    Test {
+        /// Leave the Zephyr tests out even when a Zephyr workspace is found.
+        #[arg(long)]
+        host_only: bool,
+        /// Run only this step; may be repeated.
+        #[arg(long, value_name = "STEP", value_parser = step_names())]
+        only: Vec<String>,
+    },
+    /// Check what no compiler checks: sizes, licence headers, paths in the documentation, stray files.
+    Tidy,
+    /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
+    #[command(alias = "golden")]
+    Bless,
+}
+
+/// What a step of `cargo xtask test` runs, given the repository and the report to fill.
+type Step = fn(&Path, &mut Report);
+
+/// The steps, in the order in which they run: the quick ones first.
+const STEPS: &[(&str, Step)] = &[
+    ("tidy", tidy::step),
+    ("fmt", host::fmt),
+    ("clippy", host::clippy),
+    ("deny", host::deny),
+    ("host", host::test),
+    ("python", python::step),
+    ("twister", zephyr::twister),
+    ("federations", zephyr::federations),
+];
+
+/// The steps that need a Zephyr workspace.
+const ZEPHYR_STEPS: &[&str] = &["twister", "federations"];
+
+fn step_names() -> clap::builder::PossibleValuesParser {
+    STEPS.iter().map(|(name, _)| *name).collect::<Vec<_>>().into()
+}
+
+fn main() -> ExitCode {
+    let repository = repository();
+    match Arguments::parse().command {
+        Command::Test { host_only, only } => test(&repository, host_only, &only),
+        Command::Tidy => {
+            let mut report = Report::new();
+            tidy::step(&repository, &mut report);
+            report.finish()
+        }
+        Command::Bless => bless::run(&repository),
+    }
+}
+
+fn test(repository: &Path, host_only: bool, only: &[String]) -> ExitCode {
+    let mut report = Report::new();
+    for (name, step) in STEPS {
+        if !only.is_empty() && !only.iter().any(|wanted| wanted == name) {
+            continue;
+        }
+        if host_only && ZEPHYR_STEPS.contains(name) {
+            report.skip(name, "--host-only");
+            continue;
+        }
+        report.begin(name);
+        step(repository, &mut report);
+    }
+    report.finish()
+}
+
+/// The top of the repository, two folders above this crate.
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map_or_else(|| PathBuf::from("."), Path::to_path_buf)
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
+//! the documentation, and files that do not belong in the tree.
+
+mod documents;
+mod rules;
+mod tree;
+
+use std::path::Path;
+
+use crate::counts::Counts;
+use crate::report::Report;
+
+/// One thing that is not tidy.
+#[derive(Debug, PartialEq, Eq)]
+struct Finding {
+    /// The file, relative to the repository, with `:LINE` where there is one.
+    place: String,
+    /// What is wrong, and what to do.
+    what: String,
+}
+
+/// A rule looks at the whole tree and reports what breaks it.
+type Rule = fn(&tree::Tree) -> Vec<Finding>;
+
+const RULES: &[(&str, Rule)] = &[
+    ("file sizes", rules::file_sizes),
+    ("line lengths", rules::line_lengths),
+    ("licence headers", rules::licence_headers),
+    ("unfinished work", rules::unfinished_work),
+    ("waiting in tests", rules::waiting_in_tests),
+    ("stray files", rules::stray_files),
+    ("paths in documents", documents::paths_exist),
+];
+
+/// Checks the repository; every rule counts as one test.
+pub(crate) fn step(repository: &Path, report: &mut Report) {
+    let tree = match tree::Tree::read(repository) {
+        Ok(tree) => tree,
+        Err(error) => {
+            report.fail("tidy", &format!("cannot read the tree: {error}"));
+            return;
+        }
+    };
+    let mut counts = Counts::default();
+    for (name, rule) in RULES {
+        let findings = rule(&tree);
+        for finding in &findings {
+            eprintln!("{}: {} ({name})", finding.place, finding.what);
+        }
+        counts += Counts::one(findings.is_empty());
+    }
+    println!("{} files checked", tree.files.len());
+    report.add("tidy", counts);
+}
