@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Delays of connections and of paths of connections, and the arithmetic of tags that goes with them.
+
+use lf_wire::Tag;
+use lf_wire::june_2026::DELAY_NONE;
+
+/// The least delay of a path of connections: a time in nanoseconds, then microsteps.
+///
+/// No delay at all is (0, 0), one microstep is (0, 1). Joining paths is not commutative, because a delay with a time
+/// resets the microstep of what it delays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PathDelay {
+    time: i64,
+    microsteps: u32,
+}
+
+impl Default for PathDelay {
+    fn default() -> Self {
+        Self::NO_PATH
+    }
+}
+
+impl PathDelay {
+    /// There is no such path. Greater than every delay.
+    pub(super) const NO_PATH: Self = Self { time: i64::MAX, microsteps: u32::MAX };
+    /// No delay.
+    pub(super) const ZERO: Self = Self { time: 0, microsteps: 0 };
+
+    /// The delay of a connection as it stands in a neighbor structure: [`DELAY_NONE`] without `after`, 0 for a
+    /// microstep, else nanoseconds. `None` if it is neither.
+    pub(super) const fn of_connection(wire: i64) -> Option<Self> {
+        match wire {
+            DELAY_NONE => Some(Self::ZERO),
+            0 => Some(Self { time: 0, microsteps: 1 }),
+            i64::MAX => None,
+            time if time > 0 => Some(Self { time, microsteps: 0 }),
+            _ => None,
+        }
+    }
+
+    pub(super) fn is_path(self) -> bool {
+        self != Self::NO_PATH
+    }
+
+    /// The delay of this path with `rest` after it.
+    pub(super) fn then(self, rest: Self) -> Self {
+        if !self.is_path() || !rest.is_path() {
+            return Self::NO_PATH;
+        }
+        let own = if rest.time > 0 { 0 } else { self.microsteps };
+        match (self.time.checked_add(rest.time), own.checked_add(rest.microsteps)) {
+            (Some(time), Some(microsteps)) if time < i64::MAX => Self { time, microsteps },
+            _ => Self::NO_PATH,
+        }
+    }
+
+    /// The earliest tag at which a message arrives that is sent at `tag`.
+    ///
+    /// A microstep that cannot be counted any more stays where it is: too early is safe for a grant, too late is not.
+    pub(super) fn after(self, tag: Tag) -> Tag {
+        if tag.time == i64::MIN {
+            return Tag::NEVER;
+        }
+        if tag.time == i64::MAX || !self.is_path() {
+            return Tag::FOREVER;
+        }
+        let Some(time) = tag.time.checked_add(self.time).filter(|time| *time < i64::MAX) else {
+            return Tag::FOREVER;
+        };
+        let own = if self.time > 0 { 0 } else { tag.microstep };
+        Tag::new(time, own.saturating_add(self.microsteps))
+    }
+
+    /// The latest tag up to which nothing can arrive any more if the sender has completed `tag`: as
+    /// [`after`](Self::after), but one step earlier if there is a time, because the next tag of the sender arrives then.
+    pub(super) fn after_strictly(self, tag: Tag) -> Tag {
+        let delayed = self.after(tag);
+        let finite = delayed.time != i64::MIN && delayed.time != i64::MAX;
+        if self.time > 0 && finite { Tag::new(delayed.time - 1, u32::MAX) } else { delayed }
+    }
+
+    /// The latest tag of a sender that can matter for what a receiver does at `tag`. NEVER if there is none.
+    pub(super) fn before(self, tag: Tag) -> Tag {
+        if tag.time == i64::MIN || tag < Tag::new(self.time, self.microsteps) {
+            return Tag::NEVER;
+        }
+        if tag.time == i64::MAX {
+            return Tag::FOREVER;
+        }
+        let time = tag.time.saturating_sub(self.time);
+        match tag.microstep.checked_sub(self.microsteps) {
+            None => Tag::new(time.saturating_sub(1), u32::MAX),
+            Some(_) if self.time > 0 => Tag::new(time, u32::MAX),
+            Some(microstep) => Tag::new(time, microstep),
+        }
+    }
+}
+
+/// The latest tag before `tag`. NEVER and FOREVER stay what they are.
+pub(super) fn latest_before(tag: Tag) -> Tag {
+    if tag == Tag::NEVER || tag == Tag::FOREVER {
+        return tag;
+    }
+    match tag.microstep.checked_sub(1) {
+        Some(microstep) => Tag::new(tag.time, microstep),
+        None => Tag::new(tag.time.saturating_sub(1), u32::MAX),
+    }
+}
+
+/// The earliest tag after `tag`. FOREVER stays what it is.
+pub(super) fn earliest_after(tag: Tag) -> Tag {
+    match tag.microstep.checked_add(1) {
+        Some(microstep) => Tag::new(tag.time, microstep),
+        None if tag.time < i64::MAX => Tag::new(tag.time + 1, 0),
+        None => Tag::FOREVER,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn delay() -> impl Strategy<Value = PathDelay> {
+        (prop_oneof![Just(0i64), 1..50i64], 0..4u32).prop_map(|(time, microsteps)| PathDelay { time, microsteps })
+    }
+
+    fn tag() -> impl Strategy<Value = Tag> {
+        (1000..2000i64, 0..5u32).prop_map(|(time, microstep)| Tag::new(time, microstep))
+    }
+
+    #[test]
+    fn a_connection_delay_is_none_a_microstep_or_a_time() {
+        assert_eq!(PathDelay::of_connection(DELAY_NONE), Some(PathDelay::ZERO));
+        assert_eq!(PathDelay::of_connection(0), Some(PathDelay { time: 0, microsteps: 1 }));
+        assert_eq!(PathDelay::of_connection(7), Some(PathDelay { time: 7, microsteps: 0 }));
+        assert_eq!(PathDelay::of_connection(-1), None);
+        assert_eq!(PathDelay::of_connection(i64::MAX), None);
+    }
+
+    #[test]
+    fn a_tag_before_the_first_microstep_ends_the_nanosecond_before() {
+        assert_eq!(latest_before(Tag::new(5, 0)), Tag::new(4, u32::MAX));
+        assert_eq!(latest_before(Tag::new(5, 3)), Tag::new(5, 2));
+        assert_eq!(earliest_after(Tag::new(4, u32::MAX)), Tag::new(5, 0));
+    }
+
+    #[test]
+    fn what_cannot_be_added_is_never_too_late() {
+        let microstep = PathDelay { time: 0, microsteps: 1 };
+        assert_eq!(microstep.after(Tag::new(5, u32::MAX)), Tag::new(5, u32::MAX));
+        assert_eq!(microstep.after(Tag::FOREVER), Tag::FOREVER);
+        assert_eq!(microstep.after(Tag::NEVER), Tag::NEVER);
+    }
+
+    proptest! {
+        /// A message over a path arrives when it arrives over the pieces of the path one after the other.
+        #[test]
+        fn a_path_delays_like_its_pieces(tag in tag(), pieces in proptest::collection::vec(delay(), 0..5)) {
+            let folded = pieces.iter().rev().fold(PathDelay::ZERO, |rest, piece| piece.then(rest));
+            let stepwise = pieces.iter().fold(tag, |tag, piece| piece.after(tag));
+            prop_assert_eq!(folded.after(tag), stepwise);
+        }
+
+        /// A longer path is never faster, which the search for the least delay relies on.
+        #[test]
+        fn a_longer_path_is_not_faster(pieces in proptest::collection::vec(delay(), 1..5)) {
+            let folded: Vec<_> = pieces.iter().rev().scan(PathDelay::ZERO, |rest, piece| {
+                *rest = piece.then(*rest);
+                Some(*rest)
+            }).collect();
+            prop_assert!(folded.is_sorted());
+        }
+
+        /// What a sender does after the tag that `before` names arrives after the tag that it was asked for.
+        #[test]
+        fn nothing_after_the_downstream_next_event_tag_matters(delay in delay(), tag in tag()) {
+            prop_assert!(delay.after(earliest_after(delay.before(tag))) > tag);
+        }
+
+        /// Completing a tag allows all that the next tag of the sender cannot reach.
+        #[test]
+        fn a_completed_tag_allows_what_the_next_one_cannot_reach(time in 0..60i64, tag in tag()) {
+            let delay = PathDelay::of_connection(if time == 0 { DELAY_NONE } else { time - 1 }).unwrap();
+            prop_assert!(delay.after_strictly(tag) < delay.after(earliest_after(tag)));
+        }
+    }
+}

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the RTI asks of its owner, and what it answers.
+
+use core::fmt;
+
+use lf_wire::DecodeError;
+use lf_wire::june_2026::{Message, MessageType, RejectCode};
+
+use crate::FederateId;
+
+/// A connection, by its place in the owner's table: below the number of connections in the RTI's storage.
+///
+/// A number may be given to a new connection as soon as the old one is closed on both sides, by whomever.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ConnectionId(pub usize);
+
+impl fmt::Display for ConnectionId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// The connections, as the RTI sees them.
+pub trait Outlet {
+    /// Bytes that can be sent on this connection now. Once nothing is pending on it, there has to be room for the
+    /// longest message that the RTI's limits accept; otherwise that message would be held back for ever.
+    fn room(&self, connection: ConnectionId) -> usize;
+
+    /// Puts a message behind what is pending on the connection. Only called when there is room for it.
+    fn send(&mut self, connection: ConnectionId, message: &Message<'_>);
+
+    /// Ends our direction once all that is pending has been sent. The peer is still read, until it closes.
+    fn half_close(&mut self, connection: ConnectionId);
+
+    /// Closes the connection once all that is pending has been sent. The RTI knows it no longer; what the peer still
+    /// sends is not wanted, and its end is not reported with [`handle_disconnect`](super::Rti::handle_disconnect).
+    fn close(&mut self, connection: ConnectionId);
+
+    /// Something happened that people may want to know.
+    fn notice(&mut self, notice: Notice<'_>);
+}
+
+/// What became of input.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// This many bytes at the front are done with, at least one. There may be more messages behind them.
+    Consumed(usize),
+    /// A message begins here, but is not whole. It has at least this many bytes, more than there are.
+    Incomplete(usize),
+    /// The message at the front has to wait until there is room on the named connection. Keep it, do not read its
+    /// connection meanwhile, and offer it again after [`handle_writable`](super::Rti::handle_writable) for the named one.
+    Blocked(ConnectionId),
+    /// The connection is closed. Forget its input.
+    Closed,
+}
+
+/// Why a federate is not part of the federation any more, although it did not resign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// It said so itself, with FAILED.
+    Failed,
+    /// Its connection ended without a word.
+    ConnectionLost,
+    /// It sent what no federate may send.
+    Violation(Violation),
+    /// It did not answer a stop request in time.
+    NoStopReply,
+    /// The RTI was told to end.
+    Aborted,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Failed => f.write_str("it reported that it has failed"),
+            Self::ConnectionLost => f.write_str("its connection ended without a word"),
+            Self::Violation(violation) => write!(f, "it broke the protocol: {violation}"),
+            Self::NoStopReply => f.write_str("it did not answer a stop request in time"),
+            Self::Aborted => f.write_str("the RTI was told to end"),
+        }
+    }
+}
+
+/// What a peer did that it may not do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Violation {
+    /// The bytes are no message.
+    Bytes(DecodeError),
+    /// This message may not come at this point.
+    Unexpected(MessageType),
+    /// A federate is named that the federation does not have.
+    NoSuchFederate(u16),
+    /// The delay of a connection is negative or for ever.
+    Delay {
+        /// The upstream federate of that connection.
+        upstream: u16,
+        /// The delay in nanoseconds.
+        delay_ns: i64,
+    },
+    /// More upstream federates than the RTI has storage for.
+    TooManyUpstream {
+        /// Most that there can be.
+        max: usize,
+    },
+    /// The peer names another federate than the one it is.
+    OtherFederate(u16),
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bytes(error) => error.fmt(f),
+            Self::Unexpected(message_type) => write!(f, "{message_type} may not come at this point"),
+            Self::NoSuchFederate(id) => write!(f, "it named federate {id}, which the federation does not have"),
+            Self::Delay { upstream, delay_ns } => {
+                write!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
+            }
+            Self::TooManyUpstream { max } => {
+                write!(f, "it has more upstream federates than the {max} that this RTI has room for")
+            }
+            Self::OtherFederate(id) => write!(f, "it claimed to be federate {id}, which it is not"),
+        }
+    }
+}
+
+/// Something that people may want to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice<'a> {
+    /// A federate has completed its handshake.
+    Joined(FederateId),
+    /// All have; they begin at this time, in nanoseconds since 1970.
+    Started {
+        /// The start time.
+        start_ns: i64,
+    },
+    /// A connection was refused.
+    Rejected {
+        /// The code that was sent.
+        code: RejectCode,
+        /// The federate that it claimed to be, if it said.
+        federate: Option<FederateId>,
+        /// The federation that it wanted to join, if it said.
+        federation_id: Option<&'a [u8]>,
+        /// What was wrong with its bytes, if something was.
+        violation: Option<Violation>,
+    },
+    /// A connection ended, or was silent for too long, before it said which federate it is, or before it had
+    /// completed its handshake. Its id is free.
+    HandshakeAbandoned {
+        /// The federate, if it said.
+        federate: Option<FederateId>,
+        /// Whether the RTI gave up, not the peer.
+        timed_out: bool,
+    },
+    /// A federate left in order.
+    Resigned(FederateId),
+    /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
+    /// resigned.
+    Lost {
+        /// The federate.
+        federate: FederateId,
+        /// Why.
+        cause: Cause,
+        /// Whether the federation had started.
+        started: bool,
+    },
+    /// A byte that is no message was skipped.
+    UnknownType {
+        /// The federate that sent it.
+        federate: FederateId,
+        /// The byte.
+        found: u8,
+    },
+    /// A message was dropped, because its destination has left.
+    Dropped {
+        /// The sender.
+        from: FederateId,
+        /// The destination.
+        to: FederateId,
+    },
+    /// A message was forwarded with a tag that its destination has completed already.
+    Late {
+        /// The sender.
+        from: FederateId,
+        /// The destination.
+        to: FederateId,
+    },
+    /// More messages are on their way to a federate than can be remembered one by one. Federates that wait for this one
+    /// may have to wait longer, in a cycle for ever.
+    InTransitFull(FederateId),
+    /// The federation is asked to stop, by this federate first.
+    StopRequested(FederateId),
+    /// All stop at this tag, its time in nanoseconds since 1970.
+    StopGranted(lf_wire::Tag),
+}
+
+impl fmt::Display for Notice<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Joined(federate) => write!(f, "federate {federate} has joined"),
+            Self::Started { start_ns } => write!(f, "all federates have joined and start at {start_ns} ns"),
+            Self::Rejected { code, federate, federation_id, violation } => {
+                f.write_str("a connection was refused")?;
+                if let Some(federate) = federate {
+                    write!(f, " that claims to be federate {federate}")?;
+                }
+                if let Some(id) = federation_id {
+                    write!(f, " of federation \"{}\"", id.escape_ascii())?;
+                }
+                write!(f, ": {code}")?;
+                violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))
+            }
+            Self::HandshakeAbandoned { federate, timed_out } => {
+                match federate {
+                    Some(federate) => write!(f, "federate {federate}")?,
+                    None => f.write_str("a connection")?,
+                }
+                f.write_str(if timed_out { " was silent for too long" } else { " ended" })?;
+                f.write_str(" before its handshake was complete")
+            }
+            Self::Resigned(federate) => write!(f, "federate {federate} has resigned"),
+            Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
+            Self::Lost { federate, cause, started: false } => {
+                write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
+            }
+            Self::UnknownType { federate, found } => {
+                write!(f, "federate {federate} sent {found}, which begins no message and was skipped")
+            }
+            Self::Dropped { from, to } => {
+                write!(f, "a message from federate {from} was dropped, because federate {to} has left")
+            }
+            Self::Late { from, to } => {
+                write!(f, "a message from federate {from} is late: federate {to} has completed its tag already")
+            }
+            Self::InTransitFull(federate) => {
+                write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
+            }
+            Self::StopRequested(federate) => write!(f, "federate {federate} asks the federation to stop"),
+            Self::StopGranted(tag) => write!(f, "the federation stops at {tag}"),
+        }
+    }
+}
