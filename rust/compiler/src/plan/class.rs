@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::source::{Code, Location, Type, Value};
+use super::source::{ClassIndex, Code, Location, Type, Value};
 
 /// A reactor that at least one federate instantiates.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +26,8 @@ pub struct ReactorClass {
     pub actions: Vec<ActionDeclaration>,
     /// Timers, in order of declaration.
     pub timers: Vec<TimerDeclaration>,
+    /// Contained reactors, in order of declaration; of the federated reactor, the federates.
+    pub children: Vec<Child>,
     /// Reactions, in order of declaration.
     pub reactions: Vec<Reaction>,
 }
@@ -39,6 +41,20 @@ pub struct Parameter {
     pub ty: Type,
     /// Its default, which may name earlier parameters.
     pub default: Option<Value>,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+/// A contained reactor: `sensor = new VoltageSensor(unit = unit)`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Child {
+    /// The name of the instance.
+    pub name: String,
+    /// Its reactor.
+    pub class: ClassIndex,
+    /// One per parameter of that reactor, in the order of declaration: the value as it is written, which may name
+    /// parameters of the containing reactor; `None` for the parameter's default.
+    pub arguments: Vec<Option<Value>>,
     /// Where it is declared.
     pub at: Location,
 }

@@ -6,7 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::source::{
-    ClassIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex, TriggerIndex, Type, Value,
+    ClassIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex, TriggerIndex, Type,
 };
 
 /// A federate, or the whole of a program that is not federated.
@@ -43,14 +43,15 @@ pub struct Federate {
 /// An instance of a reactor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Instance {
-    /// The path from the federate's top: `unit_a.sensor`.
+    /// The path, with the federate's name first: `unit_a.sensor`.
     pub path: String,
     /// The reactor.
     pub class: ClassIndex,
     /// The instance that contains it; the top has none.
     pub parent: Option<InstanceIndex>,
-    /// One value per parameter of the class, in the order of the class; no value names a parameter any more.
-    pub arguments: Vec<Value>,
+    /// Which of the containing class's [`children`](super::ReactorClass::children) it is; for a federate's top, which
+    /// of the main class's. `None` for the main reactor of a program that is not federated.
+    pub child: Option<usize>,
     /// Where it is instantiated.
     pub at: Location,
 }

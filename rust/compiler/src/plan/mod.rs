@@ -11,7 +11,7 @@ mod source;
 use serde::{Deserialize, Serialize};
 
 pub use class::{
-    ActionDeclaration, Parameter, PortDeclaration, PortDirection, Reaction, ReactionParameter, ReactorClass,
+    ActionDeclaration, Child, Parameter, PortDeclaration, PortDirection, Reaction, ReactionParameter, ReactorClass,
     StateVariable, TimerDeclaration, VariableKind,
 };
 pub use federate::{
@@ -34,8 +34,10 @@ pub struct Plan {
     pub target: Target,
     /// The RTI; `None` for a program that is not federated.
     pub rti: Option<Rti>,
-    /// The reactors that are instantiated, the federates' own classes included.
+    /// The reactors that are instantiated, the main or federated one included.
     pub classes: Vec<ReactorClass>,
+    /// The class of the `main` or `federated` reactor.
+    pub main: ClassIndex,
     /// The federates in order of id; exactly one for a program that is not federated.
     pub federates: Vec<Federate>,
 }
@@ -120,6 +122,15 @@ impl Plan {
     /// If the instance is not one of this plan's.
     pub fn class(&self, instance: &Instance) -> &ReactorClass {
         &self.classes[instance.class.0]
+    }
+
+    /// The declaration of an instance: as a child of its container. `None` for an unfederated main reactor.
+    ///
+    /// # Panics
+    /// If the instance is not one of this federate's.
+    pub fn child(&self, federate: &Federate, instance: &Instance) -> Option<&Child> {
+        let container = instance.parent.map_or(self.main, |parent| federate.instances[parent.0].class);
+        self.classes[container.0].children.get(instance.child?)
     }
 
     /// The path of a location's file.

@@ -105,11 +105,16 @@ impl Plan {
         list(f, "instances", &federate.instances, |instance, f| {
             let class = self.class(instance);
             write!(f, "{}: {}", instance.path, class.name)?;
-            for (index, (parameter, value)) in class.parameters.iter().zip(&instance.arguments).enumerate() {
-                let open = if index == 0 { "(" } else { ", " };
-                write!(f, "{open}{} = {}", parameter.name, OneLine(value))?;
+            let given = self.child(federate, instance).map_or(&[][..], |child| &child.arguments);
+            let mut open = "(";
+            for (index, parameter) in class.parameters.iter().enumerate() {
+                let value = given.get(index).and_then(Option::as_ref).or(parameter.default.as_ref());
+                if let Some(value) = value {
+                    write!(f, "{open}{} = {}", parameter.name, OneLine(value))?;
+                    open = ", ";
+                }
             }
-            if instance.arguments.is_empty() { Ok(()) } else { f.write_str(")") }
+            if open == "(" { Ok(()) } else { f.write_str(")") }
         })
     }
 

@@ -85,6 +85,6 @@ pub enum Value {
         /// Nanoseconds.
         ns: i64,
     },
-    /// A Rust expression. In a default or an initial value it may name the reactor's parameters.
+    /// A Rust expression: a literal, the name of a parameter that is in scope, or code.
     Rust(Code),
 }
