@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a recording was not loaded.
+
+use std::fmt;
+
+/// Why a recording was not loaded: which file, and what is wrong there.
+#[derive(Debug)]
+pub struct GoldenError {
+    /// The file, as far as it is known.
+    pub file: String,
+    /// What is wrong.
+    pub reason: String,
+}
+
+impl GoldenError {
+    pub(crate) fn new(file: &str, reason: impl fmt::Display) -> Self {
+        Self { file: file.to_owned(), reason: reason.to_string() }
+    }
+}
+
+impl fmt::Display for GoldenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.file, self.reason)
+    }
+}
+
+impl std::error::Error for GoldenError {}

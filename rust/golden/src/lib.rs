@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Loads the recorded runs of `tests/golden`, for the tests of other crates. The README there describes the format.
+//!
+//! Nothing is skipped: a key that is unknown, or that does not belong to its step, is an error, and so is a masked byte
+//! of which the file does not say how the tester has to fill it. The loader knows no messages, only bytes.
+#![forbid(unsafe_code)]
+
+mod error;
+mod file;
+mod mask;
+mod recording;
+
+pub use error::GoldenError;
+pub use file::{directory, load, load_all, parse};
+pub use mask::{FillError, Mask, MaskError};
+pub use recording::{Coordination, FederateSetup, Fill, Frame, Recording, RelativeTag, Role, RtiSetup, Step};
