@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Superdense time: instants, intervals and tags, in integer nanoseconds.
+//!
+//! Reaction bodies see durations as [`core::time::Duration`], LF's `time`; everything inside the model, on the wire
+//! and in the plan counts in signed 64-bit nanoseconds, and saturates at both ends instead of wrapping.
+use core::fmt;
+use core::ops::{Add, AddAssign, Sub};
+use core::time::Duration;
+
+const NS_PER_SEC: i64 = 1_000_000_000;
+
+/// A length of time in nanoseconds. Arithmetic on it saturates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Interval(pub i64);
+
+impl Interval {
+    /// No time at all.
+    pub const ZERO: Self = Self(0);
+    /// Longer than any other interval.
+    pub const FOREVER: Self = Self(i64::MAX);
+
+    /// An interval of `n` nanoseconds.
+    pub const fn from_nanos(n: i64) -> Self {
+        Self(n)
+    }
+
+    /// An interval of `n` microseconds.
+    pub const fn from_micros(n: i64) -> Self {
+        Self(n.saturating_mul(1_000))
+    }
+
+    /// An interval of `n` milliseconds.
+    pub const fn from_millis(n: i64) -> Self {
+        Self(n.saturating_mul(1_000_000))
+    }
+
+    /// An interval of `n` seconds.
+    pub const fn from_secs(n: i64) -> Self {
+        Self(n.saturating_mul(NS_PER_SEC))
+    }
+
+    /// The same length as a [`Duration`], cut at 292 years.
+    pub const fn from_duration(duration: Duration) -> Self {
+        let secs = duration.as_secs();
+        if secs >= (i64::MAX / NS_PER_SEC) as u64 {
+            return Self::FOREVER;
+        }
+        // Both casts are exact: the seconds were just compared, and the rest is below one second.
+        #[allow(clippy::cast_possible_wrap)]
+        Self(secs as i64 * NS_PER_SEC + duration.subsec_nanos() as i64)
+    }
+
+    /// The same length as a [`Duration`]; a negative interval becomes zero.
+    pub const fn to_duration(self) -> Duration {
+        Duration::from_nanos(if self.0 < 0 { 0 } else { self.0.unsigned_abs() })
+    }
+
+    /// The length in nanoseconds.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// The sum, held within what an interval can say.
+    #[must_use]
+    pub const fn saturating_add(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl From<Duration> for Interval {
+    fn from(duration: Duration) -> Self {
+        Self::from_duration(duration)
+    }
+}
+
+/// A point in time, in nanoseconds since the epoch of the federation's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Instant(pub i64);
+
+impl Instant {
+    /// Earlier than any other instant.
+    pub const NEVER: Self = Self(i64::MIN);
+    /// Later than any other instant.
+    pub const FOREVER: Self = Self(i64::MAX);
+
+    /// The instant `ns` nanoseconds after the epoch.
+    pub const fn from_nanos(ns: i64) -> Self {
+        Self(ns)
+    }
+
+    /// Nanoseconds since the epoch.
+    pub const fn as_nanos(self) -> i64 {
+        self.0
+    }
+
+    /// This instant and `interval` later, held within what an instant can say. NEVER and FOREVER stay what they are.
+    #[must_use]
+    pub const fn saturating_add(self, interval: Interval) -> Self {
+        match self {
+            Self::NEVER | Self::FOREVER => self,
+            Self(ns) => Self(ns.saturating_add(interval.0)),
+        }
+    }
+
+    /// The interval from `earlier` to this instant; negative when `earlier` is later.
+    pub const fn since(self, earlier: Self) -> Interval {
+        Interval(self.0.saturating_sub(earlier.0))
+    }
+
+    /// The time from `earlier` to this instant; zero when `earlier` is later.
+    pub const fn duration_since(self, earlier: Self) -> Duration {
+        self.since(earlier).to_duration()
+    }
+}
+
+impl Add<Interval> for Instant {
+    type Output = Self;
+    fn add(self, interval: Interval) -> Self {
+        self.saturating_add(interval)
+    }
+}
+
+impl Add<Duration> for Instant {
+    type Output = Self;
+    fn add(self, duration: Duration) -> Self {
+        self.saturating_add(Interval::from_duration(duration))
+    }
+}
+
+impl AddAssign<Duration> for Instant {
+    fn add_assign(&mut self, duration: Duration) {
+        *self = *self + duration;
+    }
+}
+
+impl Sub for Instant {
+    type Output = Duration;
+    /// The time between, as `std::time::Instant` gives it: zero when `earlier` is later.
+    fn sub(self, earlier: Self) -> Duration {
+        self.duration_since(earlier)
+    }
+}
+
+impl Sub<Interval> for Instant {
+    type Output = Self;
+    fn sub(self, interval: Interval) -> Self {
+        match self {
+            Self::NEVER | Self::FOREVER => self,
+            Self(ns) => Self(ns.saturating_sub(interval.0)),
+        }
+    }
+}
+
+impl Sub<Duration> for Instant {
+    type Output = Self;
+    fn sub(self, duration: Duration) -> Self {
+        self - Interval::from_duration(duration)
+    }
+}
+
+/// The step within one instant. Steps that differ in their microstep only are apart in logic, not in time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Microstep(pub u32);
+
+impl Microstep {
+    /// The last step that an instant can have.
+    pub const MAX: Self = Self(u32::MAX);
+}
+
+impl fmt::Display for Microstep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A point in superdense time: an instant and a microstep, ordered by the instant first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Tag {
+    /// The instant.
+    pub time: Instant,
+    /// The step within the instant.
+    pub microstep: Microstep,
+}
+
+impl Tag {
+    /// Before every tag that a program can reach; as on the wire (i64::MIN, 0).
+    pub const NEVER: Self = Self { time: Instant::NEVER, microstep: Microstep(0) };
+    /// After every tag that a program can reach; as on the wire (i64::MAX, u32::MAX).
+    pub const FOREVER: Self = Self { time: Instant::FOREVER, microstep: Microstep::MAX };
+
+    /// The tag at `time` and `microstep`.
+    pub const fn new(time: Instant, microstep: Microstep) -> Self {
+        Self { time, microstep }
+    }
+
+    /// The first tag at `time`.
+    pub const fn at(time: Instant) -> Self {
+        Self { time, microstep: Microstep(0) }
+    }
+
+    /// The smallest tag that is greater.
+    #[must_use]
+    pub const fn next_microstep(self) -> Self {
+        match self.microstep.0.checked_add(1) {
+            Some(microstep) => Self { time: self.time, microstep: Microstep(microstep) },
+            None => Self { time: self.time.saturating_add(Interval(1)), microstep: Microstep(0) },
+        }
+    }
+
+    /// The greatest tag that is smaller: the last microstep of the nanosecond before, where there is none in this one.
+    #[must_use]
+    pub const fn before(self) -> Self {
+        match (self.microstep.0.checked_sub(1), self.time) {
+            (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
+            (None, Instant::NEVER) => self,
+            (None, Instant(ns)) => Self { time: Instant(ns - 1), microstep: Microstep::MAX },
+        }
+    }
+
+    /// The tag after a delay of `interval`: a delay of nothing is one microstep, any other leads to microstep 0.
+    /// NEVER and FOREVER stay what they are.
+    #[must_use]
+    pub const fn after(self, interval: Interval) -> Self {
+        match (self.time, interval.0) {
+            (Instant::NEVER | Instant::FOREVER, _) => self,
+            (_, i64::MIN..=0) => self.next_microstep(),
+            (time, _) => match time.saturating_add(interval) {
+                Instant::FOREVER => Self::FOREVER,
+                time => Self { time, microstep: Microstep(0) },
+            },
+        }
+    }
+
+    /// The tag at the other end of a connection: the same one without `after` (`None`), else [`after`](Self::after) it.
+    #[must_use]
+    pub const fn delayed(self, after: Option<Interval>) -> Self {
+        match after {
+            None => self,
+            Some(interval) => self.after(interval),
+        }
+    }
+}
+
+impl fmt::Display for Tag {
+    /// `(nanoseconds since the epoch, microstep)`, or `NEVER` or `FOREVER`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::NEVER => f.write_str("NEVER"),
+            Self::FOREVER => f.write_str("FOREVER"),
+            Self { time, microstep } => write!(f, "({} ns, {microstep})", time.0),
+        }
+    }
+}
+
+/// The current tag as reaction bodies see it: relative to the start of the program.
+///
+/// It is written `(T0 + 40000000 ns = 40 ms, 0)`, and compares with what [`tag!`](crate::tag) makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct EventTag {
+    /// The logical time since the start.
+    pub offset_from_t0: Duration,
+    /// The step within that time.
+    pub microstep: u32,
+}
+
+impl EventTag {
+    /// The tag at an offset from the start.
+    pub const fn new(offset_from_t0: Duration, microstep: u32) -> Self {
+        Self { offset_from_t0, microstep }
+    }
+
+    /// `tag` seen from a program that started at `start`.
+    pub const fn relative(tag: Tag, start: Instant) -> Self {
+        Self { offset_from_t0: tag.time.duration_since(start), microstep: tag.microstep.0 }
+    }
+}
+
+impl fmt::Display for EventTag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Counted in 64 bits, because 128-bit division is large code on small processors.
+        let ns = Interval::from_duration(self.offset_from_t0).as_nanos();
+        write!(f, "(T0 + {ns} ns = {} ms, {})", ns / 1_000_000, self.microstep)
+    }
+}
+
+/// When a scheduled event is to happen, on top of the action's minimum delay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Offset {
+    /// As soon as possible.
+    #[default]
+    Asap,
+    /// This much later.
+    After(Duration),
+}
+
+impl Offset {
+    /// The additional delay.
+    pub const fn to_interval(self) -> Interval {
+        match self {
+            Self::Asap => Interval::ZERO,
+            Self::After(duration) => Interval::from_duration(duration),
+        }
+    }
+}
