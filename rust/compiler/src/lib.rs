@@ -8,5 +8,6 @@
 
 pub mod diagnostics;
 pub mod plan;
+mod syntax;
 
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};

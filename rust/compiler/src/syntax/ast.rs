@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tree of one file: the whole grammar, as it is written, with places.
+
+pub(crate) use super::expression::{Code, Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
+pub(crate) use super::type_text::{Type, TypeKind};
+use crate::diagnostics::Span;
+
+/// A file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SourceUnit {
+    pub(crate) target: Option<Target>,
+    pub(crate) imports: Vec<Import>,
+    pub(crate) preambles: Vec<Preamble>,
+    pub(crate) reactors: Vec<Reactor>,
+}
+
+/// `target Rust { … }`
+#[derive(Clone, Debug)]
+pub(crate) struct Target {
+    pub(crate) name: Name,
+    pub(crate) properties: Vec<Property>,
+}
+
+/// `key: value`
+#[derive(Clone, Debug)]
+pub(crate) struct Property {
+    pub(crate) key: Name,
+    pub(crate) value: PropertyValue,
+}
+
+/// The value of a target property.
+#[derive(Clone, Debug)]
+pub(crate) struct PropertyValue {
+    pub(crate) kind: PropertyKind,
+    pub(crate) span: Span,
+}
+
+/// The kinds of values of target properties.
+#[derive(Clone, Debug)]
+pub(crate) enum PropertyKind {
+    Map(Vec<Property>),
+    List(Vec<PropertyValue>),
+    Literal(Literal),
+    Time(TimeValue),
+    /// A word or a path without quotes.
+    Path(String),
+}
+
+/// `import A as B, C from "file.lf"`
+#[derive(Clone, Debug)]
+pub(crate) struct Import {
+    pub(crate) reactors: Vec<ImportedReactor>,
+    pub(crate) source: ImportSource,
+    pub(crate) span: Span,
+}
+
+/// Where an import comes from.
+#[derive(Clone, Debug)]
+pub(crate) enum ImportSource {
+    /// A file, relative to the importing one.
+    File(Name),
+    /// A package in angle brackets.
+    Package(Name),
+}
+
+/// One reactor of an import.
+#[derive(Clone, Debug)]
+pub(crate) struct ImportedReactor {
+    pub(crate) name: Name,
+    pub(crate) alias: Option<Name>,
+}
+
+/// `preamble {= … =}`; whether it is private or public makes no difference in Rust.
+#[derive(Clone, Debug)]
+pub(crate) struct Preamble {
+    pub(crate) code: Code,
+}
+
+/// What kind of reactor it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ReactorKind {
+    Plain,
+    Main,
+    Federated,
+}
+
+/// `@name(parameters)`
+#[derive(Clone, Debug)]
+pub(crate) struct Attribute {
+    pub(crate) name: Name,
+    pub(crate) parameters: Vec<AttributeParameter>,
+    pub(crate) span: Span,
+}
+
+/// A parameter of an attribute.
+#[derive(Clone, Debug)]
+pub(crate) struct AttributeParameter {
+    pub(crate) name: Option<Name>,
+    pub(crate) value: Option<Expression>,
+}
+
+/// A reactor.
+#[derive(Clone, Debug)]
+pub(crate) struct Reactor {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) kind: ReactorKind,
+    pub(crate) realtime: Option<Span>,
+    /// The word `reactor`.
+    pub(crate) keyword: Span,
+    pub(crate) name: Option<Name>,
+    pub(crate) type_parameters: Vec<Span>,
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) host: Option<Host>,
+    pub(crate) extends: Vec<Name>,
+    pub(crate) body: Body,
+    /// The comment directly before it, without comment marks.
+    pub(crate) docs: Option<String>,
+}
+
+impl Reactor {
+    /// Its name, or the word `reactor` where it has none.
+    pub(crate) fn span(&self) -> Span {
+        self.name.as_ref().map_or(self.keyword, |name| name.span)
+    }
+}
+
+/// What stands in the braces of a reactor or of a mode.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Body {
+    pub(crate) preambles: Vec<Preamble>,
+    pub(crate) states: Vec<State>,
+    pub(crate) methods: Vec<Method>,
+    pub(crate) ports: Vec<Port>,
+    pub(crate) timers: Vec<Timer>,
+    pub(crate) actions: Vec<Action>,
+    pub(crate) watchdogs: Vec<Watchdog>,
+    pub(crate) instances: Vec<Instantiation>,
+    pub(crate) connections: Vec<Connection>,
+    pub(crate) reactions: Vec<Reaction>,
+    pub(crate) modes: Vec<Mode>,
+}
+
+/// A parameter of a reactor.
+#[derive(Clone, Debug)]
+pub(crate) struct Parameter {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) name: Name,
+    pub(crate) ty: Option<Type>,
+    pub(crate) init: Option<Initialiser>,
+}
+
+/// A state variable.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) reset: Option<Span>,
+    pub(crate) name: Name,
+    pub(crate) ty: Option<Type>,
+    pub(crate) init: Option<Initialiser>,
+}
+
+/// A method.
+#[derive(Clone, Debug)]
+pub(crate) struct Method {
+    pub(crate) name: Name,
+}
+
+/// The direction of a port, seen from its own reactor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Direction {
+    Input,
+    Output,
+}
+
+/// An input or output.
+#[derive(Clone, Debug)]
+pub(crate) struct Port {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) mutable: Option<Span>,
+    pub(crate) direction: Direction,
+    pub(crate) width: Option<Span>,
+    pub(crate) name: Name,
+    pub(crate) ty: Option<Type>,
+}
+
+/// A timer.
+#[derive(Clone, Debug)]
+pub(crate) struct Timer {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) name: Name,
+    pub(crate) offset: Option<Expression>,
+    pub(crate) period: Option<Expression>,
+}
+
+/// An action.
+#[derive(Clone, Debug)]
+pub(crate) struct Action {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) physical: bool,
+    pub(crate) name: Name,
+    pub(crate) min_delay: Option<Expression>,
+    pub(crate) min_spacing: Option<Expression>,
+    pub(crate) policy: Option<Name>,
+    pub(crate) ty: Option<Type>,
+}
+
+/// A watchdog.
+#[derive(Clone, Debug)]
+pub(crate) struct Watchdog {
+    pub(crate) name: Name,
+}
+
+/// A contained reactor.
+#[derive(Clone, Debug)]
+pub(crate) struct Instantiation {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) name: Name,
+    pub(crate) width: Option<Span>,
+    pub(crate) class: Name,
+    pub(crate) type_arguments: Option<Span>,
+    pub(crate) arguments: Vec<Assignment>,
+    pub(crate) host: Option<Host>,
+}
+
+/// `parameter = value`
+#[derive(Clone, Debug)]
+pub(crate) struct Assignment {
+    pub(crate) name: Name,
+    pub(crate) init: Initialiser,
+}
+
+/// `at user@address:port`
+#[derive(Clone, Debug)]
+pub(crate) struct Host {
+    pub(crate) user: Option<String>,
+    pub(crate) address: String,
+    pub(crate) port: Option<u16>,
+    pub(crate) span: Span,
+}
+
+/// A connection.
+#[derive(Clone, Debug)]
+pub(crate) struct Connection {
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) left: Vec<Reference>,
+    /// `( … )+`: the left side is repeated as often as the right side needs.
+    pub(crate) iterated: bool,
+    /// The `~>` of a physical connection.
+    pub(crate) physical: Option<Span>,
+    pub(crate) right: Vec<Reference>,
+    pub(crate) after: Option<Expression>,
+    pub(crate) serializer: Option<Span>,
+    pub(crate) span: Span,
+}
+
+/// A name of something in the reactor, or in one of its contained reactors.
+#[derive(Clone, Debug)]
+pub(crate) struct Reference {
+    pub(crate) container: Option<Name>,
+    pub(crate) name: Name,
+    pub(crate) interleaved: bool,
+    pub(crate) alias: Option<Name>,
+    /// `reset(mode)` or `history(mode)`.
+    pub(crate) transition: bool,
+    pub(crate) span: Span,
+}
+
+impl Reference {
+    /// As it is written: `child.port` or `port`.
+    pub(crate) fn text(&self) -> String {
+        match &self.container {
+            Some(container) => format!("{}.{}", container.text, self.name.text),
+            None => self.name.text.clone(),
+        }
+    }
+}
+
+/// A reaction.
+#[derive(Clone, Debug)]
+pub(crate) struct Reaction {
+    pub(crate) attributes: Vec<Attribute>,
+    /// The word `reaction` or `mutation`.
+    pub(crate) keyword: Span,
+    pub(crate) mutation: bool,
+    pub(crate) name: Option<Name>,
+    pub(crate) triggers: Vec<Reference>,
+    pub(crate) uses: Vec<Reference>,
+    pub(crate) effects: Vec<Reference>,
+    pub(crate) code: Option<Code>,
+    /// `STP`, `STAA` or `tardy`.
+    pub(crate) tardy: Option<Name>,
+    pub(crate) deadline: Option<Deadline>,
+}
+
+/// `deadline(value) {= … =}`
+#[derive(Clone, Debug)]
+pub(crate) struct Deadline {
+    pub(crate) value: Expression,
+    pub(crate) code: Code,
+}
+
+/// A mode; what is in it is read to find errors of syntax, and not used yet.
+#[derive(Clone, Debug)]
+pub(crate) struct Mode {
+    pub(crate) span: Span,
+}

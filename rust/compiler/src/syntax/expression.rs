@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values as they are written.
+
+use crate::diagnostics::Span;
+
+/// A name with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Name {
+    pub(crate) text: String,
+    pub(crate) span: Span,
+}
+
+/// The text between `{=` and `=}`, and its place without these marks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Code {
+    pub(crate) text: String,
+    pub(crate) span: Span,
+}
+
+/// A value with its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Expression {
+    pub(crate) kind: ExpressionKind,
+    pub(crate) span: Span,
+}
+
+/// The kinds of values.
+#[derive(Clone, Debug)]
+pub(crate) enum ExpressionKind {
+    Literal(Literal),
+    Time(TimeValue),
+    /// A parameter.
+    Name(String),
+    Code(Code),
+    /// A list in brackets, braces or parentheses.
+    List(Vec<Expression>),
+}
+
+/// A literal; numbers and strings are kept as they are written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Literal {
+    /// With its quotes.
+    Text(String),
+    /// With its quotes.
+    Character(String),
+    Int(String),
+    Float(String),
+    Bool(bool),
+}
+
+/// A number with a unit, or a word for an end of time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum TimeValue {
+    Interval { negative: bool, digits: String, unit: Name },
+    Forever,
+    Never,
+}
+
+/// The initial value in a declaration.
+#[derive(Clone, Debug)]
+pub(crate) struct Initialiser {
+    pub(crate) value: Expression,
+}

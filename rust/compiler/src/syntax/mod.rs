@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The text of one file as a tree.
+//!
+//! [`parse`] never fails: what it cannot read becomes a diagnostic, and it goes on at the next declaration. The tree
+//! holds the whole 0.14 grammar, also what later stages refuse. Nothing here looks at other files or at meanings.
+
+pub(crate) mod ast;
+mod code_block;
+mod expression;
+mod parser;
+#[cfg(test)]
+mod tests;
+mod time;
+mod token;
+mod type_text;
+pub(crate) mod words;
+
+pub(crate) use parser::parse;
+pub(crate) use time::{TimeError, UNITS, nanoseconds};

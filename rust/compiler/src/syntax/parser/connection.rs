@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Connections, and references to ports and actions.
+
+use super::super::ast::{Attribute, Connection, Reference};
+use super::super::token::Kind;
+use super::super::words::is_reserved;
+use super::{Parsed, Parser};
+use crate::diagnostics::Span;
+
+impl Parser<'_> {
+    /// Whether a connection begins here: a parenthesis, or a name that is no word of the language.
+    pub(super) fn at_connection(&self) -> bool {
+        if self.at(Kind::OpenParenthesis) {
+            return true;
+        }
+        let follows = matches!(self.peek(1).kind, Kind::Dot | Kind::Comma | Kind::Arrow | Kind::PhysicalArrow);
+        self.word_ahead(0).is_some_and(|word| word == "interleaved" || (follows || !is_reserved(word)))
+    }
+
+    pub(super) fn connection(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<Connection> {
+        let mut iterated = false;
+        let left = if self.eat(Kind::OpenParenthesis) {
+            let left = self.list(Kind::CloseParenthesis, ")", |parser| parser.reference("a port"))?;
+            iterated = self.eat(Kind::Plus);
+            left
+        } else {
+            self.references("a port")?
+        };
+        let physical = if self.at(Kind::PhysicalArrow) {
+            let token = self.advance();
+            Some(self.span_of(token))
+        } else if self.eat(Kind::Arrow) {
+            None
+        } else {
+            return self.unexpected("`->` and the ports to connect to");
+        };
+        let right = self.references("a port")?;
+        let after = if self.eat_word("after").is_some() { Some(self.expression()?) } else { None };
+        let serializer = match self.eat_word("serializer") {
+            Some(word) => {
+                let text = self.string("the name of a serializer in quotes")?;
+                Some(word.to(text.span))
+            }
+            None => None,
+        };
+        let span = Span::new(self.file, start, self.before().end);
+        Ok(Connection { attributes, left, iterated, physical, right, after, serializer, span })
+    }
+
+    pub(super) fn references(&mut self, what: &str) -> Parsed<Vec<Reference>> {
+        let mut references = vec![self.reference(what)?];
+        while self.eat(Kind::Comma) {
+            references.push(self.reference(what)?);
+        }
+        Ok(references)
+    }
+
+    /// `variable`, `container.variable`, or one of them in `interleaved( … )`, and maybe `as alias`.
+    pub(super) fn reference(&mut self, what: &str) -> Parsed<Reference> {
+        let start = self.here();
+        let interleaved = self.at_word("interleaved") && self.peek(1).kind == Kind::OpenParenthesis;
+        if interleaved {
+            self.advance();
+            self.advance();
+        }
+        let first = self.reference_name(what)?;
+        let (container, name) =
+            if self.eat(Kind::Dot) { (Some(first), self.name("the name of a port")?) } else { (None, first) };
+        if interleaved {
+            self.expect(Kind::CloseParenthesis, "`)`")?;
+        }
+        let alias = if self.eat_word("as").is_some() { Some(self.name("a name for the port")?) } else { None };
+        Ok(Reference { container, name, interleaved, alias, transition: false, span: start.to(self.before()) })
+    }
+
+    fn reference_name(&mut self, what: &str) -> Parsed<super::Name> {
+        // A word that begins a declaration is no name here: something was left out before it.
+        if self.peek(0).first_of_line && self.at_member_start() && self.peek(1).kind == Kind::Word {
+            return self.unexpected(what);
+        }
+        self.name(what)
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values.
+
+use super::super::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
+use super::super::time::unit_length;
+use super::super::token::Kind;
+use super::super::words::is_reserved;
+use super::{Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic, Span};
+
+impl Parser<'_> {
+    /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here.
+    pub(super) fn initialiser(&mut self, what: &str) -> Parsed<Option<Initialiser>> {
+        if self.eat(Kind::Equals) {
+            return Ok(Some(Initialiser { value: self.expression()? }));
+        }
+        if !matches!(self.kind(), Kind::OpenParenthesis | Kind::OpenBrace) {
+            return Ok(None);
+        }
+        let mut value = self.expression()?;
+        let inner = match &value.kind {
+            ExpressionKind::List(items) if items.len() == 1 => Some(items[0].clone()),
+            _ => None,
+        };
+        let written = self.slice(inner.as_ref().map_or(value.span, |inner| inner.span)).to_owned();
+        let hint = format!("write ` = {written}`");
+        let message = format!("the initial value of {what} is written in the older form");
+        self.report(Diagnostic::new(Code::OldInitialiser, value.span, message).hint(hint));
+        if let Some(inner) = inner {
+            value = inner;
+        }
+        Ok(Some(Initialiser { value }))
+    }
+
+    pub(super) fn slice(&self, span: Span) -> &str {
+        &self.text[span.start..span.end]
+    }
+
+    pub(super) fn expression(&mut self) -> Parsed<Expression> {
+        self.nested(Self::expression_here)
+    }
+
+    fn expression_here(&mut self) -> Parsed<Expression> {
+        let start = self.here();
+        let kind = match self.kind() {
+            Kind::Code => ExpressionKind::Code(self.code()?),
+            Kind::OpenBrace => self.list_expression(Kind::CloseBrace, "}")?,
+            Kind::OpenBracket => self.list_expression(Kind::CloseBracket, "]")?,
+            Kind::OpenParenthesis => self.list_expression(Kind::CloseParenthesis, ")")?,
+            _ => match self.literal_or_time()? {
+                Some(kind) => kind,
+                None => match self.word_ahead(0) {
+                    Some(word) if !is_reserved(word) => {
+                        self.advance();
+                        ExpressionKind::Name(word.to_owned())
+                    }
+                    _ => return self.unexpected("a value"),
+                },
+            },
+        };
+        Ok(Expression { kind, span: start.to(self.before()) })
+    }
+
+    fn list_expression(&mut self, close: Kind, close_text: &str) -> Parsed<ExpressionKind> {
+        self.advance();
+        Ok(ExpressionKind::List(self.list(close, close_text, Self::expression)?))
+    }
+
+    /// A literal or a time; nothing is taken if neither is here.
+    pub(super) fn literal_or_time(&mut self) -> Parsed<Option<ExpressionKind>> {
+        let token = self.peek(0);
+        let text = self.text_of(token);
+        let literal = match token.kind {
+            Kind::Text => Literal::Text(text.to_owned()),
+            Kind::Character => Literal::Character(text.to_owned()),
+            Kind::Int | Kind::Float | Kind::Minus => return self.number().map(Some),
+            Kind::Word => match text {
+                "true" | "True" => Literal::Bool(true),
+                "false" | "False" => Literal::Bool(false),
+                "forever" | "never" => {
+                    self.advance();
+                    let value = if text == "forever" { TimeValue::Forever } else { TimeValue::Never };
+                    return Ok(Some(ExpressionKind::Time(value)));
+                }
+                _ => return Ok(None),
+            },
+            _ => return Ok(None),
+        };
+        self.advance();
+        Ok(Some(ExpressionKind::Literal(literal)))
+    }
+
+    fn number(&mut self) -> Parsed<ExpressionKind> {
+        let negative = self.eat(Kind::Minus);
+        let sign = if negative { "-" } else { "" };
+        let token = self.peek(0);
+        match token.kind {
+            Kind::Float => {
+                self.advance();
+                let text = self.text_of(token);
+                // LF allows `.5`, Rust does not.
+                let zero = if text.starts_with('.') { "0" } else { "" };
+                Ok(ExpressionKind::Literal(Literal::Float(format!("{sign}{zero}{text}"))))
+            }
+            Kind::Int => {
+                self.advance();
+                let digits = self.text_of(token).to_owned();
+                match self.unit() {
+                    Some(unit) => Ok(ExpressionKind::Time(TimeValue::Interval { negative, digits, unit })),
+                    None => Ok(ExpressionKind::Literal(Literal::Int(format!("{sign}{digits}")))),
+                }
+            }
+            _ => self.unexpected("a number"),
+        }
+    }
+
+    /// The unit after a number: a word on the same line that does not begin something else.
+    fn unit(&mut self) -> Option<Name> {
+        let word = self.word_ahead(0)?;
+        let token = self.peek(0);
+        let begins_other = !token.adjacent
+            && unit_length(word).is_none()
+            && matches!(self.peek(1).kind, Kind::Equals | Kind::Dot | Kind::Arrow | Kind::PhysicalArrow);
+        if token.first_of_line || is_reserved(word) || begins_other {
+            return None;
+        }
+        self.advance();
+        Some(Name { text: word.to_owned(), span: self.span_of(token) })
+    }
+}

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The top of a file: target, imports, preambles, reactors.
+
+use super::super::ast::{
+    Attribute, AttributeParameter, Import, ImportSource, ImportedReactor, Name, Preamble, SourceUnit,
+};
+use super::super::token::Kind;
+use super::{Parsed, Parser};
+use crate::diagnostics::Span;
+
+impl Parser<'_> {
+    pub(super) fn source_unit(&mut self) -> SourceUnit {
+        let mut unit = SourceUnit::default();
+        while !self.at_end() {
+            let start = self.position;
+            if self.file_member(&mut unit).is_err() {
+                self.recover_in_file(start);
+            }
+        }
+        unit
+    }
+
+    fn file_member(&mut self, unit: &mut SourceUnit) -> Parsed<()> {
+        match self.word_ahead(0) {
+            Some("target") => {
+                let target = self.target()?;
+                unit.target.get_or_insert(target);
+            }
+            Some("import") => {
+                let import = self.import()?;
+                unit.imports.push(import);
+            }
+            Some("private" | "public" | "preamble") => {
+                let preamble = self.preamble()?;
+                unit.preambles.push(preamble);
+            }
+            Some("main" | "federated" | "realtime" | "reactor") => {
+                let reactor = self.reactor(Vec::new(), self.peek(0).start)?;
+                unit.reactors.push(reactor);
+            }
+            _ if self.at(Kind::At) => {
+                let start = self.peek(0).start;
+                let attributes = self.attributes()?;
+                let reactor = self.reactor(attributes, start)?;
+                unit.reactors.push(reactor);
+            }
+            _ if self.eat(Kind::Semicolon) => {}
+            _ => return self.unexpected("`target`, `import`, `preamble` or a reactor"),
+        }
+        Ok(())
+    }
+
+    /// Skips to the next declaration of a file, but not past where reading began without taking a token.
+    fn recover_in_file(&mut self, start: usize) {
+        if self.position == start {
+            self.advance();
+        }
+        while !self.at_end() && !self.at_file_start() {
+            let starts = matches!(self.word_ahead(0), Some("private" | "public" | "preamble"));
+            if starts || self.at(Kind::At) {
+                break;
+            }
+            self.advance();
+        }
+    }
+
+    fn import(&mut self) -> Parsed<Import> {
+        let start = self.here();
+        self.advance();
+        let mut reactors = vec![self.imported_reactor()?];
+        while self.eat(Kind::Comma) {
+            reactors.push(self.imported_reactor()?);
+        }
+        if self.eat_word("from").is_none() {
+            return self.unexpected("`,`, `as` or `from`");
+        }
+        let source = if self.at(Kind::Less) {
+            ImportSource::Package(self.package_path()?)
+        } else {
+            ImportSource::File(self.string("a file name in quotes")?)
+        };
+        let span = start.to(self.before());
+        self.eat(Kind::Semicolon);
+        Ok(Import { reactors, source, span })
+    }
+
+    fn imported_reactor(&mut self) -> Parsed<ImportedReactor> {
+        let name = self.name("the name of a reactor")?;
+        let alias = if self.eat_word("as").is_some() { Some(self.name("a name for the reactor")?) } else { None };
+        Ok(ImportedReactor { name, alias })
+    }
+
+    fn package_path(&mut self) -> Parsed<Name> {
+        let open = self.expect(Kind::Less, "`<`")?;
+        while !matches!(self.kind(), Kind::Greater | Kind::End) && !self.peek(0).first_of_line {
+            self.advance();
+        }
+        let close = self.expect(Kind::Greater, "`>`")?;
+        Ok(Name { text: self.text[open.end..close.start].to_owned(), span: open.to(close) })
+    }
+
+    pub(super) fn preamble(&mut self) -> Parsed<Preamble> {
+        if matches!(self.word_ahead(0), Some("private" | "public")) {
+            self.advance();
+        }
+        if self.eat_word("preamble").is_none() {
+            return self.unexpected("`preamble`");
+        }
+        let code = self.code()?;
+        Ok(Preamble { code })
+    }
+
+    pub(super) fn attributes(&mut self) -> Parsed<Vec<Attribute>> {
+        let mut attributes = Vec::new();
+        while self.at(Kind::At) {
+            attributes.push(self.attribute()?);
+        }
+        Ok(attributes)
+    }
+
+    fn attribute(&mut self) -> Parsed<Attribute> {
+        let start: Span = self.here();
+        self.advance();
+        let token = self.peek(0);
+        if token.kind != Kind::Word {
+            return self.unexpected("the name of an attribute");
+        }
+        self.advance();
+        let name = Name { text: self.text_of(token).to_owned(), span: self.span_of(token) };
+        let parameters = if self.eat(Kind::OpenParenthesis) {
+            self.list(Kind::CloseParenthesis, ")", Self::attribute_parameter)?
+        } else {
+            Vec::new()
+        };
+        Ok(Attribute { name, parameters, span: start.to(self.before()) })
+    }
+
+    fn attribute_parameter(&mut self) -> Parsed<AttributeParameter> {
+        let named = self.at(Kind::Word) && self.peek(1).kind == Kind::Equals;
+        let name = if named {
+            let name = self.name("the name of a parameter")?;
+            self.advance();
+            Some(name)
+        } else {
+            None
+        };
+        let value = self.expression()?;
+        Ok(AttributeParameter { name, value: Some(value) })
+    }
+}

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Recursive descent over tokens, with recovery at the next declaration.
+
+mod connection;
+mod expression;
+mod file;
+mod host;
+mod member;
+mod reaction;
+mod reactor;
+mod target;
+mod types;
+
+use super::ast::{Code, Name, SourceUnit};
+use super::token::{Kind, Token, Tokens, tokens};
+use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
+use crate::diagnostics::{Code as ErrorCode, Diagnostic, FileId, Span};
+
+/// How deeply expressions, types and property values may be nested.
+const DEPTH_MAX: usize = 64;
+
+/// Says that a declaration could not be read and that a diagnostic has been made; the caller recovers.
+struct Failed;
+
+type Parsed<T> = Result<T, Failed>;
+
+struct Parser<'t> {
+    file: FileId,
+    text: &'t str,
+    tokens: Vec<Token>,
+    comments: Vec<std::ops::Range<usize>>,
+    position: usize,
+    depth: usize,
+    diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads a file.
+pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
+    let Tokens { tokens, comments, diagnostics } = tokens(file, text);
+    let mut parser = Parser { file, text, tokens, comments, position: 0, depth: 0, diagnostics };
+    let unit = parser.source_unit();
+    (unit, parser.diagnostics)
+}
+
+impl<'t> Parser<'t> {
+    /// The token `ahead` places after the current one.
+    fn peek(&self, ahead: usize) -> Token {
+        let last = self.tokens.len() - 1;
+        self.tokens[(self.position + ahead).min(last)]
+    }
+
+    fn kind(&self) -> Kind {
+        self.peek(0).kind
+    }
+
+    fn text_of(&self, token: Token) -> &'t str {
+        &self.text[token.start..token.end]
+    }
+
+    fn span_of(&self, token: Token) -> Span {
+        Span::new(self.file, token.start, token.end)
+    }
+
+    fn here(&self) -> Span {
+        self.span_of(self.peek(0))
+    }
+
+    /// The place of the token before the current one.
+    fn before(&self) -> Span {
+        self.span_of(self.tokens[self.position.saturating_sub(1).min(self.tokens.len() - 1)])
+    }
+
+    fn advance(&mut self) -> Token {
+        let token = self.peek(0);
+        if token.kind != Kind::End {
+            self.position += 1;
+        }
+        token
+    }
+
+    fn at(&self, kind: Kind) -> bool {
+        self.kind() == kind
+    }
+
+    fn at_end(&self) -> bool {
+        self.at(Kind::End)
+    }
+
+    /// Whether the current token is this word.
+    fn at_word(&self, word: &str) -> bool {
+        self.word_ahead(0) == Some(word)
+    }
+
+    fn word_ahead(&self, ahead: usize) -> Option<&'t str> {
+        let token = self.peek(ahead);
+        (token.kind == Kind::Word).then(|| self.text_of(token))
+    }
+
+    fn eat(&mut self, kind: Kind) -> bool {
+        let found = self.at(kind);
+        if found {
+            self.advance();
+        }
+        found
+    }
+
+    fn eat_word(&mut self, word: &str) -> Option<Span> {
+        self.at_word(word).then(|| {
+            let token = self.advance();
+            self.span_of(token)
+        })
+    }
+
+    fn expect(&mut self, kind: Kind, what: &str) -> Parsed<Span> {
+        if self.at(kind) {
+            let token = self.advance();
+            return Ok(self.span_of(token));
+        }
+        self.unexpected(what)
+    }
+
+    /// Reports that something else was expected here.
+    fn unexpected<T>(&mut self, expected: &str) -> Parsed<T> {
+        let token = self.peek(0);
+        let found = match token.kind {
+            Kind::End => "the end of the file".to_owned(),
+            Kind::Code => "a code block".to_owned(),
+            Kind::Text => "a string".to_owned(),
+            _ => format!("`{}`", self.text_of(token)),
+        };
+        let message = format!("expected {expected}, found {found}");
+        // What is missing at the start of a line is missed at the end of the line before.
+        let span = if token.first_of_line && self.position > 0 {
+            let end = self.before().end;
+            Span::new(self.file, end, end)
+        } else {
+            self.span_of(token)
+        };
+        let label = format!("expected {expected}");
+        self.report(Diagnostic::new(ErrorCode::Syntax, span, message).label(label));
+        Err(Failed)
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// A name; a word of the language in its place is reported and taken as the name.
+    fn name(&mut self, what: &str) -> Parsed<Name> {
+        if !self.at(Kind::Word) {
+            return self.unexpected(what);
+        }
+        let token = self.advance();
+        let text = self.text_of(token);
+        let span = self.span_of(token);
+        if is_reserved(text) {
+            let message = format!("`{text}` is a word of the language and cannot be {what}");
+            let hint = format!("choose another name, for example `{text}_`");
+            self.report(Diagnostic::new(ErrorCode::ReservedWord, span, message).hint(hint));
+        }
+        Ok(Name { text: text.to_owned(), span })
+    }
+
+    fn code(&mut self) -> Parsed<Code> {
+        let span = self.expect(Kind::Code, "a code block `{= … =}`")?;
+        let text = &self.text[span.start..span.end];
+        let start = span.start + 2;
+        let end = if text.len() >= 4 && text.ends_with("=}") { span.end - 2 } else { span.end };
+        Ok(Code { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) })
+    }
+
+    /// The quoted text of a string, without the quotes.
+    fn string(&mut self, what: &str) -> Parsed<Name> {
+        let span = self.expect(Kind::Text, what)?;
+        let text = self.text[span.start..span.end].trim_matches('"').to_owned();
+        Ok(Name { text, span })
+    }
+
+    /// Items between commas up to `close`, which is consumed; a comma before `close` is allowed.
+    fn list<T>(
+        &mut self,
+        close: Kind,
+        close_text: &str,
+        mut item: impl FnMut(&mut Self) -> Parsed<T>,
+    ) -> Parsed<Vec<T>> {
+        let mut items = Vec::new();
+        while !self.at(close) {
+            items.push(item(self)?);
+            if !self.eat(Kind::Comma) {
+                break;
+            }
+        }
+        self.expect(close, &format!("`,` or `{close_text}`"))?;
+        Ok(items)
+    }
+
+    /// Runs `inner` one level deeper; too many levels are an error, so that the stack is bounded.
+    fn nested<T>(&mut self, inner: impl FnOnce(&mut Self) -> Parsed<T>) -> Parsed<T> {
+        if self.depth >= DEPTH_MAX {
+            let message = format!("this is nested more than {DEPTH_MAX} levels deep");
+            let hint = "write the value or the type as a code block `{= … =}`";
+            let span = self.here();
+            self.report(Diagnostic::new(ErrorCode::NestingTooDeep, span, message).hint(hint));
+            return Err(Failed);
+        }
+        self.depth += 1;
+        let result = inner(self);
+        self.depth -= 1;
+        result
+    }
+
+    /// Whether a declaration of a file begins here.
+    fn at_file_start(&self) -> bool {
+        self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word))
+    }
+
+    /// Whether a declaration of a reactor begins here, as far as one token tells.
+    fn at_member_start(&self) -> bool {
+        if self.at(Kind::At) {
+            return true;
+        }
+        let Some(word) = self.word_ahead(0) else { return false };
+        MEMBER_STARTS.contains(&word) || (self.peek(1).kind == Kind::Equals && self.word_ahead(2) == Some("new"))
+    }
+
+    /// The comment that ends directly before a place, without comment marks.
+    fn docs(&self, at: usize) -> Option<String> {
+        let mut lines = Vec::new();
+        let mut start = at;
+        let last = self.comments.partition_point(|comment| comment.end <= at);
+        for comment in self.comments[..last].iter().rev() {
+            let between = &self.text[comment.end..start];
+            let alone = self.text[..comment.start].chars().rev().find(|c| !matches!(c, ' ' | '\t'));
+            let trailing = alone.is_some_and(|c| c != '\n');
+            if !between.trim().is_empty() || between.matches('\n').count() > 1 || trailing {
+                break;
+            }
+            let text = &self.text[comment.clone()];
+            for line in uncommented(text).into_iter().rev() {
+                lines.push(line);
+            }
+            start = comment.start;
+            if text.starts_with("/*") || text.starts_with("'''") {
+                break;
+            }
+        }
+        lines.reverse();
+        let text = lines.join("\n").trim().to_owned();
+        (!text.is_empty()).then_some(text)
+    }
+}
+
+/// The lines of a comment without its marks.
+fn uncommented(comment: &str) -> Vec<&str> {
+    if let Some(line) = comment.strip_prefix("//").or_else(|| comment.strip_prefix('#')) {
+        return vec![line.trim()];
+    }
+    let inner = comment.trim_start_matches(['/', '*', '\'']).trim_end_matches(['/', '*', '\'']);
+    inner.lines().map(|line| line.trim().trim_start_matches('*').trim()).collect()
+}

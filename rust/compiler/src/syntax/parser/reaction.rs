@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reactions.
+
+use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference};
+use super::super::token::Kind;
+use super::super::words::is_reserved;
+use super::{Parsed, Parser};
+
+impl Parser<'_> {
+    pub(super) fn reaction(&mut self, attributes: Vec<Attribute>) -> Parsed<Reaction> {
+        let token = self.advance();
+        let keyword = self.span_of(token);
+        let mutation = self.text_of(token) == "mutation";
+        let name = if self.at(Kind::Word) { Some(self.name("the name of a reaction")?) } else { None };
+        self.expect(Kind::OpenParenthesis, "`(` and the triggers")?;
+        let triggers = self.list(Kind::CloseParenthesis, ")", Self::trigger)?;
+        let uses = if self.at_use() { self.references("a port or an action")? } else { Vec::new() };
+        let effects = if self.eat(Kind::Arrow) { self.effects()? } else { Vec::new() };
+        let code = if self.at(Kind::Code) { Some(self.code()?) } else { None };
+        let mut reaction = Reaction {
+            attributes,
+            keyword,
+            mutation,
+            name,
+            triggers,
+            uses,
+            effects,
+            code,
+            tardy: None,
+            deadline: None,
+        };
+        self.handlers(&mut reaction)?;
+        Ok(reaction)
+    }
+
+    /// A name after the triggers belongs to the uses unless it begins something else.
+    fn at_use(&self) -> bool {
+        let Some(word) = self.word_ahead(0) else { return false };
+        let other = matches!(self.peek(1).kind, Kind::Equals | Kind::OpenParenthesis) && word != "interleaved";
+        (!is_reserved(word) && !other) || (word == "interleaved" && self.peek(1).kind == Kind::OpenParenthesis)
+    }
+
+    fn trigger(&mut self) -> Parsed<Reference> {
+        if matches!(self.word_ahead(0), Some("startup" | "shutdown" | "reset")) {
+            let token = self.advance();
+            let span = self.span_of(token);
+            let name = Name { text: self.text_of(token).to_owned(), span };
+            return Ok(Reference { container: None, name, interleaved: false, alias: None, transition: false, span });
+        }
+        self.reference("a trigger")
+    }
+
+    pub(super) fn effects(&mut self) -> Parsed<Vec<Reference>> {
+        let mut effects = vec![self.effect()?];
+        while self.eat(Kind::Comma) {
+            effects.push(self.effect()?);
+        }
+        Ok(effects)
+    }
+
+    /// A port or action, or `reset(mode)` or `history(mode)`.
+    fn effect(&mut self) -> Parsed<Reference> {
+        let start = self.here();
+        let transition =
+            matches!(self.word_ahead(0), Some("reset" | "history")) && self.peek(1).kind == Kind::OpenParenthesis;
+        if !transition {
+            return self.reference("a port or an action");
+        }
+        self.advance();
+        self.advance();
+        let name = self.name("the name of a mode")?;
+        self.expect(Kind::CloseParenthesis, "`)`")?;
+        let span = start.to(self.before());
+        Ok(Reference { container: None, name, interleaved: false, alias: None, transition: true, span })
+    }
+
+    /// `STP(…)`, `STAA(…)`, `tardy` and `deadline(…)` behind the body.
+    fn handlers(&mut self, reaction: &mut Reaction) -> Parsed<()> {
+        loop {
+            let token = self.peek(0);
+            match self.word_ahead(0) {
+                Some(word @ ("STP" | "STAA" | "tardy")) => {
+                    self.advance();
+                    if word != "tardy" {
+                        self.expect(Kind::OpenParenthesis, "`(`")?;
+                        self.expression()?;
+                        self.expect(Kind::CloseParenthesis, "`)`")?;
+                        self.code()?;
+                    } else if self.at(Kind::Code) {
+                        self.code()?;
+                    }
+                    reaction.tardy = Some(Name { text: word.to_owned(), span: self.span_of(token) });
+                }
+                Some("deadline") => {
+                    self.advance();
+                    self.expect(Kind::OpenParenthesis, "`(`")?;
+                    let value = self.expression()?;
+                    self.expect(Kind::CloseParenthesis, "`)`")?;
+                    let code = self.code()?;
+                    reaction.deadline = Some(Deadline { value, code });
+                }
+                _ => return Ok(()),
+            }
+        }
+    }
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A reactor: its head, and its body as a list of declarations.
+
+use super::super::ast::{Attribute, Body, Mode, Name, Parameter, Reactor, ReactorKind};
+use super::super::token::Kind;
+use super::{Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic, Span};
+
+impl Parser<'_> {
+    /// A reactor, from its first word on; `start` is where its attributes begin.
+    pub(super) fn reactor(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<Reactor> {
+        let docs = self.docs(start);
+        let mut kind = ReactorKind::Plain;
+        let mut realtime = None;
+        let keyword = loop {
+            let token = self.peek(0);
+            match self.word_ahead(0) {
+                Some("main") if kind == ReactorKind::Plain => kind = ReactorKind::Main,
+                Some("federated") if kind == ReactorKind::Plain => kind = ReactorKind::Federated,
+                Some("realtime") if realtime.is_none() => realtime = Some(self.span_of(token)),
+                Some("reactor") => {
+                    self.advance();
+                    break self.span_of(token);
+                }
+                _ => return self.unexpected("`reactor`"),
+            }
+            self.advance();
+        };
+        let named = self.at(Kind::Word) && !matches!(self.word_ahead(0), Some("at" | "extends"));
+        let name = if named { Some(self.name("the name of a reactor")?) } else { None };
+        let type_parameters =
+            if self.eat(Kind::Less) { self.list(Kind::Greater, ">", Self::type_parameter)? } else { Vec::new() };
+        let parameters = if self.eat(Kind::OpenParenthesis) {
+            self.list(Kind::CloseParenthesis, ")", Self::parameter)?
+        } else {
+            Vec::new()
+        };
+        let host = self.host()?;
+        let extends = self.extends()?;
+        let open = self.expect(Kind::OpenBrace, "`{`")?;
+        let body = self.body(open, false);
+        Ok(Reactor {
+            attributes,
+            kind,
+            realtime,
+            keyword,
+            name,
+            type_parameters,
+            parameters,
+            host,
+            extends,
+            body,
+            docs,
+        })
+    }
+
+    /// One or more words, or a code block.
+    fn type_parameter(&mut self) -> Parsed<Span> {
+        let start = self.here();
+        if !self.eat(Kind::Code) {
+            self.expect(Kind::Word, "a type parameter")?;
+            while self.eat(Kind::Word) {}
+        }
+        Ok(start.to(self.before()))
+    }
+
+    fn parameter(&mut self) -> Parsed<Parameter> {
+        let attributes = self.attributes()?;
+        let name = self.name("the name of a parameter")?;
+        let ty = self.type_annotation()?;
+        let init = self.initialiser(&format!("parameter `{}`", name.text))?;
+        Ok(Parameter { attributes, name, ty, init })
+    }
+
+    fn extends(&mut self) -> Parsed<Vec<Name>> {
+        let mut names = Vec::new();
+        if self.eat_word("extends").is_some() {
+            names.push(self.name("the name of a reactor")?);
+            while self.eat(Kind::Comma) {
+                names.push(self.name("the name of a reactor")?);
+            }
+        }
+        Ok(names)
+    }
+
+    /// The declarations up to `}`; `open` is the `{`.
+    fn body(&mut self, open: Span, in_mode: bool) -> Body {
+        let mut body = Body::default();
+        loop {
+            if self.eat(Kind::CloseBrace) {
+                return body;
+            }
+            if self.at_end() || self.at_file_start() {
+                let what = if in_mode { "mode" } else { "reactor" };
+                let message = format!("the body of this {what} has no end");
+                let hint = "close it with `}`";
+                self.report(Diagnostic::new(Code::Syntax, open, message).label("opened here").hint(hint));
+                return body;
+            }
+            let start = self.position;
+            if self.body_member(&mut body, in_mode).is_err() {
+                self.recover_in_body(start);
+            }
+        }
+    }
+
+    fn body_member(&mut self, body: &mut Body, in_mode: bool) -> Parsed<()> {
+        if self.eat(Kind::Semicolon) {
+            return Ok(());
+        }
+        let start = self.peek(0).start;
+        let attributes = self.attributes()?;
+        match self.word_ahead(0) {
+            Some("mode" | "initial") if !in_mode => {
+                let mode = self.mode()?;
+                body.modes.push(mode);
+            }
+            Some("input" | "output" | "mutable") if in_mode => return self.unexpected("a declaration that modes have"),
+            _ => self.member(body, attributes, start)?,
+        }
+        Ok(())
+    }
+
+    fn mode(&mut self) -> Parsed<Mode> {
+        let start = self.here();
+        self.eat_word("initial");
+        if self.eat_word("mode").is_none() {
+            return self.unexpected("`mode`");
+        }
+        if !self.at(Kind::OpenBrace) {
+            self.name("the name of a mode")?;
+        }
+        let span = start.to(self.before());
+        let open = self.expect(Kind::OpenBrace, "`{`")?;
+        self.body(open, true);
+        Ok(Mode { span })
+    }
+
+    /// Skips to the next declaration, over nested braces, taking at least one token since `start`.
+    fn recover_in_body(&mut self, start: usize) {
+        let mut depth = 0_usize;
+        if self.position == start && !self.at(Kind::CloseBrace) {
+            self.advance();
+        }
+        while !self.at_end() && !self.at_file_start() {
+            match self.kind() {
+                Kind::OpenBrace => depth += 1,
+                Kind::CloseBrace if depth == 0 => return,
+                Kind::CloseBrace => depth -= 1,
+                Kind::Semicolon if depth == 0 => return,
+                _ if depth == 0 && self.at_member_start() => return,
+                _ => {}
+            }
+            self.advance();
+        }
+    }
+}

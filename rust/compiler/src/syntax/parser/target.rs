@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The target declaration with its properties.
+
+use super::super::ast::{ExpressionKind, Name, Property, PropertyKind, PropertyValue, Target};
+use super::super::token::Kind;
+use super::{Parsed, Parser};
+use crate::diagnostics::Span;
+
+impl Parser<'_> {
+    pub(super) fn target(&mut self) -> Parsed<Target> {
+        self.advance();
+        let name = self.name("the name of a target")?;
+        let properties = if self.at(Kind::OpenBrace) { self.properties()? } else { Vec::new() };
+        self.eat(Kind::Semicolon);
+        Ok(Target { name, properties })
+    }
+
+    fn properties(&mut self) -> Parsed<Vec<Property>> {
+        self.expect(Kind::OpenBrace, "`{`")?;
+        self.list(Kind::CloseBrace, "}", Self::property)
+    }
+
+    fn property(&mut self) -> Parsed<Property> {
+        let key = self.property_key()?;
+        self.expect(Kind::Colon, "`:` and the value of the property")?;
+        let value = self.nested(Self::property_value)?;
+        Ok(Property { key, value })
+    }
+
+    /// Words joined by `-` without spaces, or a string.
+    fn property_key(&mut self) -> Parsed<Name> {
+        if self.at(Kind::Text) {
+            return self.string("the name of a property");
+        }
+        let start = self.expect(Kind::Word, "the name of a property")?;
+        let mut span = start;
+        while self.at(Kind::Minus) && self.peek(0).adjacent && self.peek(1).adjacent && self.peek(1).kind == Kind::Word
+        {
+            self.advance();
+            let token = self.advance();
+            span = span.to(self.span_of(token));
+        }
+        Ok(Name { text: self.text[span.start..span.end].to_owned(), span })
+    }
+
+    fn property_value(&mut self) -> Parsed<PropertyValue> {
+        let start = self.here();
+        let kind = match self.kind() {
+            Kind::OpenBrace => PropertyKind::Map(self.properties()?),
+            Kind::OpenBracket => {
+                self.advance();
+                PropertyKind::List(self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?)
+            }
+            _ if self.at_path() => {
+                let span = self.path();
+                PropertyKind::Path(self.text[span.start..span.end].to_owned())
+            }
+            _ => match self.literal_or_time()? {
+                Some(ExpressionKind::Literal(literal)) => PropertyKind::Literal(literal),
+                Some(ExpressionKind::Time(time)) => PropertyKind::Time(time),
+                _ => return self.unexpected("a value"),
+            },
+        };
+        Ok(PropertyValue { kind, span: start.to(self.before()) })
+    }
+
+    fn at_path(&self) -> bool {
+        match self.kind() {
+            Kind::Word => {
+                !matches!(self.word_ahead(0), Some("true" | "True" | "false" | "False" | "forever" | "never"))
+            }
+            Kind::Dot | Kind::Slash | Kind::Backslash => true,
+            _ => false,
+        }
+    }
+
+    fn path(&mut self) -> Span {
+        let mut span = self.here();
+        self.advance();
+        loop {
+            let token = self.peek(0);
+            let part = matches!(
+                token.kind,
+                Kind::Word | Kind::Int | Kind::Float | Kind::Dot | Kind::Minus | Kind::Slash | Kind::Backslash
+            );
+            if !part || !token.adjacent {
+                return span;
+            }
+            self.advance();
+            span = span.to(self.span_of(token));
+        }
+    }
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Types.
+
+use super::super::ast::{Type, TypeKind};
+use super::super::token::Kind;
+use super::{Parsed, Parser};
+use crate::diagnostics::Span;
+
+impl Parser<'_> {
+    /// `: T`, if it is here.
+    pub(super) fn type_annotation(&mut self) -> Parsed<Option<Type>> {
+        if self.eat(Kind::Colon) { Ok(Some(self.ty()?)) } else { Ok(None) }
+    }
+
+    pub(super) fn ty(&mut self) -> Parsed<Type> {
+        self.nested(Self::type_here)
+    }
+
+    fn type_here(&mut self) -> Parsed<Type> {
+        let start = self.here();
+        let kind = match self.word_ahead(0) {
+            _ if self.at(Kind::Code) => TypeKind::Code(self.code()?.text),
+            Some("time") => {
+                self.advance();
+                TypeKind::Time
+            }
+            Some(_) => self.path_type()?,
+            None => return self.unexpected("a type"),
+        };
+        Ok(Type { kind, span: start.to(self.before()) })
+    }
+
+    fn path_type(&mut self) -> Parsed<TypeKind> {
+        let mut segments = vec![self.name("a type")?.text];
+        while self.eat(Kind::Dot) || self.eat(Kind::DoubleColon) {
+            segments.push(self.name("a type")?.text);
+        }
+        let arguments = if self.eat(Kind::Less) { self.list(Kind::Greater, ">", Self::ty)? } else { Vec::new() };
+        let c_suffix = self.c_suffix()?;
+        Ok(TypeKind::Path { segments, arguments, c_suffix })
+    }
+
+    /// `*` and `[n]`, which other targets have behind a type.
+    fn c_suffix(&mut self) -> Parsed<Option<Span>> {
+        let start = self.here();
+        let mut found = false;
+        while self.eat(Kind::Star) {
+            found = true;
+        }
+        if self.eat(Kind::OpenBracket) {
+            found = true;
+            self.eat(Kind::Int);
+            self.expect(Kind::CloseBracket, "`]`")?;
+        }
+        Ok(found.then(|| start.to(self.before())))
+    }
+
+    /// `[ … ]` before the name of a port or of an instance's class; terms joined by `+`.
+    pub(super) fn width(&mut self) -> Parsed<Option<Span>> {
+        if !self.at(Kind::OpenBracket) {
+            return Ok(None);
+        }
+        let start = self.here();
+        self.advance();
+        while !self.at(Kind::CloseBracket) {
+            self.width_term()?;
+            if !self.eat(Kind::Plus) {
+                break;
+            }
+        }
+        self.expect(Kind::CloseBracket, "`+` or `]`")?;
+        Ok(Some(start.to(self.before())))
+    }
+
+    fn width_term(&mut self) -> Parsed<()> {
+        if self.at_word("widthof") && self.peek(1).kind == Kind::OpenParenthesis {
+            self.advance();
+            self.advance();
+            self.reference("a port")?;
+            self.expect(Kind::CloseParenthesis, "`)`")?;
+            return Ok(());
+        }
+        match self.kind() {
+            Kind::Int | Kind::Word | Kind::Code => {
+                self.advance();
+                Ok(())
+            }
+            _ => self.unexpected("a width"),
+        }
+    }
+}

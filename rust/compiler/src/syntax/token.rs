@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Text to tokens. Comments are kept apart; code blocks are one token each.
+
+use std::ops::Range;
+
+use logos::{FilterResult, Lexer, Logos};
+
+use super::code_block::{BlockEnd, find_end};
+use crate::diagnostics::{Code, Diagnostic, FileId, Span};
+
+/// What a token is.
+#[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
+#[logos(extras = Problems)]
+#[logos(skip r"[ \t\r\n\f]+")]
+pub(super) enum Kind {
+    /// A name or a word of the language.
+    #[regex("[A-Za-z_][A-Za-z0-9_]*")]
+    Word,
+    #[regex("[0-9]+")]
+    Int,
+    #[regex(r"[0-9]*\.[0-9]+([eE][+-]?[0-9]+)?")]
+    #[regex(r"[0-9]+[eE][+-]?[0-9]+")]
+    Float,
+    /// `{= … =}`
+    #[token("{=", code)]
+    Code,
+    /// `"…"` or `"""…"""`
+    #[token("\"\"\"", long_string)]
+    #[token("\"", string)]
+    Text,
+    /// `'x'`
+    #[regex(r"'(\\.|[^\\'\t\r\n])'")]
+    Character,
+    /// `//`, `#`, `/* */` or `''' '''`; never handed to the parser.
+    #[regex(r"(//|#)[^\n\r]*", allow_greedy = true)]
+    #[token("/*", |lexer| comment(lexer, "*/"))]
+    #[token("'''", |lexer| comment(lexer, "'''"))]
+    Comment,
+    #[token("->")]
+    Arrow,
+    #[token("~>")]
+    PhysicalArrow,
+    #[token("::")]
+    DoubleColon,
+    #[token("{")]
+    OpenBrace,
+    #[token("}")]
+    CloseBrace,
+    #[token("(")]
+    OpenParenthesis,
+    #[token(")")]
+    CloseParenthesis,
+    #[token("[")]
+    OpenBracket,
+    #[token("]")]
+    CloseBracket,
+    #[token("<")]
+    Less,
+    #[token(">")]
+    Greater,
+    #[token(":")]
+    Colon,
+    #[token(";")]
+    Semicolon,
+    #[token(",")]
+    Comma,
+    #[token(".")]
+    Dot,
+    #[token("+")]
+    Plus,
+    #[token("-")]
+    Minus,
+    #[token("*")]
+    Star,
+    #[token("/")]
+    Slash,
+    #[token("\\")]
+    Backslash,
+    #[token("=")]
+    Equals,
+    #[token("%")]
+    Percent,
+    #[token("@")]
+    At,
+    /// Any other character.
+    Other,
+    /// Behind the last token.
+    End,
+}
+
+/// What went wrong within a token.
+pub(super) type Problems = Vec<(Code, Range<usize>)>;
+
+/// A token with its place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Token {
+    pub(super) kind: Kind,
+    pub(super) start: usize,
+    pub(super) end: usize,
+    /// Whether it directly follows the token before it.
+    pub(super) adjacent: bool,
+    /// Whether it is the first one of its line.
+    pub(super) first_of_line: bool,
+}
+
+/// The tokens of a text, with an [`Kind::End`] at the end, and the comments.
+pub(super) struct Tokens {
+    pub(super) tokens: Vec<Token>,
+    pub(super) comments: Vec<Range<usize>>,
+    pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+/// Cuts a text into tokens.
+pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
+    let mut lexer = Kind::lexer(text);
+    let mut tokens = Vec::new();
+    let mut comments = Vec::new();
+    let mut last_end = 0;
+    while let Some(kind) = lexer.next() {
+        let Range { start, end } = lexer.span();
+        let kind = kind.unwrap_or(Kind::Other);
+        if kind == Kind::Comment {
+            comments.push(start..end);
+            continue;
+        }
+        let first_of_line = tokens.is_empty() || text[last_end..start].contains('\n');
+        tokens.push(Token { kind, start, end, adjacent: last_end == start, first_of_line });
+        last_end = end;
+    }
+    let end = text.len();
+    tokens.push(Token { kind: Kind::End, start: end, end, adjacent: false, first_of_line: true });
+    let diagnostics = lexer.extras.iter().map(|(code, range)| describe(file, *code, range)).collect();
+    Tokens { tokens, comments, diagnostics }
+}
+
+fn code(lexer: &mut Lexer<'_, Kind>) {
+    let rest = lexer.remainder();
+    match find_end(rest) {
+        BlockEnd::Found(length) => lexer.bump(length),
+        BlockEnd::Hidden(length) => {
+            lexer.extras.push((Code::UnterminatedCode, lexer.span()));
+            lexer.bump(length);
+        }
+        BlockEnd::Missing => {
+            lexer.extras.push((Code::UnterminatedCode, lexer.span()));
+            lexer.bump(rest.len());
+        }
+    }
+}
+
+fn long_string(lexer: &mut Lexer<'_, Kind>) {
+    let rest = lexer.remainder();
+    if let Some(length) = rest.find("\"\"\"") {
+        lexer.bump(length + 3);
+    } else {
+        lexer.extras.push((Code::UnterminatedString, lexer.span()));
+        lexer.bump(rest.len());
+    }
+}
+
+/// A plain string ends on its line, so that a missing quote does not swallow the rest of the file.
+fn string(lexer: &mut Lexer<'_, Kind>) {
+    let rest = lexer.remainder();
+    let mut escaped = false;
+    for (index, character) in rest.char_indices() {
+        match character {
+            '\n' | '\r' => {
+                lexer.extras.push((Code::UnterminatedString, lexer.span()));
+                lexer.bump(index);
+                return;
+            }
+            _ if escaped => escaped = false,
+            '\\' => escaped = true,
+            '"' => {
+                lexer.bump(index + 1);
+                return;
+            }
+            _ => {}
+        }
+    }
+    lexer.extras.push((Code::UnterminatedString, lexer.span()));
+    lexer.bump(rest.len());
+}
+
+fn comment(lexer: &mut Lexer<'_, Kind>, close: &str) -> FilterResult<(), ()> {
+    let rest = lexer.remainder();
+    if let Some(length) = rest.find(close) {
+        lexer.bump(length + close.len());
+    } else {
+        lexer.extras.push((Code::UnterminatedComment, lexer.span()));
+        lexer.bump(rest.len());
+    }
+    FilterResult::Emit(())
+}
+
+fn describe(file: FileId, code: Code, range: &Range<usize>) -> Diagnostic {
+    let (message, hint) = match code {
+        Code::UnterminatedCode => (
+            "this code block has no end",
+            "close it with `=}`; within a string or a comment of the code, `=}` does not count",
+        ),
+        Code::UnterminatedComment => ("this comment has no end", "close it with the same marks as it was opened"),
+        _ => ("this string has no end", "close it with `\"`; `\"\"\"` opens a string of several lines"),
+    };
+    let span = Span::new(file, range.start, range.end);
+    Diagnostic::new(code, span, message).label("opened here").hint(hint)
+}

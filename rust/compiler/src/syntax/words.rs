@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The words of the language, and those of Rust that generated code cannot use as names.
+
+/// Words that LF does not allow as names.
+pub(crate) const RESERVED: &[&str] = &[
+    "target",
+    "import",
+    "main",
+    "realtime",
+    "reactor",
+    "state",
+    "mutable",
+    "input",
+    "output",
+    "timer",
+    "action",
+    "reaction",
+    "startup",
+    "shutdown",
+    "after",
+    "deadline",
+    "mutation",
+    "preamble",
+    "new",
+    "federated",
+    "at",
+    "as",
+    "from",
+    "const",
+    "method",
+    "interleaved",
+    "mode",
+    "initial",
+    "reset",
+    "history",
+    "watchdog",
+    "extends",
+    "forever",
+    "never",
+    "tardy",
+    "logical",
+    "physical",
+    "private",
+    "public",
+    "serializer",
+    "STP",
+    "STAA",
+    "true",
+    "True",
+    "false",
+    "False",
+    "time",
+];
+
+/// Rust's keywords that cannot be written as `r#word` either.
+const NEVER_A_RUST_NAME: &[&str] = &["self", "Self", "super", "crate", "_"];
+
+/// Names that every reaction body sees already.
+pub(crate) const BODY_NAMES: &[&str] = &["self", "ctx"];
+
+/// Whether LF keeps this word for itself.
+pub(crate) fn is_reserved(word: &str) -> bool {
+    RESERVED.contains(&word)
+}
+
+/// Whether no Rust item, variable or field can be called so, not even as a raw identifier.
+pub(crate) fn is_never_a_rust_name(word: &str) -> bool {
+    NEVER_A_RUST_NAME.contains(&word)
+}
+
+/// Words that begin a declaration in the body of a reactor.
+pub(super) const MEMBER_STARTS: &[&str] = &[
+    "state", "mutable", "input", "output", "timer", "action", "reaction", "mutation", "preamble", "const", "method",
+    "mode", "initial", "watchdog", "logical", "physical", "private", "public", "reset",
+];
+
+/// Words that begin a declaration at the top of a file. Those that may also stand within a reactor are not among them.
+pub(super) const FILE_STARTS: &[&str] = &["target", "import", "main", "federated", "realtime", "reactor"];
