@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From a federate's own clock to the federation's physical time.
+
+use lf_model::time::{Instant, Interval};
+
+/// The fastest that a [`ClockCorrection`] makes up for an error: 50 ms in a second, in parts per thousand million.
+///
+/// Far below 1, so that time goes on while it is slowed down, and far above the drift of any quartz.
+pub const SLEW_PPB_MAX: i32 = 50_000_000;
+
+/// One second: the denominator of rates in parts per thousand million.
+const BILLION: i64 = 1_000_000_000;
+
+/// How the federation's physical time follows from a federate's own clock.
+///
+/// The initial synchronization, before anybody has been told the time, *makes* a correction
+/// ([`ClockCorrection::with_offset`]); this is the only step. Whatever is learnt afterwards only changes the rate
+/// ([`ClockCorrection::slew`], [`ClockCorrection::set_drift`]), and no rate is below zero: physical time never runs
+/// backwards. In integers throughout, exact to 1 ns per change of rate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ClockCorrection {
+    /// Where the present stretch of constant rate began, by the own clock.
+    local: i64,
+    /// The same place, in physical time.
+    physical: i64,
+    /// How much faster physical time is than the own clock, at all times, in parts per thousand million.
+    drift_ppb: i32,
+    /// How much of an error is still to be made up for.
+    error: i64,
+}
+
+impl Default for ClockCorrection {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl ClockCorrection {
+    /// No correction: physical time is the own clock.
+    pub const NONE: Self = Self { local: 0, physical: 0, drift_ppb: 0, error: 0 };
+
+    /// Physical time is the own clock plus `offset`.
+    pub const fn with_offset(offset: Interval) -> Self {
+        Self { local: 0, physical: offset.as_nanos(), drift_ppb: 0, error: 0 }
+    }
+
+    /// Physical time at `local` of the own clock.
+    ///
+    /// Later readings of the own clock give later or equal physical times, as long as they are not before the last
+    /// change of rate.
+    pub fn physical(&self, local: Instant) -> Instant {
+        let elapsed = local.as_nanos().saturating_sub(self.local);
+        let drifted = elapsed.saturating_add(scale(elapsed, self.drift_ppb));
+        Instant(self.physical.saturating_add(drifted).saturating_add(self.made_up(elapsed)))
+    }
+
+    /// A reading of the own clock at which physical time has reached `physical`, to wait for.
+    ///
+    /// Exact without drift and error; otherwise so near below that waiting, asking [`ClockCorrection::physical`] and
+    /// waiting again comes to an end after a few rounds, and never too late by more than 1 ns.
+    pub fn local(&self, physical: Instant) -> Instant {
+        let ahead = physical.as_nanos().saturating_sub(self.physical);
+        if self.drift_ppb == 0 && self.error == 0 {
+            return Instant(self.local.saturating_add(ahead));
+        }
+        let rate_ppb = self.drift_ppb.saturating_add(if self.error == 0 { 0 } else { SLEW_PPB_MAX }).max(0);
+        // 1 / (1 + r) >= 1 - r: the estimate with the fastest rate lies below the true reading.
+        Instant(self.local.saturating_add(ahead.saturating_sub(scale(ahead, rate_ppb))))
+    }
+
+    /// From `now` of the own clock on, makes up for `error`: positive when physical time is behind the RTI's.
+    ///
+    /// The error is made up for at the rate [`SLEW_PPB_MAX`]; what was left of an earlier error is replaced.
+    pub fn slew(&mut self, now: Instant, error: Interval) {
+        self.begin_stretch(now);
+        self.error = error.as_nanos();
+    }
+
+    /// From `now` of the own clock on, physical time is faster than the own clock by `ppb` parts per thousand million.
+    ///
+    /// Rates beyond ±[`SLEW_PPB_MAX`], which no clock has, are taken as that.
+    pub fn set_drift(&mut self, now: Instant, ppb: i32) {
+        self.begin_stretch(now);
+        self.drift_ppb = ppb.clamp(-SLEW_PPB_MAX, SLEW_PPB_MAX);
+    }
+
+    /// Moves the beginning of the stretch to `now` without a change of physical time there.
+    fn begin_stretch(&mut self, now: Instant) {
+        let elapsed = now.as_nanos().saturating_sub(self.local);
+        let physical = self.physical(now).as_nanos();
+        self.error = self.error.saturating_sub(self.made_up(elapsed));
+        self.local = now.as_nanos();
+        self.physical = physical;
+    }
+
+    /// How much of the error has been made up for after `elapsed` of this stretch.
+    fn made_up(&self, elapsed: i64) -> i64 {
+        let most = scale(elapsed.max(0), SLEW_PPB_MAX);
+        self.error.clamp(most.saturating_neg(), most)
+    }
+}
+
+/// `nanos` × `ppb` / 10⁹, without overflow for any rate of less than 1.
+fn scale(nanos: i64, ppb: i32) -> i64 {
+    let ppb = i64::from(ppb);
+    let (whole, rest) = (nanos / BILLION, nanos % BILLION);
+    whole.saturating_mul(ppb).saturating_add(rest * ppb / BILLION)
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a federate is told about itself and the federation.
+
+use lf_model::time::Interval;
+use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
+
+use super::error::ConfigError;
+use crate::FederateId;
+
+/// How long after a failed attempt to reach the RTI the next one is made.
+pub const CONNECT_RETRY: Interval = Interval::from_millis(500);
+/// How long a federate tries to reach the RTI and to be accepted by it.
+pub const CONNECT_TIME_OUT: Interval = Interval::from_secs(60);
+/// How long a federate waits for the RTI's next clock synchronization message.
+pub const CLOCK_SYNC_TIME_OUT: Interval = Interval::from_secs(10);
+/// How many initial exchanges the stock RTI makes if it is not told otherwise.
+pub const CLOCK_SYNC_TRIALS: u16 = 10;
+/// How often a federate whose outputs depend on physical actions renews its NET.
+pub const ADVANCE_INTERVAL: Interval = Interval::from_millis(10);
+
+/// Which clock synchronization a federate takes part in.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ClockSync {
+    /// None: this federate's own clock is the physical time.
+    Off,
+    /// Exchanges over TCP before the start.
+    Init {
+        /// How many exchanges. The number is not on the wire: it has to be that of the RTI, at least 1.
+        trials: u16,
+    },
+}
+
+/// What a federate is told about itself and the federation. See [`Config::new`] for the defaults.
+#[derive(Clone, Copy, Debug)]
+pub struct Config<'a> {
+    /// This federate's id.
+    pub id: FederateId,
+    /// The federation's id; at most 255 bytes.
+    pub federation_id: &'a [u8],
+    /// The federates with a connection to this one, each with the least delay of these connections in ns, or
+    /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
+    pub upstream: &'a [(u16, i64)],
+    /// The federates to which this one has a connection.
+    pub downstream: &'a [u16],
+    /// Which clock synchronization to take part in.
+    pub clock_sync: ClockSync,
+    /// The least delay from a physical action to an output to another federate; `None` when no physical action can
+    /// cause such an output.
+    pub physical_delay: Option<Interval>,
+    /// How often the NET is renewed when physical actions bound it.
+    pub advance_interval: Interval,
+    /// How long to wait for the ACK after each connection.
+    pub connect_time_out: Interval,
+    /// How long to wait for the next message of the initial clock synchronization.
+    pub clock_sync_time_out: Interval,
+}
+
+impl<'a> Config<'a> {
+    /// A federate without neighbors, with the initial clock synchronization and the stock programs' times.
+    pub const fn new(id: FederateId, federation_id: &'a [u8]) -> Self {
+        Self {
+            id,
+            federation_id,
+            upstream: &[],
+            downstream: &[],
+            clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
+            physical_delay: None,
+            advance_interval: ADVANCE_INTERVAL,
+            connect_time_out: CONNECT_TIME_OUT,
+            clock_sync_time_out: CLOCK_SYNC_TIME_OUT,
+        }
+    }
+
+    /// Whether a federate can work with this.
+    ///
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        if self.federation_id.len() > FEDERATION_ID_BYTES_MAX {
+            return Err(ConfigError::FederationIdTooLong { bytes: self.federation_id.len() });
+        }
+        if self.clock_sync == (ClockSync::Init { trials: 0 }) {
+            return Err(ConfigError::NoTrials);
+        }
+        // The federate that reached the timer would otherwise renew its NET without end at one instant.
+        if self.physical_delay.is_some() && self.advance_interval.as_nanos() <= 0 {
+            return Err(ConfigError::AdvanceInterval);
+        }
+        Ok(())
+    }
+}

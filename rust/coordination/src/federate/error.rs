@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a federate cannot go on. Each error says in a sentence what to do.
+
+use core::fmt;
+
+use lf_model::time::EventTag;
+use lf_wire::june_2026::RejectCode;
+
+use super::Phase;
+use crate::FederateId;
+
+/// A [`Config`](super::Config) that no federate can work with.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ConfigError {
+    /// The federation id does not fit into `FED_IDS`.
+    FederationIdTooLong {
+        /// Its length.
+        bytes: usize,
+    },
+    /// Initial clock synchronization without exchanges.
+    NoTrials,
+    /// An interval of 0 or less between two NETs.
+    AdvanceInterval,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FederationIdTooLong { bytes } => {
+                write!(f, "the federation id has {bytes} bytes: give one of at most 255")
+            }
+            Self::NoTrials => f.write_str(
+                "initial clock synchronization with 0 trials: give at least 1, or switch clock synchronization off",
+            ),
+            Self::AdvanceInterval => f.write_str("the advance-message-interval must be longer than 0"),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Why a federate cannot go on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FederateError {
+    /// The RTI does not take this federate.
+    Rejected(RejectCode),
+    /// Connected, but no ACK within the connect time-out.
+    NoAnswer,
+    /// The RTI made no exchange of the initial clock synchronization.
+    NoClockSync,
+    /// The RTI makes more initial exchanges than this federate expects.
+    TrialsDiffer {
+        /// How many this federate expects.
+        trials: u16,
+    },
+    /// A message that has no place here.
+    Unexpected {
+        /// Its name.
+        message: &'static str,
+        /// Where the federate was.
+        phase: Phase,
+    },
+    /// A tagged message for another federate.
+    WrongDestination {
+        /// The federate it was for.
+        federate: FederateId,
+    },
+    /// A message whose tag this federate has begun or completed already.
+    LateMessage {
+        /// The input it was for.
+        port: u16,
+        /// Its tag.
+        tag: EventTag,
+        /// The tag that the federate has begun or completed.
+        current: EventTag,
+    },
+    /// The RTI has ended because of an error.
+    RtiFailed,
+    /// The connection to the RTI ended before this federate had resigned.
+    RtiLost {
+        /// Where the federate was.
+        phase: Phase,
+    },
+    /// [`Federate::begin`](super::Federate::begin) with a tag that has not been granted: a mistake of the caller.
+    NotGranted {
+        /// The tag.
+        tag: EventTag,
+    },
+    /// [`Federate::begin`](super::Federate::begin) with a tag that is not later than the last: a mistake of the caller.
+    NotLater {
+        /// The tag.
+        tag: EventTag,
+        /// The last tag begun.
+        current: EventTag,
+    },
+}
+
+impl fmt::Display for FederateError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Rejected(code) => write!(f, "the RTI rejects this federate: {code}. {}", advice(*code)),
+            Self::NoAnswer => f.write_str(
+                "the RTI accepted the connection but did not answer: check that an RTI, and no other program, listens \
+                 at this address, and that it still waits for federates",
+            ),
+            Self::NoClockSync => f.write_str(
+                "the RTI did not begin the initial clock synchronization: start it with clock synchronization on \
+                 (`-c init`), or set `clock-sync: off` in the program",
+            ),
+            Self::TrialsDiffer { trials } => write!(
+                f,
+                "the RTI makes more clock synchronization exchanges than the {trials} that this federate expects: give \
+                 both the same number (`trials` in the program, `exchanges-per-interval` of the RTI)",
+            ),
+            Self::Unexpected { message, phase } => write!(
+                f,
+                "the RTI sent {message} {phase}: check that the RTI is one of the same release as this federate",
+            ),
+            Self::WrongDestination { federate } => write!(
+                f,
+                "the RTI delivered a message for federate {federate}: check that all federates are built from the \
+                 same program",
+            ),
+            Self::LateMessage { port, tag, current } => write!(
+                f,
+                "a message for input {port} came with tag {tag}, but this federate is at {current} already: check that \
+                 all federates are built from the same program, so that the RTI knows all connections",
+            ),
+            Self::RtiFailed => f.write_str("the RTI or another federate failed: see its output for the reason"),
+            Self::RtiLost { phase } => write!(
+                f,
+                "the connection to the RTI ended {phase}: check that the RTI is running and see its output for the \
+                 reason",
+            ),
+            Self::NotGranted { tag } => write!(f, "the event loop began tag {tag}, which the RTI has not granted"),
+            Self::NotLater { tag, current } => {
+                write!(f, "the event loop began tag {tag}, which is not later than {current}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for FederateError {}
+
+/// What to do about a rejection.
+fn advice(code: RejectCode) -> &'static str {
+    match code {
+        RejectCode::FederationIdMismatch => {
+            "Start the RTI and all federates with the same federation id; if that is so, the federation is complete or \
+             has begun already: start all of it again"
+        }
+        RejectCode::IdInUse => "End the other federate with this id, or wait until the RTI has noticed its end",
+        RejectCode::IdOutOfRange => "Start the RTI with the number of federates that the program has",
+        RejectCode::UnexpectedMessage => "Use an RTI of the same release as this federate",
+        RejectCode::WrongServer => "Check the RTI's address and port: another federate or program listens there",
+        RejectCode::HmacMismatch => "Start the RTI and all federates with the same federation id",
+        RejectCode::NotInAuthenticationMode => {
+            "Start the RTI with authentication (`-a`), or set `auth: false` in the program"
+        }
+        RejectCode::Other(_) => "See the RTI's output for the reason, and use an RTI of the same release",
+    }
+}

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the federate tells its event loop.
+
+use lf_model::time::{Instant, Tag};
+
+use crate::clock_sync::Estimate;
+
+/// What a message from the RTI means for the event loop. The payload is borrowed from the message.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Event<'m> {
+    /// Nothing; there may be something to transmit.
+    None,
+    /// The RTI has accepted this federate; the initial clock synchronization or the start barrier is next.
+    Accepted,
+    /// The initial clock synchronization is done; [`Federate::clock`](super::Federate::clock) is set.
+    ClockCorrected(Estimate),
+    /// All federates have come: logical time begins at this physical time.
+    Started(Instant),
+    /// More tags may be possible: all up to and including this one.
+    Granted(Tag),
+    /// A provisional grant, which matters in cycles without delay only.
+    GrantedProvisionally(Tag),
+    /// A value for a network input, later than every tag that has been begun.
+    Message {
+        /// The network input.
+        port: u16,
+        /// When it is present.
+        tag: Tag,
+        /// The value.
+        payload: &'m [u8],
+    },
+    /// A value for a network input at a tag after the stop tag, which this federate will not reach.
+    MessageAfterStop {
+        /// The network input.
+        port: u16,
+        /// When it would have been present.
+        tag: Tag,
+    },
+    /// No value will come at a network input up to and including this tag.
+    PortAbsent {
+        /// The network input.
+        port: u16,
+        /// Up to when.
+        tag: Tag,
+    },
+    /// Another federate wants to stop; until the RTI has decided, tags from `tag` on have to wait.
+    StopRequested(Tag),
+    /// The federation stops: `tag` is the last tag of this federate.
+    StopGranted(Tag),
+}
+
+/// What to do after the connection to the RTI has ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Disconnected {
+    /// The RTI has not accepted this federate yet: connect again, by [`ConnectRetry`](super::ConnectRetry).
+    ConnectAgain,
+    /// The federate had ended; nothing more is to do.
+    Ended,
+}

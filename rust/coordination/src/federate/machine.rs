@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The state of a federate, and what its event loop calls.
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::june_2026::Message;
+
+use super::config::Config;
+use super::error::{ConfigError, FederateError};
+use super::event::{Disconnected, Event};
+use super::handshake::Synchronization;
+use super::net_rules::NetRules;
+use super::outbox::Outbox;
+use super::phase::Phase;
+use super::stop::Stop;
+use crate::Deadline;
+use crate::clock_sync::ClockCorrection;
+
+/// One federate; see the module's description for how to drive it.
+#[derive(Clone, Debug)]
+pub struct Federate<'a> {
+    pub(super) config: Config<'a>,
+    pub(super) phase: Phase,
+    pub(super) outbox: Outbox,
+    pub(super) sync: Synchronization,
+    pub(super) clock: ClockCorrection,
+    /// When to give up waiting for the RTI, before the start.
+    pub(super) patience: Deadline,
+    pub(super) start: Option<Instant>,
+    pub(super) net: NetRules,
+    pub(super) provisional: Option<Tag>,
+    pub(super) stop: Stop,
+    /// The last tag begun.
+    pub(super) current: Tag,
+    /// The next event, as last told and not begun since.
+    pub(super) next: Option<Tag>,
+    /// When the bound of the NET by physical time is to be renewed.
+    pub(super) renewal: Deadline,
+}
+
+impl<'a> Federate<'a> {
+    /// A federate that has not connected.
+    ///
+    /// # Errors
+    /// When no federate can work with this configuration.
+    pub fn new(config: Config<'a>) -> Result<Self, ConfigError> {
+        config.check()?;
+        Ok(Self {
+            phase: Phase::Disconnected,
+            outbox: Outbox::default(),
+            sync: Synchronization::new(),
+            clock: ClockCorrection::NONE,
+            patience: Deadline::Never,
+            start: None,
+            net: NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
+            provisional: None,
+            stop: Stop::new(),
+            current: Tag::NEVER,
+            next: None,
+            renewal: Deadline::Never,
+            config,
+        })
+    }
+
+    /// Where this federate is.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// From this participant's own clock to the federation's physical time.
+    ///
+    /// Changes once, with [`Event::ClockCorrected`], before the start.
+    pub fn clock(&self) -> ClockCorrection {
+        self.clock
+    }
+
+    /// The physical time at which logical time begins; `None` before [`Event::Started`].
+    pub fn start_time(&self) -> Option<Instant> {
+        self.start
+    }
+
+    /// The last tag that the RTI has granted; `NEVER` before the first grant.
+    pub fn granted(&self) -> Tag {
+        self.net.granted()
+    }
+
+    /// The last provisional grant, if it is later than [`Federate::granted`].
+    pub fn granted_provisionally(&self) -> Option<Tag> {
+        self.provisional.filter(|tag| *tag > self.net.granted())
+    }
+
+    /// The last tag that was begun; `NEVER` before the first.
+    pub fn current(&self) -> Tag {
+        self.current
+    }
+
+    /// Whether this tag may be begun now, as far as the federation is concerned.
+    ///
+    /// Physical time is not looked at.
+    pub fn may_advance(&self, tag: Tag) -> bool {
+        self.phase == Phase::Running && tag > self.current && self.stop.allows(tag) && self.net.allows(tag)
+    }
+
+    /// The tag at which the whole federation stops; `None` before [`Event::StopGranted`].
+    pub fn stop_tag(&self) -> Option<Tag> {
+        self.stop.granted()
+    }
+
+    /// Whether a message with this tag may be sent: not after this federate's last tag, for nobody will get there.
+    pub fn may_send(&self, tag: Tag) -> bool {
+        tag <= self.stop.last_tag()
+    }
+
+    /// The connection to the RTI is there.
+    ///
+    /// Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
+    pub fn handle_connected(&mut self, now: Instant) {
+        if matches!(self.phase, Phase::Disconnected | Phase::Introducing) {
+            self.introduce(now);
+        }
+    }
+
+    /// A message from the RTI has come.
+    ///
+    /// `now` is the time at which its last byte was read; the clock synchronization is as good as it is.
+    ///
+    /// # Errors
+    /// Why this federate cannot go on. It has then failed, and FAILED is to be sent where that is of use.
+    pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+        let result = match self.phase {
+            Phase::Disconnected => Err(self.unexpected(&message)),
+            Phase::Introducing | Phase::Synchronizing | Phase::Starting => self.handle_early(now, &message),
+            Phase::Running => self.handle_running(message),
+            // The RTI may not know yet that this federate has ended.
+            Phase::Resigning | Phase::Ended | Phase::Failed => Ok(Event::None),
+        };
+        result.map_err(|error| self.fail_with(error))
+    }
+
+    /// The connection to the RTI has ended, or broken.
+    ///
+    /// # Errors
+    /// When this federate still needed it.
+    pub fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
+        match self.phase {
+            Phase::Disconnected | Phase::Introducing => {
+                self.phase = Phase::Disconnected;
+                self.outbox.clear();
+                self.patience = Deadline::Never;
+                Ok(Disconnected::ConnectAgain)
+            }
+            Phase::Synchronizing | Phase::Starting | Phase::Running | Phase::Resigning => {
+                Err(self.fail_with(FederateError::RtiLost { phase: self.phase }))
+            }
+            Phase::Ended | Phase::Failed => {
+                self.outbox.clear();
+                Ok(Disconnected::Ended)
+            }
+        }
+    }
+
+    /// The time that [`Federate::poll_timeout`] named has come. Harmless at any other time.
+    ///
+    /// # Errors
+    /// When the RTI has let this federate wait too long.
+    pub fn handle_timeout(&mut self, now: Instant) -> Result<Event<'static>, FederateError> {
+        if self.renewal.is_due(now) {
+            self.announce(now);
+        }
+        if self.patience.is_due(now) {
+            return self.lose_patience(now).map_err(|error| self.fail_with(error));
+        }
+        Ok(Event::None)
+    }
+
+    /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
+    ///
+    /// After at most eleven calls without an event or command in between, `None` comes.
+    pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
+        let message = self.outbox.next(&self.config).filter(|message| message.encoded_len() <= room)?;
+        self.outbox.remove(&message);
+        match message {
+            Message::T3 { .. } => self.sync.t3_leaves(),
+            Message::Resign => self.phase = Phase::Ended,
+            _ => {}
+        }
+        Some(message)
+    }
+
+    /// Whether [`Federate::poll_transmit`] has a message, given room.
+    pub fn has_transmit(&self) -> bool {
+        self.outbox.next(&self.config).is_some()
+    }
+
+    /// All that [`Federate::poll_transmit`] gave has been written to the socket; `now` is the time after that.
+    pub fn handle_written(&mut self, now: Instant) {
+        self.sync.written(now);
+    }
+
+    /// When [`Federate::handle_timeout`] is to be called, by this participant's own clock.
+    pub fn poll_timeout(&self) -> Deadline {
+        self.patience.min(self.renewal)
+    }
+
+    /// This federate ends because of an error of its own: FAILED is sent instead of RESIGN.
+    ///
+    /// Without effect once it has ended.
+    pub fn fail(&mut self) {
+        if !matches!(self.phase, Phase::Disconnected | Phase::Ended | Phase::Failed) {
+            self.end_failed(true);
+        } else if self.phase == Phase::Disconnected {
+            self.end_failed(false);
+        }
+    }
+
+    pub(super) fn unexpected(&self, message: &Message<'_>) -> FederateError {
+        FederateError::Unexpected { message: message.name(), phase: self.phase }
+    }
+
+    /// Notes that this federate cannot go on. Gives the error back.
+    fn fail_with(&mut self, error: FederateError) -> FederateError {
+        // Whoever rejected this federate does not know it, and who is gone does not hear it.
+        let tell = !matches!(error, FederateError::Rejected(_) | FederateError::RtiLost { .. });
+        self.end_failed(tell && self.phase != Phase::Disconnected);
+        error
+    }
+
+    fn end_failed(&mut self, tell: bool) {
+        self.phase = Phase::Failed;
+        self.patience = Deadline::Never;
+        self.renewal = Deadline::Never;
+        self.outbox.clear();
+        self.outbox.failed = tell;
+    }
+
+    /// `fail_with` for the commands of `running.rs`.
+    pub(super) fn refuse<T>(&mut self, error: FederateError) -> Result<T, FederateError> {
+        Err(self.fail_with(error))
+    }
+}

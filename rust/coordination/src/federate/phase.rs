@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where a federate is between its start and its end.
+
+use core::fmt;
+
+/// Where a federate is. The phases follow each other in this order; from each, [`Phase::Failed`] can come.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Phase {
+    /// Not connected yet.
+    Disconnected,
+    /// Connected; waiting for the RTI to accept this federate.
+    Introducing,
+    /// In the initial clock synchronization.
+    Synchronizing,
+    /// Waiting for the start time, which the RTI gives when all federates have come.
+    Starting,
+    /// The start time is known: tags are granted, begun and completed.
+    Running,
+    /// The last tag is complete, RESIGN is to be sent.
+    Resigning,
+    /// RESIGN has been sent.
+    Ended,
+    /// Ended because of an error.
+    Failed,
+}
+
+impl fmt::Display for Phase {
+    /// Completes a sentence such as "the connection ended …".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Disconnected => "before this federate had connected",
+            Self::Introducing => "before it had accepted this federate",
+            Self::Synchronizing => "during the initial clock synchronization",
+            Self::Starting => "while this federate waited for the others to start",
+            Self::Running => "while this federate was running",
+            Self::Resigning => "before this federate could resign",
+            Self::Ended => "after this federate had resigned",
+            Self::Failed => "after this federate had failed",
+        })
+    }
+}

@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From the start to the end: grants, tags, messages, stop, resign.
+
+use lf_model::time::{EventTag, Instant, Interval, Tag};
+use lf_wire::june_2026::Message;
+
+use super::error::FederateError;
+use super::event::Event;
+use super::machine::Federate;
+use super::phase::Phase;
+use crate::tag::from_wire;
+use crate::{Deadline, FederateId};
+
+impl Federate<'_> {
+    /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be begun.
+    ///
+    /// Call it whenever the next tag has changed, also for an earlier one, and after each [`Event::Granted`] and
+    /// [`Event::StopGranted`]; calling it more often does no harm. A tag after the last one of this federate counts as
+    /// the last one. `now` is this participant's own clock.
+    pub fn next_event(&mut self, now: Instant, tag: Tag) -> bool {
+        if self.phase != Phase::Running {
+            return false;
+        }
+        let tag = tag.min(self.stop.last_tag());
+        if tag <= self.current {
+            return false;
+        }
+        self.next = Some(tag);
+        self.announce(now);
+        self.may_advance(tag)
+    }
+
+    /// The event loop begins this tag.
+    ///
+    /// # Errors
+    /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it does
+    /// at such a tag could be wrong.
+    pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
+        if tag <= self.current {
+            return self
+                .refuse(FederateError::NotLater { tag: self.relative(tag), current: self.relative(self.current) });
+        }
+        if !self.may_advance(tag) {
+            return self.refuse(FederateError::NotGranted { tag: self.relative(tag) });
+        }
+        self.current = tag;
+        self.next = None;
+        self.renewal = Deadline::Never;
+        Ok(())
+    }
+
+    /// The tag begun last is complete, and all its messages are in the out-buffer. `had_network_input`: whether a value
+    /// from another federate was present.
+    ///
+    /// Only then the RTI is told (LTC): it keeps account of the messages that are under way.
+    pub fn complete(&mut self, had_network_input: bool) {
+        if self.phase == Phase::Running && had_network_input {
+            self.outbox.set_ltc(self.current);
+        }
+    }
+
+    /// A tagged message with this tag has been put into the out-buffer.
+    pub fn sent(&mut self, tag: Tag) {
+        self.net.message_sent(tag);
+    }
+
+    /// This federate's last tag by the program's time-out; the RTI is not asked.
+    pub fn limit_stop(&mut self, tag: Tag) {
+        self.stop.limit(tag);
+    }
+
+    /// The program wants to stop: asks for it at `tag`, or one microstep after the tag begun last where that is later.
+    ///
+    /// Until [`Event::StopGranted`], `tag` and later ones have to wait. Without effect when this federate has asked, or
+    /// been asked, before.
+    pub fn request_stop(&mut self, tag: Tag) {
+        if self.phase != Phase::Running {
+            return;
+        }
+        let earliest = tag.max(self.earliest_stop());
+        if self.stop.request(earliest) {
+            self.outbox.stop_request = Some(earliest);
+        }
+    }
+
+    /// The last tag is complete: resigns. Before the start this is [`Federate::fail`], for the others wait for this
+    /// federate; without effect once it has ended.
+    pub fn finish(&mut self) {
+        match self.phase {
+            Phase::Running => {
+                self.next = None;
+                self.renewal = Deadline::Never;
+                if let Some(net) = self.net.finish() {
+                    self.outbox.set_net(net);
+                }
+                self.outbox.resign = true;
+                self.phase = Phase::Resigning;
+            }
+            Phase::Disconnected | Phase::Introducing | Phase::Synchronizing | Phase::Starting => self.fail(),
+            Phase::Resigning | Phase::Ended | Phase::Failed => {}
+        }
+    }
+
+    /// A message after the start.
+    pub(super) fn handle_running<'m>(&mut self, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+        match message {
+            Message::TaggedMessage { port, federate, tag, payload } => {
+                self.handle_tagged(port, FederateId(federate), from_wire(tag), payload)
+            }
+            Message::TagGrant(tag) => {
+                let tag = from_wire(tag);
+                // The stock federate takes a grant that says nothing new with a warning, so this one does likewise.
+                Ok(if self.net.grant(tag) { Event::Granted(tag) } else { Event::None })
+            }
+            Message::ProvisionalTagGrant(tag) => {
+                let tag = from_wire(tag);
+                self.provisional = self.provisional.max(Some(tag));
+                Ok(Event::GrantedProvisionally(tag))
+            }
+            Message::DownstreamNextEventTag(tag) => {
+                if let Some(net) = self.net.handle_dnet(from_wire(tag)) {
+                    self.outbox.set_net(net);
+                }
+                Ok(Event::None)
+            }
+            Message::StopRequest(tag) => Ok(match self.stop.asked(from_wire(tag), self.earliest_stop()) {
+                Some(reply) => {
+                    self.outbox.stop_reply = Some(reply);
+                    Event::StopRequested(reply)
+                }
+                None => Event::None,
+            }),
+            Message::StopGranted(tag) => {
+                let earliest = self.earliest_stop();
+                Ok(Event::StopGranted(self.stop.decided(from_wire(tag), earliest)))
+            }
+            Message::PortAbsent { port, federate, tag } => {
+                self.check_destination(FederateId(federate))?;
+                Ok(Event::PortAbsent { port, tag: from_wire(tag) })
+            }
+            // An answer to nothing that this federate asked; it does no harm.
+            Message::AddressQueryReply { .. } => Ok(Event::None),
+            Message::Failed => Err(FederateError::RtiFailed),
+            _ => Err(self.unexpected(&message)),
+        }
+    }
+
+    /// Tells the RTI the next event, if the rules say so.
+    pub(super) fn announce(&mut self, now: Instant) {
+        let Some(tag) = self.next else { return };
+        let net = match self.physical_bound(now, tag) {
+            None => {
+                self.renewal = Deadline::Never;
+                self.net.next_event(tag)
+            }
+            // Told a short while ago, and not renewed yet, so as not to flood the RTI.
+            Some(_) if matches!(self.renewal, Deadline::At(_)) && !self.renewal.is_due(now) => None,
+            Some(bound) => {
+                self.renewal = Deadline::At(self.renewal_time(now, tag));
+                self.net.bounded(bound)
+            }
+        };
+        if let Some(net) = net {
+            self.outbox.set_net(net);
+        }
+    }
+
+    fn handle_tagged<'m>(
+        &self,
+        port: u16,
+        federate: FederateId,
+        tag: Tag,
+        payload: &'m [u8],
+    ) -> Result<Event<'m>, FederateError> {
+        self.check_destination(federate)?;
+        let start = self.start.map_or(Tag::NEVER, Tag::at);
+        if tag <= self.current || tag < start {
+            let (tag, current) = (self.relative(tag), self.relative(self.current.max(start)));
+            return Err(FederateError::LateMessage { port, tag, current });
+        }
+        if tag > self.stop.last_tag() {
+            return Ok(Event::MessageAfterStop { port, tag });
+        }
+        Ok(Event::Message { port, tag, payload })
+    }
+
+    fn check_destination(&self, federate: FederateId) -> Result<(), FederateError> {
+        if federate == self.config.id { Ok(()) } else { Err(FederateError::WrongDestination { federate }) }
+    }
+
+    /// A tag as people read it. Only tags after the start are of interest.
+    fn relative(&self, tag: Tag) -> EventTag {
+        EventTag::relative(tag, self.start.unwrap_or_default())
+    }
+
+    /// The earliest tag at which this federate can stop.
+    fn earliest_stop(&self) -> Tag {
+        if self.current == Tag::NEVER {
+            // Nothing has been begun: it can stop at the start.
+            return self.start.map_or(Tag::NEVER, Tag::at);
+        }
+        self.current.next_microstep()
+    }
+
+    /// The tag before which no physical action can cause an output, if that is earlier than the next event.
+    ///
+    /// A physical action that comes now has at least the time now + its delay. The bound is one ns earlier, as the stock
+    /// federate has it, but not before a tag that is over.
+    fn physical_bound(&self, now: Instant, tag: Tag) -> Option<Tag> {
+        let delay = self.config.physical_delay.filter(|_| self.net.has_downstream())?;
+        let earliest = self.clock.physical(now) + delay;
+        if earliest >= tag.time {
+            return None;
+        }
+        let bound = Tag::at(earliest + Interval(-1)).max(self.earliest_stop());
+        (bound < tag).then_some(bound)
+    }
+
+    /// When the bound is to be renewed: after the advance interval, or when physical time no longer bounds the NET.
+    fn renewal_time(&self, now: Instant, tag: Tag) -> Instant {
+        let renewal = now + self.config.advance_interval;
+        match self.config.physical_delay {
+            Some(delay) => renewal
+                .min(self.clock.local(tag.time + Interval(delay.as_nanos().saturating_neg())).max(now + Interval(1))),
+            None => renewal,
+        }
+    }
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The agreement on a common stop tag.
+//!
+//! Whoever asks to stop, or is asked, names the earliest tag at which it can, and from then on does not begin this tag
+//! or a later one until the RTI has said which tag it is: the latest of all that were named.
+
+use lf_model::time::Tag;
+
+/// How far the agreement is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Agreement {
+    /// Nobody has asked.
+    None,
+    /// This federate has named a tag, in a request or a reply.
+    Named(Tag),
+    /// The RTI has decided.
+    Granted(Tag),
+}
+
+/// When this federate stops, as far as is known.
+#[derive(Clone, Debug)]
+pub(super) struct Stop {
+    agreement: Agreement,
+    /// The last tag by the program's own time-out.
+    limit: Tag,
+}
+
+impl Stop {
+    pub(super) const fn new() -> Self {
+        Self { agreement: Agreement::None, limit: Tag::FOREVER }
+    }
+
+    /// The last tag, as far as is known.
+    pub(super) fn last_tag(&self) -> Tag {
+        match self.agreement {
+            Agreement::Granted(tag) => self.limit.min(tag),
+            Agreement::None | Agreement::Named(_) => self.limit,
+        }
+    }
+
+    /// The tag that all have agreed upon.
+    pub(super) fn granted(&self) -> Option<Tag> {
+        match self.agreement {
+            Agreement::Granted(tag) => Some(tag),
+            Agreement::None | Agreement::Named(_) => None,
+        }
+    }
+
+    /// Whether this tag may be begun as far as stopping is concerned.
+    pub(super) fn allows(&self, tag: Tag) -> bool {
+        tag <= self.last_tag() && !matches!(self.agreement, Agreement::Named(named) if named <= tag)
+    }
+
+    /// The program's own time-out; the earliest one counts.
+    pub(super) fn limit(&mut self, tag: Tag) {
+        self.limit = self.limit.min(tag);
+    }
+
+    /// This federate wants to stop, at `earliest` or later. Returns whether the RTI has to be asked.
+    pub(super) fn request(&mut self, earliest: Tag) -> bool {
+        let first = self.agreement == Agreement::None;
+        if first {
+            self.agreement = Agreement::Named(earliest);
+        }
+        first
+    }
+
+    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the reply, if one is due:
+    /// who has asked or replied before has named its tag already.
+    pub(super) fn asked(&mut self, tag: Tag, earliest: Tag) -> Option<Tag> {
+        if self.agreement != Agreement::None {
+            return None;
+        }
+        let named = tag.max(earliest);
+        self.agreement = Agreement::Named(named);
+        Some(named)
+    }
+
+    /// The RTI has decided on `tag`; this federate can stop at `earliest` or later. Returns its last tag.
+    ///
+    /// The RTI takes the latest of all tags that were named, so `earliest` is later only if the RTI is mistaken. Then the
+    /// federate stops as soon as it can, as the stock one does.
+    pub(super) fn decided(&mut self, tag: Tag, earliest: Tag) -> Tag {
+        self.agreement = Agreement::Granted(tag.max(earliest));
+        self.last_tag()
+    }
+}
