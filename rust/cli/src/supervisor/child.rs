@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One participant's process: its group, its output, its end.
+
+use std::io::{self, ErrorKind, Read};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child as Process, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open};
+
+use super::Role;
+use super::output::Stream;
+
+/// A line that does not end is shown in pieces of this size, in bytes, so that it does not pile up here.
+const LINE_LENGTH_MAX: usize = 64 * 1024;
+
+/// A started process.
+pub(super) struct Child {
+    pub(super) name: String,
+    pub(super) role: Role,
+    process: Process,
+    /// `None` once the process has been reaped, and its id may belong to another.
+    running: Option<Running>,
+    standard: Option<Lines<ChildStdout>>,
+    error: Option<Lines<ChildStderr>>,
+}
+
+struct Running {
+    pid: Pid,
+    /// Readable when the process has ended.
+    end: OwnedFd,
+}
+
+/// How a process ended.
+pub(super) struct End {
+    pub(super) success: bool,
+    /// 128 + n for signal n.
+    pub(super) exit_code: u8,
+    /// For people, after its name: `ended with exit status 3`.
+    pub(super) how: String,
+}
+
+impl Child {
+    pub(super) fn start(name: &str, role: Role, command: &mut Command) -> io::Result<Self> {
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+        let mut process = command.spawn()?;
+        let pid = Pid::from_child(&process);
+        let end = match pidfd_open(pid, PidfdFlags::empty()) {
+            Ok(end) => end,
+            Err(error) => {
+                process.kill()?;
+                process.wait()?;
+                return Err(error.into());
+            }
+        };
+        let standard = process.stdout.take().map(Lines::new).transpose()?;
+        let error = process.stderr.take().map(Lines::new).transpose()?;
+        let running = Some(Running { pid, end });
+        Ok(Self { name: name.to_owned(), role, process, running, standard, error })
+    }
+
+    pub(super) fn is_running(&self) -> bool {
+        self.running.is_some()
+    }
+
+    /// What to wait for: the end (`None`) and the output.
+    pub(super) fn descriptors(&self) -> impl Iterator<Item = (Option<Stream>, BorrowedFd<'_>)> {
+        let end = self.running.iter().map(|running| (None, running.end.as_fd()));
+        let standard = self.standard.iter().map(|lines| (Some(Stream::Standard), lines.source.as_fd()));
+        let error = self.error.iter().map(|lines| (Some(Stream::Error), lines.source.as_fd()));
+        end.chain(standard).chain(error)
+    }
+
+    /// The whole lines that have come; at the end of the stream also the one that is not whole.
+    pub(super) fn read(&mut self, stream: Stream) -> io::Result<Vec<Vec<u8>>> {
+        let (lines, ended) = match stream {
+            Stream::Standard => read(&mut self.standard)?,
+            Stream::Error => read(&mut self.error)?,
+        };
+        if ended && let Some(rest) = self.close(stream) {
+            return Ok(lines.into_iter().chain([rest]).collect());
+        }
+        Ok(lines)
+    }
+
+    /// Closes a stream and returns the line that was not whole. What the process itself has written has been read by
+    /// then; a descendant that keeps the stream open is not waited for.
+    pub(super) fn close(&mut self, stream: Stream) -> Option<Vec<u8>> {
+        let rest = match stream {
+            Stream::Standard => self.standard.take()?.partial,
+            Stream::Error => self.error.take()?.partial,
+        };
+        (!rest.is_empty()).then_some(rest)
+    }
+
+    /// Signals the process group. An error means that there is nobody left in it.
+    pub(super) fn signal(&self, signal: Signal) {
+        if let Some(running) = &self.running {
+            let _ = kill_process_group(running.pid, signal);
+        }
+    }
+
+    /// Ends what is left of the process group, then waits for the process, which has ended or been killed.
+    pub(super) fn reap(&mut self) -> io::Result<End> {
+        // Until it is reaped the process keeps its id, so that the group is its own.
+        self.signal(Signal::KILL);
+        let status = self.process.wait()?;
+        self.running = None;
+        Ok(End::new(status))
+    }
+}
+
+impl End {
+    fn new(status: ExitStatus) -> Self {
+        let signal = status.signal().and_then(|number| u8::try_from(number).ok());
+        let (exit_code, how) = if let Some(signal) = signal {
+            let name = signal_hook::low_level::signal_name(i32::from(signal)).unwrap_or("unnamed");
+            (signal.saturating_add(128), format!("was ended by signal {signal} ({name})"))
+        } else {
+            let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
+            (code, format!("ended with exit status {code}"))
+        };
+        Self { success: status.success(), exit_code, how }
+    }
+}
+
+/// A stream that is cut into lines.
+struct Lines<S> {
+    source: S,
+    partial: Vec<u8>,
+}
+
+impl<S: Read + AsFd> Lines<S> {
+    fn new(source: S) -> io::Result<Self> {
+        let flags = fcntl_getfl(&source)?;
+        fcntl_setfl(&source, flags | OFlags::NONBLOCK)?;
+        Ok(Self { source, partial: Vec::new() })
+    }
+}
+
+/// Reads until nothing more is there; says whether the stream has ended.
+fn read<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>>, bool)> {
+    let mut found = Vec::new();
+    let Some(lines) = lines else { return Ok((found, false)) };
+    let mut buffer = [0; 16 * 1024];
+    loop {
+        let length = match lines.source.read(&mut buffer) {
+            Ok(0) => return Ok((found, true)),
+            Ok(length) => length,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok((found, false)),
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) => return Err(error),
+        };
+        for piece in buffer[..length].split_inclusive(|byte| *byte == b'\n') {
+            lines.partial.extend_from_slice(piece);
+            if lines.partial.ends_with(b"\n") {
+                lines.partial.pop();
+                found.push(std::mem::take(&mut lines.partial));
+            } else if lines.partial.len() >= LINE_LENGTH_MAX {
+                found.push(std::mem::take(&mut lines.partial));
+            }
+        }
+        // A participant that never stops writing must not keep the others from being heard.
+        if found.len() >= 1024 {
+            return Ok((found, false));
+        }
+    }
+}

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+//! When and how a run ends: the first cause decides the exit status, and what has to stop is asked, then told, then
+//! forced. Nothing here touches a process or a clock.
+
+use std::time::{Duration, Instant};
+
+/// How long a run may take, and how long its parts may take to end.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The whole run, from its start; `None` for as long as it likes.
+    pub run: Option<Duration>,
+    /// After the first failure, for the others to end by themselves.
+    pub grace: Duration,
+    /// After SIGTERM, before SIGKILL.
+    pub terminate: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { run: None, grace: Duration::from_secs(5), terminate: Duration::from_secs(3) }
+    }
+}
+
+/// How a run has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All participants ended well.
+    Success,
+    /// The first one that did not ended with this exit code (128 + n for signal n).
+    Failed(u8),
+    /// This program was told to stop by this signal.
+    Interrupted(u8),
+    /// The time limit was reached.
+    TimedOut,
+    /// Whoever read the output has closed it.
+    OutputClosed,
+}
+
+impl Ending {
+    /// The exit status that says the same, in the manner of shells and of timeout(1).
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Success => 0,
+            Self::Failed(code) => code.max(1),
+            Self::Interrupted(signal) => 128 + signal,
+            Self::TimedOut => 124,
+            Self::OutputClosed => 141,
+        }
+    }
+}
+
+/// What to do to all participants that still run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    None,
+    Terminate,
+    Kill,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Nobody has to stop.
+    Running,
+    /// The others may end by themselves until then.
+    Waiting(Instant),
+    /// They have been sent SIGTERM, and are killed then.
+    Terminating(Instant),
+    /// They have been sent SIGKILL.
+    Killing,
+}
+
+/// The way from the first cause to the last process.
+#[derive(Debug)]
+pub(super) struct Plan {
+    limits: Limits,
+    /// When the run has to end, unless it is ending.
+    deadline: Option<Instant>,
+    stage: Stage,
+    ending: Ending,
+}
+
+impl Plan {
+    pub(super) fn new(limits: Limits, now: Instant) -> Self {
+        let deadline = limits.run.and_then(|run| now.checked_add(run));
+        Self { limits, deadline, stage: Stage::Running, ending: Ending::Success }
+    }
+
+    pub(super) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// Whether there is a cause for the run to end early.
+    pub(super) fn is_ending(&self) -> bool {
+        self.stage != Stage::Running
+    }
+
+    /// Whether the participants have been sent a signal.
+    pub(super) fn is_stopping(&self) -> bool {
+        matches!(self.stage, Stage::Terminating(_) | Stage::Killing)
+    }
+
+    pub(super) fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// When to ask [`Self::due`] next.
+    pub(super) fn next(&self) -> Option<Instant> {
+        match self.stage {
+            Stage::Running => self.deadline,
+            Stage::Waiting(until) => Some(self.deadline.map_or(until, |deadline| until.min(deadline))),
+            Stage::Terminating(until) => Some(until),
+            Stage::Killing => None,
+        }
+    }
+
+    /// A participant has failed; the others have `grace` to notice.
+    pub(super) fn failed(&mut self, exit_code: u8, now: Instant, grace: Duration) -> Action {
+        self.cause(Ending::Failed(exit_code));
+        match self.stage {
+            Stage::Running if grace.is_zero() => self.terminate(now),
+            Stage::Running => {
+                self.stage = Stage::Waiting(now + grace);
+                Action::None
+            }
+            _ => Action::None,
+        }
+    }
+
+    /// The federates have ended well, so the RTI is expected to end, too.
+    pub(super) fn only_rti_left(&mut self, now: Instant) {
+        self.stage = Stage::Waiting(now + self.limits.grace);
+    }
+
+    /// A signal to stop; the second one does not wait any more.
+    pub(super) fn interrupted(&mut self, signal: u8, now: Instant) -> Action {
+        self.cause(Ending::Interrupted(signal));
+        match self.stage {
+            Stage::Running | Stage::Waiting(_) => self.terminate(now),
+            Stage::Terminating(_) | Stage::Killing => {
+                self.stage = Stage::Killing;
+                Action::Kill
+            }
+        }
+    }
+
+    /// Nobody reads the output any more.
+    pub(super) fn output_closed(&mut self, now: Instant) -> Action {
+        self.cause(Ending::OutputClosed);
+        self.terminate(now)
+    }
+
+    /// What has become due, and why when that is news; `None` when nothing has.
+    pub(super) fn due(&mut self, now: Instant) -> Option<(Action, Option<String>)> {
+        match self.stage {
+            Stage::Running | Stage::Waiting(_) if self.deadline.is_some_and(|deadline| deadline <= now) => {
+                self.cause(Ending::TimedOut);
+                Some((self.terminate(now), Some("the time limit is reached; stopping all participants".to_owned())))
+            }
+            Stage::Waiting(until) if until <= now => {
+                let why = if self.ending == Ending::Success {
+                    "all federates have ended, but the RTI has not; stopping it"
+                } else {
+                    "stopping the participants that have not ended by themselves"
+                };
+                self.cause(Ending::Failed(1));
+                Some((self.terminate(now), Some(why.to_owned())))
+            }
+            Stage::Terminating(until) if until <= now => {
+                self.stage = Stage::Killing;
+                let why = "killing the participants that do not stop";
+                Some((Action::Kill, Some(why.to_owned())))
+            }
+            _ => None,
+        }
+    }
+
+    /// The first cause counts.
+    fn cause(&mut self, ending: Ending) {
+        if self.ending == Ending::Success {
+            self.ending = ending;
+        }
+    }
+
+    fn terminate(&mut self, now: Instant) -> Action {
+        self.stage = Stage::Terminating(now + self.limits.terminate);
+        Action::Terminate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Action, Duration, Ending, Instant, Limits, Plan};
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    fn limits(run: Option<Duration>) -> Limits {
+        Limits { run, grace: 5 * SECOND, terminate: 3 * SECOND }
+    }
+
+    #[test]
+    fn a_failure_gives_the_others_time_then_asks_then_kills() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(None), start);
+        assert_eq!(plan.next(), None);
+        assert_eq!(plan.failed(3, start, 5 * SECOND), Action::None);
+        assert_eq!(plan.due(start + 4 * SECOND), None);
+        assert_eq!(plan.due(start + 5 * SECOND).map(|(action, _)| action), Some(Action::Terminate));
+        assert_eq!(plan.next(), Some(start + 8 * SECOND));
+        assert_eq!(plan.due(start + 8 * SECOND).map(|(action, _)| action), Some(Action::Kill));
+        assert_eq!(plan.due(start + 99 * SECOND), None);
+        assert_eq!(plan.ending(), Ending::Failed(3));
+    }
+
+    #[test]
+    fn the_first_cause_decides_the_exit_status() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(Some(SECOND)), start);
+        assert_eq!(plan.due(start + SECOND).map(|(action, _)| action), Some(Action::Terminate));
+        assert_eq!(plan.failed(143, start + SECOND, 5 * SECOND), Action::None);
+        assert_eq!(plan.ending().exit_code(), 124);
+    }
+
+    #[test]
+    fn a_second_interrupt_kills_at_once() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(None), start);
+        assert_eq!(plan.interrupted(2, start), Action::Terminate);
+        assert_eq!(plan.interrupted(2, start), Action::Kill);
+        assert_eq!(plan.ending().exit_code(), 130);
+    }
+
+    #[test]
+    fn an_rti_that_outlives_its_federates_is_a_failure() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(None), start);
+        plan.only_rti_left(start);
+        assert_eq!(plan.ending(), Ending::Success);
+        assert!(plan.due(start + 5 * SECOND).is_some_and(|(_, why)| why.is_some_and(|why| why.contains("RTI"))));
+        assert_eq!(plan.ending(), Ending::Failed(1));
+    }
+
+    #[test]
+    fn the_time_limit_also_cuts_the_wait_after_a_failure() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(Some(2 * SECOND)), start);
+        plan.failed(1, start, 5 * SECOND);
+        assert_eq!(plan.next(), Some(start + 2 * SECOND));
+    }
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Signals to this program, as something that can be waited for beside everything else.
+
+use std::io::{self, Read};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::UnixStream;
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+/// The signals that ask this program to stop.
+pub struct Interrupts {
+    sources: Vec<(u8, UnixStream)>,
+}
+
+impl Interrupts {
+    /// Takes over SIGINT (^C), SIGTERM and SIGHUP from now on.
+    ///
+    /// # Errors
+    /// When the system has no descriptors left.
+    pub fn of_this_process() -> io::Result<Self> {
+        let mut sources = Vec::new();
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            let (read, write) = UnixStream::pair()?;
+            read.set_nonblocking(true)?;
+            signal_hook::low_level::pipe::register(signal, write)?;
+            // The three are below 16 on every system.
+            sources.push((u8::try_from(signal).unwrap_or(u8::MAX), read));
+        }
+        Ok(Self { sources })
+    }
+
+    /// No signals but those that a test makes: each byte written to the other end is one.
+    #[cfg(test)]
+    pub(super) fn of_stream(signal: u8, stream: UnixStream) -> Self {
+        stream.set_nonblocking(true).expect("a fresh socket can be set up");
+        Self { sources: vec![(signal, stream)] }
+    }
+
+    /// What to wait for.
+    pub(super) fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        self.sources.iter().map(|(_, stream)| stream.as_fd())
+    }
+
+    /// The signals that have come since the last call, each once.
+    pub(super) fn take(&mut self) -> Vec<u8> {
+        let mut taken = Vec::new();
+        for (signal, stream) in &mut self.sources {
+            let mut bytes = [0; 64];
+            if matches!(stream.read(&mut bytes), Ok(length) if length > 0) {
+                taken.push(*signal);
+            }
+        }
+        taken
+    }
+}

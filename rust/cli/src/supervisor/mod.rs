@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Runs the participants of a federation as child processes, shows their output, and ends all of them together.
+//!
+//! One loop waits for everything: the ends of processes (through their pidfds), their output, signals to this
+//! program, and the time limits. Only this loop starts, signals and reaps processes, so a process id that it signals
+//! is always one of its own children.
+
+mod child;
+mod ending;
+mod interrupts;
+mod output;
+
+use std::io;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+pub use ending::{Ending, Limits};
+pub use interrupts::Interrupts;
+pub use output::Output;
+
+use child::Child;
+use ending::{Action, Plan};
+use output::Stream;
+
+/// What a participant is for, which decides whether the run waits for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A part of the program.
+    Federate,
+    /// It serves the federates, and is expected to end soon after the last one has.
+    Rti,
+}
+
+/// The participants of one run.
+pub struct Supervisor {
+    children: Vec<Child>,
+    plan: Plan,
+    interrupts: Interrupts,
+    output: Output,
+}
+
+/// What is ready after a wait.
+#[derive(Default)]
+struct Ready {
+    signals: bool,
+    /// Children that have ended.
+    ended: Vec<usize>,
+    /// Output to read.
+    streams: Vec<(usize, Stream)>,
+}
+
+impl Supervisor {
+    /// Nothing runs yet; the time limit counts from now.
+    pub fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
+        Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
+    }
+
+    /// Starts a participant in a process group of its own, without input.
+    ///
+    /// # Errors
+    /// When the program cannot be started; what has been started before keeps running until [`Self::abandon`].
+    pub fn start(&mut self, name: &str, role: Role, command: &mut Command) -> io::Result<()> {
+        self.children.push(Child::start(name, role, command)?);
+        Ok(())
+    }
+
+    /// Runs until a line of the last started participant's standard output answers `wanted`, which is not shown then.
+    /// `None` when the run has to end before that line comes; go on with [`Self::finish`].
+    ///
+    /// # Errors
+    /// When the system's calls fail.
+    pub fn wait_for_line<T>(&mut self, wanted: impl Fn(&str) -> Option<T>) -> io::Result<Option<T>> {
+        let Some(last) = self.children.len().checked_sub(1) else { return Ok(None) };
+        let mut found = None;
+        while found.is_none() && !self.plan.is_ending() && self.children[last].is_running() {
+            self.turn(&mut |index, line| {
+                if index == last && found.is_none() {
+                    found = wanted(line);
+                    return found.is_some();
+                }
+                false
+            })?;
+        }
+        Ok(found)
+    }
+
+    /// Runs until all participants have ended, and says how.
+    ///
+    /// # Errors
+    /// When the system's calls fail; all participants are killed then.
+    pub fn finish(mut self) -> io::Result<Ending> {
+        while self.children.iter().any(Child::is_running) {
+            self.turn(&mut |_, _| false)?;
+        }
+        self.output.flush();
+        Ok(self.plan.ending())
+    }
+
+    /// Ends all participants because the run cannot go on, and waits for them.
+    ///
+    /// # Errors
+    /// As [`Self::finish`].
+    pub fn abandon(mut self) -> io::Result<Ending> {
+        let action = self.plan.failed(1, Instant::now(), Duration::ZERO);
+        self.act(action);
+        self.finish()
+    }
+
+    /// Waits once, and deals with all that has happened.
+    fn turn(&mut self, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<()> {
+        let ready = self.wait()?;
+        for (index, stream) in ready.streams {
+            self.copy(index, stream, swallow)?;
+        }
+        for index in ready.ended {
+            self.ended(index, swallow)?;
+        }
+        if ready.signals {
+            for signal in self.interrupts.take() {
+                let action = self.plan.interrupted(signal, Instant::now());
+                self.output.note("interrupted; stopping all participants");
+                self.act(action);
+            }
+        }
+        if self.output.is_closed() && !self.plan.is_ending() {
+            let action = self.plan.output_closed(Instant::now());
+            self.act(action);
+        }
+        while let Some((action, why)) = self.plan.due(Instant::now()) {
+            if let Some(why) = why {
+                self.output.note(&why);
+            }
+            self.act(action);
+        }
+        Ok(())
+    }
+
+    fn wait(&self) -> io::Result<Ready> {
+        let mut sources = Vec::new();
+        let mut descriptors = Vec::new();
+        for descriptor in self.interrupts.descriptors() {
+            sources.push(None);
+            descriptors.push(PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+        }
+        for (index, child) in self.children.iter().enumerate() {
+            for (stream, descriptor) in child.descriptors() {
+                sources.push(Some((index, stream)));
+                descriptors.push(PollFd::from_borrowed_fd(descriptor, PollFlags::IN));
+            }
+        }
+        let timeout = self.plan.next().map(|until| until.saturating_duration_since(Instant::now()));
+        let timeout = timeout.and_then(|duration| Timespec::try_from(duration).ok());
+        match poll(&mut descriptors, timeout.as_ref()) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let mut ready = Ready::default();
+        for (source, descriptor) in sources.into_iter().zip(&descriptors) {
+            if descriptor.revents().is_empty() {
+                continue;
+            }
+            match source {
+                None => ready.signals = true,
+                Some((index, None)) => ready.ended.push(index),
+                Some((index, Some(stream))) => ready.streams.push((index, stream)),
+            }
+        }
+        Ok(ready)
+    }
+
+    /// Shows the whole lines that have come on one stream, and says whether there were any.
+    fn copy(&mut self, index: usize, stream: Stream, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<bool> {
+        let child = &mut self.children[index];
+        let lines = child.read(stream)?;
+        let any = !lines.is_empty();
+        for line in lines {
+            let swallowed = stream == Stream::Standard && swallow(index, &String::from_utf8_lossy(&line));
+            if !swallowed {
+                self.output.line(index, &child.name, stream, &line);
+            }
+        }
+        Ok(any)
+    }
+
+    /// A process has ended: shows the rest of its output, reaps it, and decides what that means for the others.
+    fn ended(&mut self, index: usize, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<()> {
+        let end = self.children[index].reap()?;
+        for stream in [Stream::Standard, Stream::Error] {
+            while self.copy(index, stream, swallow)? {}
+            if let Some(rest) = self.children[index].close(stream) {
+                self.output.line(index, &self.children[index].name, stream, &rest);
+            }
+        }
+        let others = self.children.iter().filter(|child| child.is_running()).count();
+        let now = Instant::now();
+        if !end.success {
+            // Who was told to stop may end as it likes; who ends by itself says something about the program.
+            if !self.plan.is_stopping() {
+                self.output.note(&format!("{} {}{}", self.children[index].name, end.how, waiting(others)));
+            }
+            let grace = self.plan.limits().grace;
+            let action = self.plan.failed(end.exit_code, now, grace);
+            self.act(action);
+        } else if others > 0 && !self.plan.is_ending() {
+            let running = |role| self.children.iter().any(|child| child.is_running() && child.role == role);
+            if running(Role::Rti) && !running(Role::Federate) {
+                self.plan.only_rti_left(now);
+            }
+        }
+        Ok(())
+    }
+
+    /// Signals the process groups of all participants that still run.
+    fn act(&mut self, action: Action) {
+        for child in self.children.iter().filter(|child| child.is_running()) {
+            match action {
+                Action::None => {}
+                Action::Terminate => child.signal(rustix::process::Signal::TERM),
+                Action::Kill => child.signal(rustix::process::Signal::KILL),
+            }
+        }
+    }
+}
+
+impl Drop for Supervisor {
+    /// Whatever happens to this program, no participant is left behind.
+    fn drop(&mut self) {
+        self.act(Action::Kill);
+        for child in &mut self.children {
+            if child.is_running() {
+                // An error means that it is gone already.
+                let _ = child.reap();
+            }
+        }
+    }
+}
+
+fn waiting(others: usize) -> &'static str {
+    if others == 0 { "" } else { "; waiting for the others to end" }
+}
+
+#[cfg(test)]
+mod tests;

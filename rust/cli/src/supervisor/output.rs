@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The participants' output, each line with its participant's name before it.
+
+use std::io::{self, IsTerminal, Write};
+
+/// Which output of a participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stream {
+    /// Standard output, which goes to standard output.
+    Standard,
+    /// Standard error, which goes to standard error.
+    Error,
+}
+
+/// Colours that can be told apart on dark and light terminals, one per participant.
+const COLOURS: [u8; 6] = [36, 33, 35, 32, 34, 31];
+
+/// Where lines go.
+pub struct Output {
+    standard: Box<dyn Write>,
+    error: Box<dyn Write>,
+    /// Whether each of the two is a terminal, and gets colours.
+    coloured: (bool, bool),
+    /// In characters.
+    name_width: usize,
+    closed: bool,
+}
+
+/// The name under which this program itself speaks.
+const OWN_NAME: &str = "lfz";
+
+impl Output {
+    /// To the standard streams of this process, with room for these names; with no names, no line gets one.
+    pub fn of_this_process<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let colours = std::env::var_os("NO_COLOR").is_none();
+        let coloured = (colours && io::stdout().is_terminal(), colours && io::stderr().is_terminal());
+        Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, names)
+    }
+
+    /// To any two writers.
+    pub(super) fn new<'a>(
+        standard: Box<dyn Write>,
+        error: Box<dyn Write>,
+        coloured: (bool, bool),
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        let longest = names.into_iter().map(|name| name.chars().count()).max();
+        let name_width = longest.map_or(0, |width| width.max(OWN_NAME.len()));
+        Self { standard, error, coloured, name_width, closed: false }
+    }
+
+    /// Whether somebody has closed the output, so that there is no point in going on.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// Shows one line of a participant, given without its end.
+    pub(super) fn line(&mut self, index: usize, name: &str, stream: Stream, line: &[u8]) {
+        let colour = Some(COLOURS[index % COLOURS.len()]);
+        let prefix = if self.name_width == 0 { String::new() } else { self.prefix(name, colour, stream) };
+        let mut bytes = prefix.into_bytes();
+        bytes.extend_from_slice(line.strip_suffix(b"\r").unwrap_or(line));
+        bytes.push(b'\n');
+        self.write(stream, &bytes);
+    }
+
+    /// Says something in this program's own name.
+    pub(super) fn note(&mut self, text: &str) {
+        let prefix = self.prefix(OWN_NAME, None, Stream::Error);
+        self.write(Stream::Error, format!("{prefix}{text}\n").as_bytes());
+    }
+
+    /// Writes out what is buffered.
+    pub(super) fn flush(&mut self) {
+        if self.standard.flush().and_then(|()| self.error.flush()).is_err() {
+            self.closed = true;
+        }
+    }
+
+    fn prefix(&self, name: &str, colour: Option<u8>, stream: Stream) -> String {
+        let width = self.name_width;
+        let coloured = if stream == Stream::Standard { self.coloured.0 } else { self.coloured.1 };
+        match colour {
+            _ if !coloured => format!("{name:width$} | "),
+            Some(colour) => format!("\x1b[{colour}m{name:width$} |\x1b[0m "),
+            None => format!("\x1b[1m{name:width$} |\x1b[0m "),
+        }
+    }
+
+    fn write(&mut self, stream: Stream, bytes: &[u8]) {
+        let writer = match stream {
+            Stream::Standard => &mut self.standard,
+            Stream::Error => &mut self.error,
+        };
+        if writer.write_all(bytes).and_then(|()| writer.flush()).is_err() {
+            self.closed = true;
+        }
+    }
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The supervisor with real processes. Those that "never end" wait for the end of a file that does not end.
+
+use std::io::{self, Write};
+use std::os::unix::net::UnixStream;
+use std::process::Command;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::process::{Pid, PidfdFlags, pidfd_open};
+
+use super::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+
+/// Far longer than any test takes.
+const LONG: Duration = Duration::from_secs(600);
+const FOREVER: &str = "exec tail -f /dev/null";
+
+#[derive(Clone, Default)]
+struct Shared(Arc<Mutex<Vec<u8>>>);
+
+impl Shared {
+    fn text(&self) -> String {
+        String::from_utf8(self.0.lock().expect("no writer panics").clone()).expect("the tests write UTF-8")
+    }
+}
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().expect("no writer panics").extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// A supervisor, what it writes, and the stream that interrupts it.
+struct Bench {
+    supervisor: Supervisor,
+    standard: Shared,
+    error: Shared,
+    interrupt: UnixStream,
+}
+
+impl Bench {
+    fn new(limits: Limits) -> Self {
+        let (standard, error) = (Shared::default(), Shared::default());
+        let output = Output::new(Box::new(standard.clone()), Box::new(error.clone()), (false, false), ["a", "long"]);
+        let (interrupt, stream) = UnixStream::pair().expect("a socket pair");
+        let supervisor = Supervisor::new(limits, Interrupts::of_stream(2, stream), output);
+        Self { supervisor, standard, error, interrupt }
+    }
+
+    fn start(&mut self, name: &str, script: &str) {
+        self.start_as(name, Role::Federate, script);
+    }
+
+    fn start_as(&mut self, name: &str, role: Role, script: &str) {
+        self.supervisor.start(name, role, Command::new("sh").args(["-c", script])).expect("sh starts");
+    }
+
+    fn line(&mut self) -> String {
+        self.supervisor.wait_for_line(|line| Some(line.to_owned())).expect("no error").expect("a line comes")
+    }
+}
+
+fn limits() -> Limits {
+    Limits { run: None, grace: LONG, terminate: LONG }
+}
+
+#[test]
+fn all_end_well_and_each_line_bears_its_name() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "echo one; echo two >&2; printf three");
+    bench.start("long", "printf 'four\\nfive\\r\\n'");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    let standard = bench.standard.text();
+    let mut lines: Vec<&str> = standard.lines().collect();
+    lines.sort_unstable();
+    assert_eq!(lines, ["a    | one", "a    | three", "long | five", "long | four"]);
+    assert_eq!(bench.error.text(), "a    | two\n");
+}
+
+#[test]
+fn much_output_of_a_process_that_ends_at_once_is_complete() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "seq 1 5000");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    assert_eq!(bench.standard.text().lines().count(), 5000);
+}
+
+#[test]
+fn the_first_failure_ends_the_others_and_decides_the_exit_status() {
+    let mut bench = Bench::new(Limits { grace: Duration::ZERO, ..limits() });
+    bench.start("a", FOREVER);
+    bench.start("long", "exit 3");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(3));
+    assert!(bench.error.text().contains("lfz  | long ended with exit status 3"), "{}", bench.error.text());
+}
+
+#[test]
+fn others_may_end_by_themselves_after_a_failure() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "kill -9 $$");
+    bench.start("long", "echo last words");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(137));
+    assert_eq!(bench.standard.text(), "long | last words\n");
+    assert!(bench.error.text().contains("a was ended by signal 9 (SIGKILL)"), "{}", bench.error.text());
+}
+
+#[test]
+fn who_ignores_the_request_to_stop_is_killed() {
+    let mut bench = Bench::new(Limits { terminate: Duration::ZERO, ..limits() });
+    bench.start("a", "trap '' TERM; echo ready; while :; do tail -f /dev/null; done");
+    assert_eq!(bench.line(), "ready");
+    bench.interrupt.write_all(b"x").expect("the supervisor listens");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Interrupted(2));
+    assert!(bench.error.text().contains("killing the participants that do not stop"), "{}", bench.error.text());
+}
+
+#[test]
+fn an_interrupt_leaves_no_descendant_behind() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "tail -f /dev/null & echo $!; trap 'exit 0' TERM; wait");
+    let descendant: i32 = bench.line().parse().expect("a process id");
+    let descendant = Pid::from_raw(descendant).expect("ids are positive");
+    let end = pidfd_open(descendant, PidfdFlags::empty()).expect("it runs");
+    bench.interrupt.write_all(b"x").expect("the supervisor listens");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Interrupted(2));
+    let mut descriptors = [PollFd::new(&end, PollFlags::IN)];
+    assert_eq!(poll(&mut descriptors, None).expect("it can be waited for"), 1);
+}
+
+#[test]
+fn a_program_that_succeeds_on_being_stopped_does_not_hide_the_interrupt() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "trap 'exit 0' TERM; echo ready; tail -f /dev/null & wait");
+    assert_eq!(bench.line(), "ready");
+    bench.interrupt.write_all(b"x").expect("the supervisor listens");
+    assert_eq!(bench.supervisor.finish().expect("no error").exit_code(), 130);
+}
+
+#[test]
+fn the_time_limit_ends_the_run() {
+    let mut bench = Bench::new(Limits { run: Some(Duration::ZERO), ..limits() });
+    bench.start("a", FOREVER);
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::TimedOut);
+}
+
+#[test]
+fn an_rti_that_stays_after_its_federates_is_stopped_and_is_a_failure() {
+    let mut bench = Bench::new(Limits { grace: Duration::ZERO, ..limits() });
+    bench.start_as("RTI", Role::Rti, FOREVER);
+    bench.start("a", "exit 0");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
+}
+
+#[test]
+fn a_wanted_line_is_returned_and_not_shown() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "echo first; echo port 7; echo last");
+    let port = bench.supervisor.wait_for_line(|line| line.strip_prefix("port ").map(str::to_owned));
+    assert_eq!(port.expect("no error").as_deref(), Some("7"));
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    assert_eq!(bench.standard.text(), "a    | first\na    | last\n");
+}
+
+#[test]
+fn a_wanted_line_that_cannot_come_any_more_is_not_waited_for() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "exit 1");
+    let line = bench.supervisor.wait_for_line(|_| Some(()));
+    assert_eq!(line.expect("no error"), None);
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
+}
+
+#[test]
+fn a_closed_output_ends_the_run() {
+    struct Closed;
+    impl Write for Closed {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let (_interrupt, stream) = UnixStream::pair().expect("a socket pair");
+    let output = Output::new(Box::new(Closed), Box::new(io::sink()), (false, false), ["a"]);
+    let mut supervisor = Supervisor::new(limits(), Interrupts::of_stream(2, stream), output);
+    let script = format!("echo x; {FOREVER}");
+    supervisor.start("a", Role::Federate, Command::new("sh").args(["-c", &script])).expect("sh starts");
+    assert_eq!(supervisor.finish().expect("no error"), Ending::OutputClosed);
+}
