@@ -2,7 +2,7 @@
 //! The federate and the RTI of a federation as state machines without I/O.
 //!
 //! They are given the time and decoded messages, are asked for output until there is none, and say with a
-//! `Deadline` when they next want to be called. They never read a clock, open a socket, sleep or allocate.
+//! [`Deadline`] when they next want to be called. They never read a clock, open a socket, sleep or allocate.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -10,8 +10,11 @@
 extern crate std;
 
 pub mod clock_sync;
+mod deadline;
 pub mod federate;
 mod id;
 pub mod rti;
+mod tag;
 
+pub use deadline::Deadline;
 pub use id::FederateId;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Delays of connections and of paths of connections, and the arithmetic of tags that goes with them.
 
-use lf_wire::Tag;
+use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::june_2026::DELAY_NONE;
 
 /// The least delay of a path of connections: a time in nanoseconds, then microsteps.
@@ -58,62 +58,52 @@ impl PathDelay {
     ///
     /// A microstep that cannot be counted any more stays where it is: too early is safe for a grant, too late is not.
     pub(super) fn after(self, tag: Tag) -> Tag {
-        if tag.time == i64::MIN {
+        if tag.time == Instant::NEVER {
             return Tag::NEVER;
         }
-        if tag.time == i64::MAX || !self.is_path() {
+        if tag.time == Instant::FOREVER || !self.is_path() {
             return Tag::FOREVER;
         }
-        let Some(time) = tag.time.checked_add(self.time).filter(|time| *time < i64::MAX) else {
-            return Tag::FOREVER;
-        };
-        let own = if self.time > 0 { 0 } else { tag.microstep };
-        Tag::new(time, own.saturating_add(self.microsteps))
+        match tag.time.saturating_add(Interval(self.time)) {
+            Instant::FOREVER => Tag::FOREVER,
+            time if self.time > 0 => Tag::new(time, Microstep(self.microsteps)),
+            time => Tag::new(time, Microstep(tag.microstep.0.saturating_add(self.microsteps))),
+        }
     }
 
     /// The latest tag up to which nothing can arrive any more if the sender has completed `tag`: as
     /// [`after`](Self::after), but one step earlier if there is a time, because the next tag of the sender arrives then.
     pub(super) fn after_strictly(self, tag: Tag) -> Tag {
         let delayed = self.after(tag);
-        let finite = delayed.time != i64::MIN && delayed.time != i64::MAX;
-        if self.time > 0 && finite { Tag::new(delayed.time - 1, u32::MAX) } else { delayed }
+        let finite = delayed.time != Instant::NEVER && delayed.time != Instant::FOREVER;
+        if self.time > 0 && finite { Tag::at(delayed.time).before() } else { delayed }
     }
 
     /// The latest tag of a sender that can matter for what a receiver does at `tag`. NEVER if there is none.
     pub(super) fn before(self, tag: Tag) -> Tag {
-        if tag.time == i64::MIN || tag < Tag::new(self.time, self.microsteps) {
+        if tag.time == Instant::NEVER || tag < Tag::new(Instant(self.time), Microstep(self.microsteps)) {
             return Tag::NEVER;
         }
-        if tag.time == i64::MAX {
+        if tag.time == Instant::FOREVER {
             return Tag::FOREVER;
         }
-        let time = tag.time.saturating_sub(self.time);
-        match tag.microstep.checked_sub(self.microsteps) {
-            None => Tag::new(time.saturating_sub(1), u32::MAX),
-            Some(_) if self.time > 0 => Tag::new(time, u32::MAX),
-            Some(microstep) => Tag::new(time, microstep),
+        let time = Instant(tag.time.as_nanos().saturating_sub(self.time));
+        match tag.microstep.0.checked_sub(self.microsteps) {
+            None => Tag::at(time).before(),
+            Some(_) if self.time > 0 => Tag::new(time, Microstep(u32::MAX)),
+            Some(microstep) => Tag::new(time, Microstep(microstep)),
         }
     }
 }
 
 /// The latest tag before `tag`. NEVER and FOREVER stay what they are.
 pub(super) fn latest_before(tag: Tag) -> Tag {
-    if tag == Tag::NEVER || tag == Tag::FOREVER {
-        return tag;
-    }
-    match tag.microstep.checked_sub(1) {
-        Some(microstep) => Tag::new(tag.time, microstep),
-        None => Tag::new(tag.time.saturating_sub(1), u32::MAX),
-    }
+    if tag == Tag::FOREVER { tag } else { tag.before() }
 }
 
 /// The earliest tag after `tag`. FOREVER stays what it is.
 pub(super) fn earliest_after(tag: Tag) -> Tag {
-    match tag.microstep.checked_add(1) {
-        Some(microstep) => Tag::new(tag.time, microstep),
-        None if tag.time < i64::MAX => Tag::new(tag.time + 1, 0),
-        None => Tag::FOREVER,
-    }
+    if tag.time == Instant::FOREVER { Tag::FOREVER } else { tag.next_microstep() }
 }
 
 #[cfg(test)]
@@ -122,12 +112,16 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
+    fn tag_at(time: i64, microstep: u32) -> Tag {
+        Tag::new(Instant(time), Microstep(microstep))
+    }
+
     fn delay() -> impl Strategy<Value = PathDelay> {
         (prop_oneof![Just(0i64), 1..50i64], 0..4u32).prop_map(|(time, microsteps)| PathDelay { time, microsteps })
     }
 
     fn tag() -> impl Strategy<Value = Tag> {
-        (1000..2000i64, 0..5u32).prop_map(|(time, microstep)| Tag::new(time, microstep))
+        (1000..2000i64, 0..5u32).prop_map(|(time, microstep)| tag_at(time, microstep))
     }
 
     #[test]
@@ -141,15 +135,15 @@ mod tests {
 
     #[test]
     fn a_tag_before_the_first_microstep_ends_the_nanosecond_before() {
-        assert_eq!(latest_before(Tag::new(5, 0)), Tag::new(4, u32::MAX));
-        assert_eq!(latest_before(Tag::new(5, 3)), Tag::new(5, 2));
-        assert_eq!(earliest_after(Tag::new(4, u32::MAX)), Tag::new(5, 0));
+        assert_eq!(latest_before(tag_at(5, 0)), tag_at(4, u32::MAX));
+        assert_eq!(latest_before(tag_at(5, 3)), tag_at(5, 2));
+        assert_eq!(earliest_after(tag_at(4, u32::MAX)), tag_at(5, 0));
     }
 
     #[test]
     fn what_cannot_be_added_is_never_too_late() {
         let microstep = PathDelay { time: 0, microsteps: 1 };
-        assert_eq!(microstep.after(Tag::new(5, u32::MAX)), Tag::new(5, u32::MAX));
+        assert_eq!(microstep.after(tag_at(5, u32::MAX)), tag_at(5, u32::MAX));
         assert_eq!(microstep.after(Tag::FOREVER), Tag::FOREVER);
         assert_eq!(microstep.after(Tag::NEVER), Tag::NEVER);
     }

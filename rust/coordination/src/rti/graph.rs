@@ -87,8 +87,7 @@ impl<'s> Graph<'s> {
             if usize::from(upstream) >= count {
                 return Err(NeighborError::NoSuchFederate(upstream));
             }
-            let delay =
-                PathDelay::of_connection(delay_ns).ok_or(NeighborError::Delay { upstream, delay_ns })?;
+            let delay = PathDelay::of_connection(delay_ns).ok_or(NeighborError::Delay { upstream, delay_ns })?;
             if let Some(known) = own[..used].iter_mut().find(|known| known.federate == upstream) {
                 known.delay = known.delay.min(delay);
                 continue;
@@ -205,11 +204,7 @@ mod tests {
             for &(from, to, delay) in edges {
                 let connection = PathDelay::of_connection(delay).unwrap();
                 for end in 0..n {
-                    let rest = if end == usize::from(to) {
-                        PathDelay::ZERO
-                    } else {
-                        matrix[end * n + usize::from(to)]
-                    };
+                    let rest = if end == usize::from(to) { PathDelay::ZERO } else { matrix[end * n + usize::from(to)] };
                     let entry = &mut matrix[end * n + usize::from(from)];
                     *entry = (*entry).min(connection.then(rest));
                 }

@@ -17,7 +17,7 @@
 //! its last tag. In a cycle, the capacity has to cover the tags that can be on their way at once, as that of the
 //! federate's own input queue has to; a fog is therefore reported.
 
-use lf_wire::Tag;
+use lf_model::time::Tag;
 
 use super::delay::earliest_after;
 
@@ -101,6 +101,7 @@ impl InTransit<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use lf_model::time::Instant;
     use proptest::prelude::*;
     use std::collections::BTreeSet;
 
@@ -127,12 +128,12 @@ mod tests {
                 let mut queue = InTransit { ring: &mut ring, storage: &mut storage };
                 match step {
                     Step::Insert(time) => {
-                        exact.insert(Tag::new(time, 0));
-                        fogged |= queue.insert(Tag::new(time, 0));
+                        exact.insert(Tag::at(Instant(time)));
+                        fogged |= queue.insert(Tag::at(Instant(time)));
                     }
                     Step::Complete(time) => {
-                        exact.retain(|tag| tag.time > time);
-                        queue.complete(Tag::new(time, 0));
+                        exact.retain(|tag: &Tag| tag.time > Instant(time));
+                        queue.complete(Tag::at(Instant(time)));
                     }
                 }
                 let expected = exact.first().copied().unwrap_or(Tag::FOREVER);
@@ -141,7 +142,7 @@ mod tests {
                 prop_assert!(fogged || exact.len() <= capacity);
             }
             let mut queue = InTransit { ring: &mut ring, storage: &mut storage };
-            queue.complete(Tag::new(40, 0));
+            queue.complete(Tag::at(Instant(40)));
             prop_assert_eq!(queue.earliest(), Tag::FOREVER);
         }
     }

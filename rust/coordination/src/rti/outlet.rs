@@ -3,10 +3,12 @@
 
 use core::fmt;
 
+use lf_model::time::{Instant, Tag};
 use lf_wire::DecodeError;
 use lf_wire::june_2026::{Message, MessageType, RejectCode};
 
 use crate::FederateId;
+use crate::tag::to_wire;
 
 /// A connection, by its place in the owner's table: below the number of connections in the RTI's storage.
 ///
@@ -128,11 +130,8 @@ impl fmt::Display for Violation {
 pub enum Notice<'a> {
     /// A federate has completed its handshake.
     Joined(FederateId),
-    /// All have; they begin at this time, in nanoseconds since 1970.
-    Started {
-        /// The start time.
-        start_ns: i64,
-    },
+    /// All have; they begin at this time.
+    Started(Instant),
     /// A connection was refused.
     Rejected {
         /// The code that was sent.
@@ -190,15 +189,15 @@ pub enum Notice<'a> {
     InTransitFull(FederateId),
     /// The federation is asked to stop, by this federate first.
     StopRequested(FederateId),
-    /// All stop at this tag, its time in nanoseconds since 1970.
-    StopGranted(lf_wire::Tag),
+    /// All stop at this tag.
+    StopGranted(Tag),
 }
 
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Joined(federate) => write!(f, "federate {federate} has joined"),
-            Self::Started { start_ns } => write!(f, "all federates have joined and start at {start_ns} ns"),
+            Self::Started(start) => write!(f, "all federates have joined and start at {} ns", start.as_nanos()),
             Self::Rejected { code, federate, federation_id, violation } => {
                 f.write_str("a connection was refused")?;
                 if let Some(federate) = federate {
@@ -236,7 +235,7 @@ impl fmt::Display for Notice<'_> {
                 write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
             }
             Self::StopRequested(federate) => write!(f, "federate {federate} asks the federation to stop"),
-            Self::StopGranted(tag) => write!(f, "the federation stops at {tag}"),
+            Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
         }
     }
 }

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the RTI is told about the federation.
+
+use core::fmt;
+
+use lf_model::time::Interval;
+use lf_wire::Limits;
+use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
+
+/// The federation id of a stock RTI that was given none.
+pub const FEDERATION_ID_DEFAULT: &[u8] = b"Unidentified Federation";
+/// How long after the last clock the start is.
+pub const START_DELAY: Interval = Interval::secs(1);
+/// How many clock synchronization exchanges there are at first, unless told otherwise.
+pub const CLOCK_SYNC_TRIALS: u32 = 10;
+/// How long a connection may be silent before its handshake is complete, and after it resigned.
+pub const CONNECTION_TIME_OUT: Interval = Interval::secs(10);
+/// How long all may take to answer a stop request.
+pub const STOP_REPLY_TIME_OUT: Interval = Interval::secs(30);
+
+/// Which clock synchronization the RTI offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockSync {
+    /// None, whatever the federates ask for.
+    Off,
+    /// Exchanges over TCP in the handshake of each federate that asks for it.
+    Init {
+        /// How many. The number is not on the wire, the federates have to know it.
+        trials: u32,
+    },
+}
+
+/// What becomes of the others when a federate is lost after the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AfterLoss {
+    /// They go on, as if it had resigned; only the outcome says that something went wrong. This is what the stock RTI
+    /// does after FAILED.
+    GoOn,
+    /// They are told that the federation has failed.
+    StopAll,
+}
+
+/// What the RTI is told about the federation. See [`Config::new`] for the defaults.
+#[derive(Clone, Copy, Debug)]
+pub struct Config<'a> {
+    /// The federation's id; at most 255 bytes. It is compared in full.
+    pub federation_id: &'a [u8],
+    /// Which clock synchronization there is.
+    pub clock_sync: ClockSync,
+    /// If given, the start time is rounded up to a multiple of this, which is positive.
+    pub start_time_multiple: Option<Interval>,
+    /// Whether federates are told which of their NETs nobody needs (DNET).
+    pub dnet: bool,
+    /// What becomes of the others when a federate is lost after the start.
+    pub after_loss: AfterLoss,
+    /// How long a connection may be silent before its handshake is complete, and after it resigned.
+    pub connection_time_out: Interval,
+    /// How long all may take to answer a stop request.
+    pub stop_reply_time_out: Interval,
+    /// Longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
+    pub payload_bytes_max: usize,
+}
+
+impl<'a> Config<'a> {
+    /// The stock RTI's defaults, for payloads up to the given length.
+    pub const fn new(federation_id: &'a [u8], payload_bytes_max: usize) -> Self {
+        Self {
+            federation_id,
+            clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
+            start_time_multiple: None,
+            dnet: true,
+            after_loss: AfterLoss::GoOn,
+            connection_time_out: CONNECTION_TIME_OUT,
+            stop_reply_time_out: STOP_REPLY_TIME_OUT,
+            payload_bytes_max,
+        }
+    }
+
+    /// What the RTI accepts from a peer in a federation of so many federates.
+    pub(super) fn limits(&self, federates: usize) -> Limits {
+        Limits {
+            payload_bytes_max: self.payload_bytes_max,
+            federation_id_bytes_max: FEDERATION_ID_BYTES_MAX,
+            neighbors_max: federates,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), SetupError> {
+        if self.federation_id.len() > FEDERATION_ID_BYTES_MAX {
+            return Err(SetupError::FederationIdTooLong { bytes: self.federation_id.len() });
+        }
+        if self.start_time_multiple.is_some_and(|multiple| multiple.as_nanos() <= 0) {
+            return Err(SetupError::StartTimeMultiple);
+        }
+        Ok(())
+    }
+}
+
+/// Why there can be no RTI with this configuration or storage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SetupError {
+    /// The wire cannot carry the federation id.
+    FederationIdTooLong {
+        /// Its length in bytes.
+        bytes: usize,
+    },
+    /// The start time cannot be a multiple of nothing.
+    StartTimeMultiple,
+    /// There are no slots, or more than a federate id can name.
+    Federates {
+        /// Number of slots.
+        slots: usize,
+    },
+    /// Part of the storage does not fit the number of federates.
+    Storage {
+        /// Which part.
+        part: &'static str,
+        /// How many entries it needs at least.
+        needed: usize,
+        /// How many it has.
+        found: usize,
+    },
+}
+
+impl fmt::Display for SetupError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FederationIdTooLong { bytes } => {
+                write!(f, "the federation id has {bytes} bytes, at most {FEDERATION_ID_BYTES_MAX} are possible")
+            }
+            Self::StartTimeMultiple => f.write_str("the start time can be a multiple of a positive time only"),
+            Self::Federates { slots } => {
+                write!(f, "a federation has from 1 to {} federates, not {slots}", u16::MAX)
+            }
+            Self::Storage { part, needed, found } => {
+                write!(f, "the RTI's storage for {part} needs {needed} entries or more, but has {found}")
+            }
+        }
+    }
+}
+
+impl core::error::Error for SetupError {}

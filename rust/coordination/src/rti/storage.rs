@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The memory of the RTI, which its owner gives.
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::june_2026::ADDRESS_PORT_UNKNOWN;
+
+use super::config::SetupError;
+use super::delay::PathDelay;
+use super::graph::{Node, Upstream};
+use super::in_transit::Ring;
+use super::outlet::ConnectionId;
+
+/// All the memory that an RTI needs, for n federates. What it contains does not matter; `Default` fills it.
+pub struct RtiStorage<'s> {
+    /// One for each federate: n.
+    pub slots: &'s mut [Slot],
+    /// One for each federate: n.
+    pub nodes: &'s mut [Node],
+    /// One for each connection that can be open at once: n, and a few more so that wrong ones can be told why they
+    /// are refused.
+    pub connections: &'s mut [Connection],
+    /// Delays of paths between any two: n × n.
+    pub delays: &'s mut [PathDelay],
+    /// Connections between federates: n × the most upstream federates that one may have, which n always suffices for.
+    pub upstream: &'s mut [Upstream],
+    /// Messages in transit: n × how many different tags of messages to one federate are remembered exactly, at least 1.
+    /// See the argument in the module `in_transit`: in cycles, as many as can be outstanding within the delays.
+    pub in_transit: &'s mut [Tag],
+}
+
+impl RtiStorage<'_> {
+    pub(super) fn check(&self) -> Result<(), SetupError> {
+        let count = self.slots.len();
+        if count == 0 || count > usize::from(u16::MAX) {
+            return Err(SetupError::Federates { slots: count });
+        }
+        let parts = [
+            ("federates in the graph", count, self.nodes.len()),
+            ("connections", count, self.connections.len()),
+            ("delays", count.saturating_mul(count), self.delays.len()),
+            ("messages in transit", count, self.in_transit.len()),
+        ];
+        match parts.into_iter().find(|(_, needed, found)| found < needed) {
+            Some((part, needed, found)) => Err(SetupError::Storage { part, needed, found }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Where a federate stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Membership {
+    /// Nobody has this id.
+    #[default]
+    Free,
+    /// The connection that claims it has not completed its handshake.
+    Joining(ConnectionId),
+    /// The federate is part of the federation.
+    Joined(ConnectionId),
+    /// It was, and has left.
+    Departed,
+}
+
+/// What is to be sent to a federate as soon as there is room, in this order. What a grant or DNET says is worked out
+/// when it is sent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent flags, one for each kind of message")]
+pub(super) struct Pending {
+    pub(super) start: bool,
+    pub(super) stop_request: bool,
+    pub(super) stop_granted: bool,
+    pub(super) grant: bool,
+    pub(super) dnet: bool,
+}
+
+/// All that the RTI knows of one federate.
+#[derive(Clone, Copy, Debug)]
+pub struct Slot {
+    pub(super) membership: Membership,
+    pub(super) pending: Pending,
+    /// Its clock, once it has sent it.
+    pub(super) clock: Option<Instant>,
+    /// Next event: NEVER while none is known. Lowered by messages in transit.
+    pub(super) next_event: Tag,
+    /// Latest tag completed.
+    pub(super) completed: Tag,
+    /// Latest TAG sent.
+    pub(super) granted: Tag,
+    /// Latest PTAG sent.
+    pub(super) provisional: Tag,
+    /// Latest DNET sent.
+    pub(super) dnet: Tag,
+    /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
+    pub(super) demand: Option<(Tag, u16)>,
+    /// Messages on their way to it.
+    pub(super) in_transit: Ring,
+    /// It has asked to stop, or has agreed to.
+    pub(super) stop_agreed: bool,
+    /// Address of its connection to the RTI.
+    pub(super) address: [u8; 4],
+    /// Port that it advertised.
+    pub(super) port: i32,
+    /// UDP port of its clock synchronization.
+    pub(super) udp_port: u16,
+}
+
+impl Default for Slot {
+    fn default() -> Self {
+        Self {
+            membership: Membership::Free,
+            pending: Pending::default(),
+            clock: None,
+            next_event: Tag::NEVER,
+            completed: Tag::NEVER,
+            granted: Tag::NEVER,
+            provisional: Tag::NEVER,
+            dnet: Tag::NEVER,
+            demand: None,
+            in_transit: Ring::default(),
+            stop_agreed: false,
+            address: [0; 4],
+            port: ADDRESS_PORT_UNKNOWN,
+            udp_port: 0,
+        }
+    }
+}
+
+/// What a connection is expected to say next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// There is no connection.
+    #[default]
+    Vacant,
+    /// FED_IDS.
+    Ids,
+    /// NEIGHBOR_STRUCTURE.
+    Neighbors,
+    /// UDP_PORT.
+    UdpPort,
+    /// T3, this often.
+    ClockSync {
+        left: u32,
+    },
+    /// Anything that a federate of the federation may say.
+    Joined,
+    /// Nothing; only its end.
+    Draining,
+}
+
+/// All that the RTI knows of one connection.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Connection {
+    pub(super) phase: Phase,
+    /// The federate that it claims to be, after FED_IDS.
+    pub(super) federate: Option<u16>,
+    pub(super) address: [u8; 4],
+    /// When the RTI loses patience with it.
+    pub(super) deadline: Option<Instant>,
+}

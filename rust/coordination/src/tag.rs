@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Tags of the model and tags on the wire. Neither crate knows the other, and both mean the same numbers.
+
+use lf_model::time::{Instant, Microstep, Tag};
+
+/// What a tag on the wire means.
+pub(crate) const fn from_wire(tag: lf_wire::Tag) -> Tag {
+    Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
+}
+
+/// A tag as it is written on the wire.
+pub(crate) const fn to_wire(tag: Tag) -> lf_wire::Tag {
+    lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ends_of_time_are_the_same_on_both_sides() {
+        assert_eq!(from_wire(lf_wire::Tag::NEVER), Tag::NEVER);
+        assert_eq!(from_wire(lf_wire::Tag::FOREVER), Tag::FOREVER);
+        assert_eq!(to_wire(Tag::FOREVER), lf_wire::Tag::FOREVER);
+        assert_eq!(to_wire(Tag::NEVER), lf_wire::Tag::NEVER);
+    }
+}
