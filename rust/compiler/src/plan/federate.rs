@@ -36,6 +36,9 @@ pub struct Federate {
     pub upstream: Vec<Upstream>,
     /// The federates that this one sends to directly, in order of id.
     pub downstream: Vec<u16>,
+    /// The least delay in nanoseconds on a path from a physical action, its minimum delay included, to an output to
+    /// another federate; `None` when there is no such path.
+    pub physical_delay_ns: Option<i64>,
     /// How many events the queue must hold at the same time.
     pub event_capacity: usize,
 }
@@ -94,8 +97,10 @@ pub enum SpacingPolicy {
     Defer,
     /// The later event is dropped.
     Drop,
-    /// The later event takes the place of the earlier one.
+    /// The later event's value takes the place of the earlier one's.
     Replace,
+    /// The earlier event is dropped.
+    Update,
 }
 
 /// The kinds of triggers.

@@ -98,6 +98,9 @@ impl Plan {
         list(f, "network outputs", &federate.outputs, |output, f| self.render_output(output, f))?;
         list(f, "network inputs by wire port", &federate.inputs, |input, f| self.render_input(input, f))?;
         self.render_neighbours(federate, f)?;
+        if let Some(ns) = federate.physical_delay_ns {
+            writeln!(f, "  least delay from a physical action to another federate: {}", Time(ns))?;
+        }
         writeln!(f, "  event queue: {} events", federate.event_capacity)
     }
 
