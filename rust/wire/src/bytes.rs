@@ -84,10 +84,10 @@ impl<'b> Writer<'b> {
     }
 
     pub(crate) fn put(&mut self, field: &[u8]) -> Result<(), NoRoom> {
-        let room = self.bytes.len().saturating_sub(self.at);
-        let end = self.at.saturating_add(field.len());
-        self.bytes.get_mut(self.at..end).ok_or(NoRoom { needed: field.len(), room })?.copy_from_slice(field);
-        self.at = end;
+        let free = self.bytes.get_mut(self.at..).unwrap_or_default();
+        let no_room = NoRoom { needed: field.len(), room: free.len() };
+        free.get_mut(..field.len()).ok_or(no_room)?.copy_from_slice(field);
+        self.at += field.len();
         Ok(())
     }
 
