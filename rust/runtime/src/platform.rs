@@ -8,6 +8,8 @@ use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::Deadline;
+use lf_coordination::clock_sync::ClockCorrection;
+use lf_model::Outside;
 use lf_model::time::Instant;
 
 /// A socket of the platform: a place in its table, and how many sockets have had this place before.
@@ -90,6 +92,13 @@ pub trait Platform {
     /// Its epoch is the platform's own: 1970 on Linux, the boot on Zephyr.
     fn now(&mut self) -> Instant;
 
+    /// What other threads of this participant may use: the federation's clock, the wake-up of [`Platform::wait`] and
+    /// the mailbox.
+    fn outside(&self) -> &'static dyn Outside;
+
+    /// From now on the federation's physical time, as [`Platform::outside`] shows it, is [`Platform::now`] so corrected.
+    fn set_correction(&mut self, correction: ClockCorrection);
+
     /// Begins to connect; wait for [`Interest::WRITE`], then ask [`Platform::connected`].
     ///
     /// # Errors
@@ -147,4 +156,9 @@ pub trait Platform {
     ///
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
+
+    /// Whether somebody (^C, a shutdown of the system) has asked this program to end.
+    fn interrupted(&mut self) -> bool {
+        false
+    }
 }

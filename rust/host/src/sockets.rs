@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The table of a program's sockets, and epoll over all of them.
+
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::os::fd::{AsFd, OwnedFd};
+use std::time::Duration;
+
+use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
+use rustix::event::{Timespec, epoll};
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
+
+/// The epoll key of the wake-up descriptor, which is no socket of the table.
+const WAKE_KEY: u64 = u64::MAX;
+/// How many events one wait takes from the kernel; the rest comes with the next wait.
+const EVENTS: usize = 64;
+
+/// All sockets of one program.
+#[derive(Debug)]
+pub struct Sockets {
+    epoll: OwnedFd,
+    places: Vec<Place>,
+    events: Vec<epoll::Event>,
+}
+
+#[derive(Debug)]
+struct Place {
+    generation: u16,
+    socket: Option<Socket>,
+}
+
+#[derive(Debug)]
+struct Socket {
+    descriptor: OwnedFd,
+    interest: Interest,
+}
+
+impl Sockets {
+    /// An empty table whose waits are also ended by `wake` becoming readable.
+    ///
+    /// # Errors
+    /// When the system has no descriptor left.
+    pub fn new(wake: &impl AsFd) -> std::io::Result<Self> {
+        let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
+        epoll::add(&epoll, wake, epoll::EventData::new_u64(WAKE_KEY), epoll::EventFlags::IN)?;
+        Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS) })
+    }
+
+    /// See [`lf_runtime::platform::Platform::connect`].
+    pub fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+        let descriptor = stream_socket()?;
+        sockopt::set_tcp_nodelay(&descriptor, true).map_err(error)?;
+        match rustix::net::connect(&descriptor, &SocketAddr::V4(address)) {
+            Ok(()) | Err(Errno::INPROGRESS) => self.insert(descriptor),
+            Err(errno) => Err(error(errno)),
+        }
+    }
+
+    /// See [`lf_runtime::platform::Platform::connected`].
+    pub fn connected(&self, id: SocketId) -> Result<(), NetError> {
+        sockopt::socket_error(self.descriptor(id)?).map_err(error)?.map_err(error)
+    }
+
+    /// See [`lf_runtime::platform::Platform::listen`].
+    pub fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
+        let descriptor = stream_socket()?;
+        sockopt::set_socket_reuseaddr(&descriptor, true).map_err(error)?;
+        let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
+        rustix::net::bind(&descriptor, &address).map_err(error)?;
+        rustix::net::listen(&descriptor, 1024).map_err(error)?;
+        self.insert(descriptor)
+    }
+
+    /// See [`lf_runtime::platform::Platform::local_port`].
+    pub fn local_port(&self, id: SocketId) -> Result<u16, NetError> {
+        let address = rustix::net::getsockname(self.descriptor(id)?).map_err(error)?;
+        SocketAddr::try_from(address).map(|address| address.port()).map_err(error)
+    }
+
+    /// See [`lf_runtime::platform::Platform::accept`].
+    pub fn accept(&mut self, id: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+        let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+        let (descriptor, peer) = match rustix::net::acceptfrom_with(self.descriptor(id)?, flags) {
+            Ok(accepted) => accepted,
+            Err(Errno::AGAIN | Errno::INTR | Errno::CONNABORTED) => return Ok(None),
+            Err(errno) => return Err(error(errno)),
+        };
+        sockopt::set_tcp_nodelay(&descriptor, true).map_err(error)?;
+        let peer = match peer.map(SocketAddr::try_from) {
+            Some(Ok(SocketAddr::V4(address))) => *address.ip(),
+            _ => Ipv4Addr::UNSPECIFIED,
+        };
+        Ok(Some((self.insert(descriptor)?, peer)))
+    }
+
+    /// See [`lf_runtime::platform::Platform::read`].
+    pub fn read(&self, id: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+        let descriptor = self.descriptor(id)?;
+        transfer(|| rustix::net::recv(descriptor, &mut *buffer, RecvFlags::empty()).map(|(_, count)| count))
+    }
+
+    /// See [`lf_runtime::platform::Platform::write`].
+    pub fn write(&self, id: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
+        let descriptor = self.descriptor(id)?;
+        transfer(|| rustix::net::send(descriptor, bytes, SendFlags::NOSIGNAL))
+    }
+
+    /// See [`lf_runtime::platform::Platform::shut_down_writing`].
+    pub fn shut_down_writing(&self, id: SocketId) {
+        if let Ok(descriptor) = self.descriptor(id) {
+            // It fails only when the connection is gone already, which is what was asked for.
+            let _ = rustix::net::shutdown(descriptor, Shutdown::Write);
+        }
+    }
+
+    /// See [`lf_runtime::platform::Platform::close`].
+    pub fn close(&mut self, id: SocketId) {
+        if let Some(place) = self.places.get_mut(usize::from(id.index))
+            && place.generation == id.generation
+            && place.socket.take().is_some()
+        {
+            // Closing the descriptor also removes it from the epoll set.
+            place.generation = place.generation.wrapping_add(1);
+        }
+    }
+
+    /// See [`lf_runtime::platform::Platform::set_interest`].
+    pub fn set_interest(&mut self, id: SocketId, interest: Interest) {
+        let Some(Place { generation, socket: Some(socket) }) = self.places.get_mut(usize::from(id.index)) else {
+            return;
+        };
+        if *generation != id.generation || socket.interest == interest {
+            return;
+        }
+        // None of the three can fail: the descriptor is open, and in the set exactly when there is an interest. Without
+        // one it is taken out, for epoll would report a broken connection again and again.
+        let _ = match (socket.interest, interest) {
+            (Interest::NONE, _) => epoll::add(&self.epoll, &socket.descriptor, key(id), flags(interest)),
+            (_, Interest::NONE) => epoll::delete(&self.epoll, &socket.descriptor),
+            (_, _) => epoll::modify(&self.epoll, &socket.descriptor, key(id), flags(interest)),
+        };
+        socket.interest = interest;
+    }
+
+    /// Waits until `time_out` has passed, a socket is ready or the wake-up is; `true` means the wake-up.
+    pub fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        // A time that no timespec holds is as good as for ever.
+        let time_out = time_out.and_then(|time_out| Timespec::try_from(time_out).ok());
+        self.events.clear();
+        let spare = rustix::buffer::spare_capacity(&mut self.events);
+        // Only an interruption by a signal can make it fail, and then nothing is ready.
+        if epoll::wait(&self.epoll, spare, time_out.as_ref()).is_err() {
+            return false;
+        }
+        let mut woken = false;
+        for event in &self.events {
+            // The fields of a packed struct have to be copied before they are used.
+            let (data, flags) = (event.data, event.flags);
+            if data.u64() == WAKE_KEY {
+                woken = true;
+                continue;
+            }
+            let failed = flags.intersects(epoll::EventFlags::ERR | epoll::EventFlags::HUP);
+            let interest = Interest {
+                readable: failed || flags.contains(epoll::EventFlags::IN),
+                writable: failed || flags.contains(epoll::EventFlags::OUT),
+            };
+            ready(from_key(data.u64()), interest);
+        }
+        woken
+    }
+
+    fn descriptor(&self, id: SocketId) -> Result<&OwnedFd, NetError> {
+        match self.places.get(usize::from(id.index)) {
+            Some(Place { generation, socket: Some(socket) }) if *generation == id.generation => Ok(&socket.descriptor),
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    fn insert(&mut self, descriptor: OwnedFd) -> Result<SocketId, NetError> {
+        let free = self.places.iter().position(|place| place.socket.is_none());
+        let index = free.unwrap_or(self.places.len());
+        let id_index = u16::try_from(index).map_err(|_| NetError::NoSocketLeft)?;
+        if free.is_none() {
+            self.places.push(Place { generation: 0, socket: None });
+        }
+        let place = &mut self.places[index];
+        let id = SocketId { index: id_index, generation: place.generation };
+        place.socket = Some(Socket { descriptor, interest: Interest::NONE });
+        Ok(id)
+    }
+}
+
+fn stream_socket() -> Result<OwnedFd, NetError> {
+    let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+    rustix::net::socket_with(AddressFamily::INET, SocketType::STREAM, flags, Some(ipproto::TCP)).map_err(error)
+}
+
+fn transfer(mut call: impl FnMut() -> Result<usize, Errno>) -> Result<Transfer, NetError> {
+    loop {
+        return match call() {
+            Ok(0) => Ok(Transfer::Closed),
+            Ok(count) => Ok(Transfer::Bytes(count)),
+            Err(Errno::INTR) => continue,
+            Err(Errno::AGAIN) => Ok(Transfer::WouldBlock),
+            Err(errno) => Err(error(errno)),
+        };
+    }
+}
+
+fn key(id: SocketId) -> epoll::EventData {
+    epoll::EventData::new_u64(u64::from(id.index) << 16 | u64::from(id.generation))
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "the key was made of two u16")]
+fn from_key(key: u64) -> SocketId {
+    SocketId { index: (key >> 16) as u16, generation: key as u16 }
+}
+
+fn flags(interest: Interest) -> epoll::EventFlags {
+    let mut flags = epoll::EventFlags::empty();
+    flags.set(epoll::EventFlags::IN, interest.readable);
+    flags.set(epoll::EventFlags::OUT, interest.writable);
+    flags
+}
+
+fn error(errno: Errno) -> NetError {
+    match errno {
+        Errno::CONNREFUSED => NetError::Refused,
+        Errno::CONNRESET | Errno::PIPE | Errno::TIMEDOUT | Errno::CONNABORTED => NetError::Reset,
+        Errno::NETUNREACH | Errno::HOSTUNREACH | Errno::NETDOWN | Errno::HOSTDOWN => NetError::Unreachable,
+        Errno::ADDRINUSE => NetError::AddressInUse,
+        Errno::MFILE | Errno::NFILE | Errno::NOBUFS | Errno::NOMEM => NetError::NoSocketLeft,
+        other => NetError::Os(other.raw_os_error()),
+    }
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One TCP connection with its two buffers.
+
+use lf_wire::{InBuffer, OutBuffer};
+
+use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
+
+/// Buffers that a connection uses as long as it lasts, and the next connection after it.
+#[derive(Debug)]
+pub struct Buffers<'s> {
+    /// What has come and is not handled yet. It must hold the longest message that can come.
+    pub input: InBuffer<&'s mut [u8]>,
+    /// What is to be sent. It must hold the longest message that can be sent, and control messages beside it.
+    pub output: OutBuffer<&'s mut [u8]>,
+}
+
+impl<'s> Buffers<'s> {
+    /// Empty buffers in the owner's memory.
+    pub fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
+        Self { input: InBuffer::new(input), output: OutBuffer::new(output) }
+    }
+
+    /// Forgets what belonged to a connection that has ended.
+    pub fn clear(&mut self) {
+        self.input.clear();
+        self.output.clear();
+    }
+}
+
+/// How a connection is after reading.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reading {
+    /// More may come. `true` when bytes came now.
+    Open(bool),
+    /// The peer has closed its direction: nothing more comes after what is in the buffer.
+    Ended,
+}
+
+impl Buffers<'_> {
+    /// Reads once, as much as there is space for.
+    ///
+    /// One call does one read, so that a fast peer cannot keep the event loop from its other work.
+    ///
+    /// # Errors
+    /// When the connection broke.
+    pub fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<Reading, NetError> {
+        let space = self.input.space();
+        if space.is_empty() {
+            return Ok(Reading::Open(false));
+        }
+        match platform.read(socket, space)? {
+            Transfer::Bytes(count) => {
+                self.input.filled(count);
+                Ok(Reading::Open(true))
+            }
+            Transfer::WouldBlock => Ok(Reading::Open(false)),
+            Transfer::Closed => Ok(Reading::Ended),
+        }
+    }
+
+    /// Writes what is pending, as much as the system takes; bounded by the size of the buffer.
+    ///
+    /// # Errors
+    /// When the connection broke.
+    pub fn flush<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<(), NetError> {
+        while !self.output.is_empty() {
+            match platform.write(socket, self.output.pending())? {
+                Transfer::Bytes(count) => self.output.consume(count),
+                Transfer::WouldBlock => break,
+                Transfer::Closed => return Err(NetError::Reset),
+            }
+        }
+        Ok(())
+    }
+
+    /// What to wait for: bytes if `reading` is wanted and there is space, and room if something is pending.
+    pub fn interest(&mut self, reading: bool) -> Interest {
+        Interest { readable: reading && !self.input.space().is_empty(), writable: !self.output.is_empty() }
+    }
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What generated code tells the event loop about its program. All of it is constant.
+
+use lf_coordination::federate::ClockSync;
+use lf_model::time::Interval;
+use log::LevelFilter;
+
+/// One participant's program: a federate, or an unfederated main reactor.
+#[derive(Clone, Copy, Debug)]
+pub struct Description {
+    /// The program: the name of the main or federated reactor.
+    pub program: &'static str,
+    /// This participant: the name of the federate, or again that of the main reactor.
+    pub name: &'static str,
+    /// The target property `timeout`: the last tag's time after the start.
+    pub timeout: Option<Interval>,
+    /// The target property `keepalive`: an empty event queue does not end the program.
+    pub keepalive: bool,
+    /// The target property `fast`: logical time does not wait for physical time.
+    pub fast: bool,
+    /// The target property `logging`.
+    pub logging: LevelFilter,
+    /// The part in a federation; `None` for an unfederated program.
+    pub federation: Option<Federation>,
+}
+
+/// A federate's part in its federation.
+#[derive(Clone, Copy, Debug)]
+pub struct Federation {
+    /// The federate's id: its place among the federates, from 0.
+    pub id: u16,
+    /// The federation's id, unless the command line or Kconfig names another.
+    pub federation_id: &'static str,
+    /// How many federates the federation has.
+    pub federates: u16,
+    /// Where the RTI is, as `at` says it: an IPv4 address or, where there is a resolver, a host name.
+    pub rti_host: &'static str,
+    /// The RTI's TCP port.
+    pub rti_port: u16,
+    /// The federates that send to this one, in order of id, each with the least delay of the connections in ns, or
+    /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
+    pub upstream: &'static [(u16, i64)],
+    /// The federates to which this one sends, in order of id.
+    pub downstream: &'static [u16],
+    /// The clock synchronization it takes part in.
+    pub clock_sync: ClockSync,
+    /// The least delay from a physical action to an output to another federate; `None` when there is no such path.
+    pub physical_delay: Option<Interval>,
+    /// Bytes of the receive buffer, at least [`buffer_bytes`] of the longest payload that can come.
+    pub input_bytes: usize,
+    /// Bytes of the send buffer, at least [`buffer_bytes`] of the longest payload that can be sent.
+    pub output_bytes: usize,
+}
+
+/// Bytes kept free in a send buffer for messages of coordination, so that data never blocks them.
+///
+/// The longest such message of a running federation is 13 bytes; a federate owes at most a handful at a time. The
+/// longest of the handshake is the neighbor structure, for which a buffer is larger by `neighbors`.
+pub const CONTROL_BYTES: usize = 128;
+
+/// The smallest buffer that carries messages with payloads up to `payload_bytes_max`, beside the control messages and
+/// a handshake that names `neighbors` upstream and downstream federates.
+pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
+    const TAGGED_MESSAGE_HEADER: usize = 21;
+    const NEIGHBOR: usize = 10;
+    const FEDERATION_ID_MAX: usize = 255;
+    let message = TAGGED_MESSAGE_HEADER + payload_bytes_max;
+    let handshake = FEDERATION_ID_MAX + NEIGHBOR * neighbors;
+    CONTROL_BYTES + if message > handshake { message } else { handshake }
+}

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a participant ends early. Each error says in a sentence what happened, and where it helps, what to do.
+
+use core::fmt;
+use core::net::SocketAddrV4;
+
+use lf_coordination::federate::{ConfigError, FederateError};
+use lf_coordination::rti::SetupError;
+use lf_model::ModelError;
+use lf_wire::DecodeError;
+
+use crate::platform::NetError;
+
+/// Why a participant ends early.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum RunError {
+    /// No RTI answered within the connect time-out.
+    RtiUnreachable {
+        /// Where it was looked for.
+        address: SocketAddrV4,
+        /// The outcome of the last attempt; `None` when none had an outcome.
+        last: Option<NetError>,
+    },
+    /// The federate cannot go on with the federation.
+    Federate(FederateError),
+    /// The federate's configuration is of no use.
+    Config(ConfigError),
+    /// The program broke a rule of the reactor model, or a capacity.
+    Model(ModelError),
+    /// The RTI sent bytes that are no message.
+    Decode(DecodeError),
+    /// A message came for an input that this federate does not have, or with a payload of another type.
+    Payload {
+        /// The input's number on the wire.
+        port: u16,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A message of this federate is longer than its output buffer.
+    OutputTooLong {
+        /// The connection.
+        output: &'static str,
+    },
+    /// Somebody asked this program to end (^C, SIGTERM).
+    Interrupted,
+    /// The RTI's TCP port cannot be listened on.
+    Listen {
+        /// The port.
+        port: u16,
+        /// Why not.
+        error: NetError,
+    },
+    /// The RTI's configuration and memory do not go together.
+    Setup(SetupError),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RtiUnreachable { address, last } => {
+                write!(f, "no RTI answers at {address}")?;
+                if let Some(last) = last {
+                    write!(f, " ({last})")?;
+                }
+                f.write_str(": start the RTI, or correct the address")
+            }
+            Self::Federate(error) => error.fmt(f),
+            Self::Config(error) => error.fmt(f),
+            Self::Model(error) => error.fmt(f),
+            Self::Decode(error) => {
+                write!(f, "the RTI sent bytes that are no message: {error}; check that an RTI listens at this address")
+            }
+            Self::Payload { port, reason } => write!(
+                f,
+                "a message for input {port} cannot be used: {reason}; check that all federates are built from the same \
+                 program",
+            ),
+            Self::OutputTooLong { output } => write!(
+                f,
+                "a message on {output} is longer than the output buffer: raise CONFIG_LF_OUTPUT_BUFFER_SIZE, or send less",
+            ),
+            Self::Interrupted => f.write_str("interrupted"),
+            Self::Listen { port, error } => {
+                write!(f, "cannot listen on TCP port {port}: {error}; choose another one with -p")
+            }
+            Self::Setup(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for RunError {}
+
+impl From<FederateError> for RunError {
+    fn from(error: FederateError) -> Self {
+        Self::Federate(error)
+    }
+}
+
+impl From<ConfigError> for RunError {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<ModelError> for RunError {
+    fn from(error: ModelError) -> Self {
+        Self::Model(error)
+    }
+}
+
+impl From<DecodeError> for RunError {
+    fn from(error: DecodeError) -> Self {
+        Self::Decode(error)
+    }
+}

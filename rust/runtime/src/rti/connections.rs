@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI's connections: what comes in on one side of the table, what goes out on the other.
+//!
+//! The two sides are separate, because a message is handled while it still lies in the input buffer of its connection,
+//! and goes straight from there into the output buffers of others.
+
+use lf_coordination::rti::{ConnectionId, Notice, Outlet};
+use lf_coordination::Deadline;
+use lf_model::time::{Instant, Interval};
+use lf_wire::june_2026::Message;
+use lf_wire::{InBuffer, OutBuffer};
+
+use crate::platform::{Interest, Platform, SocketId, Transfer};
+
+/// How long a closed connection may take to send what is pending, and its peer to close its own direction.
+///
+/// A socket that is closed while bytes of the peer are unread resets the connection, and the last message, such as the
+/// reason of a rejection, may be lost. So the peer is read until it closes, but not for longer than this.
+const LINGER: Interval = Interval::secs(2);
+
+/// The receiving side of one connection.
+#[derive(Debug)]
+pub struct Inlet<'s> {
+    pub(super) buffer: InBuffer<&'s mut [u8]>,
+    /// The socket may have something to read.
+    pub(super) readable: bool,
+    /// The peer has closed, or the connection broke.
+    pub(super) ended: bool,
+    /// The message at the front waits for room on this connection.
+    pub(super) blocked_by: Option<ConnectionId>,
+    /// The buffer may hold whole messages that have not been offered.
+    pub(super) fresh: bool,
+}
+
+/// The sending side of one connection.
+#[derive(Debug)]
+pub struct Outgoing<'s> {
+    pub(super) socket: Option<SocketId>,
+    pub(super) buffer: OutBuffer<&'s mut [u8]>,
+    pub(super) state: State,
+}
+
+/// How far a connection is closed from our side.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum State {
+    Open,
+    /// Our direction is to be closed once all is sent.
+    HalfClosing,
+    HalfClosed,
+    /// Closed for the RTI; what is pending is still sent, and the peer's end awaited, until the time.
+    Closing(Option<Instant>),
+    Draining(Instant),
+}
+
+impl<'s> Inlet<'s> {
+    /// An inlet that keeps what has come in `buffer`, which has to hold the longest message.
+    pub fn new(buffer: &'s mut [u8]) -> Self {
+        Self { buffer: InBuffer::new(buffer), readable: false, ended: false, blocked_by: None, fresh: false }
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.buffer.clear();
+        (self.readable, self.ended, self.blocked_by, self.fresh) = (true, false, None, false);
+    }
+
+    /// Reads once, as much as there is space for.
+    pub(super) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
+        let space = self.buffer.space();
+        if !self.readable || self.ended || space.is_empty() {
+            return;
+        }
+        self.readable = false;
+        match platform.read(socket, space) {
+            Ok(Transfer::Bytes(count)) => {
+                self.buffer.filled(count);
+                self.fresh = true;
+            }
+            Ok(Transfer::WouldBlock) => {}
+            Ok(Transfer::Closed) | Err(_) => self.ended = true,
+        }
+    }
+
+    /// Reads once and forgets it: for a peer whose connection is closed for the RTI.
+    pub(super) fn discard<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
+        self.buffer.clear();
+        self.fill(platform, socket);
+        self.buffer.clear();
+    }
+}
+
+impl<'s> Outgoing<'s> {
+    /// A vacant place whose connections keep what is to be sent in `buffer`, which has to hold the longest message.
+    pub fn new(buffer: &'s mut [u8]) -> Self {
+        Self { socket: None, buffer: OutBuffer::new(buffer), state: State::Open }
+    }
+
+    pub(super) fn open(&mut self, socket: SocketId) {
+        self.socket = Some(socket);
+        self.buffer.clear();
+        self.state = State::Open;
+    }
+
+    /// Whether the RTI still reads this connection.
+    pub(super) fn is_read(&self) -> bool {
+        self.socket.is_some() && matches!(self.state, State::Open | State::HalfClosing | State::HalfClosed)
+    }
+
+    /// Writes what is pending. `true` when something went.
+    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
+        let Some(socket) = self.socket else { return false };
+        let before = self.buffer.room();
+        while !self.buffer.is_empty() {
+            match platform.write(socket, self.buffer.pending()) {
+                Ok(Transfer::Bytes(count)) => self.buffer.consume(count),
+                Ok(Transfer::WouldBlock) => break,
+                // Reading finds the end, after the peer's last words.
+                Ok(Transfer::Closed) | Err(_) => self.buffer.clear(),
+            }
+        }
+        self.buffer.room() > before
+    }
+
+    /// Goes on with closing, as far as that goes without waiting. `ended`: the peer has closed its direction.
+    pub(super) fn advance_closing<P: Platform>(&mut self, platform: &mut P, ended: bool) {
+        let Some(socket) = self.socket else { return };
+        match self.state {
+            State::Open | State::HalfClosed => {}
+            State::HalfClosing if self.buffer.is_empty() => {
+                platform.shut_down_writing(socket);
+                self.state = State::HalfClosed;
+            }
+            State::HalfClosing => {}
+            State::Closing(None) => {
+                self.state = State::Closing(Some(platform.now() + LINGER));
+                self.advance_closing(platform, ended);
+            }
+            State::Closing(Some(until)) if self.buffer.is_empty() => {
+                platform.shut_down_writing(socket);
+                self.state = State::Draining(until);
+                self.advance_closing(platform, ended);
+            }
+            State::Closing(Some(until)) | State::Draining(until) => {
+                if ended || platform.now() >= until {
+                    platform.close(socket);
+                    self.socket = None;
+                    self.buffer.clear();
+                }
+            }
+        }
+    }
+
+    /// When [`Outgoing::advance_closing`] is to be called though the socket is not ready.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        match (self.socket, self.state) {
+            (Some(_), State::Closing(Some(until)) | State::Draining(until)) => Deadline::At(until),
+            (Some(_), State::Closing(None)) => Deadline::Now,
+            _ => Deadline::Never,
+        }
+    }
+
+    pub(super) fn interest(&self, reading: bool) -> Interest {
+        Interest { readable: reading, writable: !self.buffer.is_empty() }
+    }
+}
+
+/// What the RTI's machine sees of the connections.
+pub(super) struct Outgoings<'a, 's, N> {
+    pub(super) table: &'a mut [Outgoing<'s>],
+    pub(super) notices: &'a mut N,
+}
+
+impl<N: FnMut(Notice<'_>)> Outlet for Outgoings<'_, '_, N> {
+    fn room(&self, connection: ConnectionId) -> usize {
+        self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room())
+    }
+
+    fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
+        if let Some(outgoing) = self.table.get_mut(connection.0) {
+            // There is room, for the machine asks before; and a connection that is closed sends no more.
+            let _ = outgoing.buffer.push(message);
+        }
+    }
+
+    fn half_close(&mut self, connection: ConnectionId) {
+        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.state == State::Open) {
+            outgoing.state = State::HalfClosing;
+        }
+    }
+
+    fn close(&mut self, connection: ConnectionId) {
+        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.is_read()) {
+            outgoing.state = State::Closing(None);
+        }
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        (self.notices)(notice);
+    }
+}
