@@ -10,13 +10,13 @@ use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
 /// The federation id of a stock RTI that was given none.
 pub const FEDERATION_ID_DEFAULT: &[u8] = b"Unidentified Federation";
 /// How long after the last clock the start is.
-pub const START_DELAY: Interval = Interval::secs(1);
+pub const START_DELAY: Interval = Interval::from_secs(1);
 /// How many clock synchronization exchanges there are at first, unless told otherwise.
 pub const CLOCK_SYNC_TRIALS: u32 = 10;
 /// How long a connection may be silent before its handshake is complete, and after it resigned.
-pub const CONNECTION_TIME_OUT: Interval = Interval::secs(10);
+pub const CONNECTION_TIME_OUT: Interval = Interval::from_secs(10);
 /// How long all may take to answer a stop request.
-pub const STOP_REPLY_TIME_OUT: Interval = Interval::secs(30);
+pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
 /// Which clock synchronization the RTI offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,217 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The RTI (run-time infrastructure): the centre of a federation.
+//!
+//! It lets the federates in, gives them one start time, forwards their messages, and grants tags such that no message
+//! can still come for what has been granted. The owner accepts connections, reads and writes them, and calls:
+//!
+//! - [`Rti::handle_connect`] for every new connection;
+//! - [`Rti::handle_input`] for what has been read, as long as it consumes something: at most one message per call;
+//! - [`Rti::handle_writable`] when what was pending on a connection has been sent, and for a connection for which
+//!   input is [`Verdict::Blocked`], as soon as there is more room; after it that input is offered again;
+//! - [`Rti::handle_disconnect`] when a connection has ended and all its input has been offered;
+//! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
+//!
+//! It answers through the [`Outlet`], within these calls. [`Rti::status`] says when it is over.
+//!
+//! Memory is what the owner gives as [`RtiStorage`], whatever the peers do. Grants and DNETs are never queued: they are
+//! worked out when there is room to send them. What is sent to many at once is a flag for each. A message that asks for
+//! a reply, or is to be forwarded, is not consumed before there is room for that.
+//!
+//! Where a loop goes over all federates to find those that are concerned, it looks at one word for each; real work is
+//! done for the federates upstream and downstream of the one that speaks.
 
+mod config;
 mod delay;
+mod departure;
+mod downstream;
+mod grants;
 mod graph;
+mod handshake;
 mod in_transit;
+mod outlet;
+mod running;
+mod sending;
+mod start;
+mod stop;
+mod storage;
+
+use lf_model::time::Instant;
+use lf_wire::Limits;
+use lf_wire::june_2026::message_bytes_max;
+
+pub use config::{
+    AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT, START_DELAY,
+    STOP_REPLY_TIME_OUT, SetupError,
+};
+pub use delay::PathDelay;
+pub use graph::{Node, Upstream};
+pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
+pub use storage::{Connection, RtiStorage, Slot};
+
+use crate::{Deadline, FederateId};
+use graph::Graph;
+use in_transit::InTransit;
+use lf_model::time::Tag;
+use stop::Stop;
+use storage::{Membership, Phase};
+
+/// How a federation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All federates have resigned.
+    Complete,
+    /// At least one federate left otherwise; this was the first.
+    Lost {
+        /// The federate.
+        federate: FederateId,
+        /// Why.
+        cause: Cause,
+    },
+    /// The owner ended it.
+    Aborted,
+}
+
+/// Whether there is still something to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Federates are to come, or are there.
+    Running,
+    /// All federates have left. Once everything pending is sent, the owner may end.
+    Finished(Outcome),
+}
+
+/// The RTI of one federation.
+pub struct Rti<'s> {
+    config: Config<'s>,
+    limits: Limits,
+    slots: &'s mut [Slot],
+    connections: &'s mut [Connection],
+    graph: Graph<'s>,
+    /// The same number of entries for each federate.
+    in_transit: &'s mut [Tag],
+    start: Option<Instant>,
+    stop: Stop,
+    /// The first federate that was lost after the start.
+    loss: Option<(FederateId, Cause)>,
+    aborted: bool,
+}
+
+impl<'s> Rti<'s> {
+    /// An RTI for as many federates as the storage has slots.
+    ///
+    /// # Errors
+    /// What is wrong with the configuration or with the storage, in a sentence.
+    pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
+        config.check()?;
+        storage.check()?;
+        let RtiStorage { slots, nodes, connections, delays, upstream, in_transit } = storage;
+        let count = slots.len();
+        slots.fill(Slot::default());
+        connections.fill(Connection::default());
+        // Storage may be larger than needed; the graph relies on exact rows.
+        let graph = Graph::new(&mut nodes[..count], upstream, &mut delays[..count * count]);
+        Ok(Self {
+            limits: config.limits(count),
+            config,
+            slots,
+            connections,
+            graph,
+            in_transit,
+            start: None,
+            stop: Stop::default(),
+            loss: None,
+            aborted: false,
+        })
+    }
+
+    /// Whether the federation is over, and how it ended.
+    pub fn status(&self) -> Status {
+        if self.aborted {
+            return Status::Finished(self.outcome(Outcome::Aborted));
+        }
+        if self.slots.iter().all(|slot| slot.membership == Membership::Departed) {
+            return Status::Finished(self.outcome(Outcome::Complete));
+        }
+        Status::Running
+    }
+
+    fn outcome(&self, otherwise: Outcome) -> Outcome {
+        self.loss.map_or(otherwise, |(federate, cause)| Outcome::Lost { federate, cause })
+    }
+
+    /// The start time, once all federates have joined and told their clocks.
+    pub fn start_time(&self) -> Option<Instant> {
+        self.start
+    }
+
+    /// Bytes of the longest message that is accepted: what the buffers of every connection have to hold at least, for
+    /// input and for output.
+    pub fn message_bytes_max(&self) -> usize {
+        message_bytes_max(&self.limits)
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is to be called. Looks at every connection once.
+    pub fn poll_timeout(&self) -> Deadline {
+        let deadlines = self.connections.iter().filter_map(|connection| connection.deadline);
+        deadlines.chain(self.stop.deadline()).min().into()
+    }
+
+    /// Gives up on connections that have been silent for too long, and on federates that do not answer a stop request.
+    /// Looks at every connection and every federate once.
+    pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
+        for index in 0..self.connections.len() {
+            if self.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
+                self.lose_patience(ConnectionId(index), outlet);
+            }
+        }
+        if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
+            self.give_up_stop_replies(outlet);
+        }
+    }
+
+    /// There is more room on a connection. Sends what was put off for its federate.
+    pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.joined_on(connection) {
+            self.flush(federate, outlet);
+        }
+    }
+
+    /// The federate that has joined over this connection and is still there.
+    fn joined_on(&self, connection: ConnectionId) -> Option<usize> {
+        let known = self.connections.get(connection.0)?;
+        known.federate.filter(|_| known.phase == Phase::Joined).map(usize::from)
+    }
+
+    /// The connection of a federate that is part of the federation.
+    fn connection_of(&self, federate: usize) -> Option<ConnectionId> {
+        match self.slots[federate].membership {
+            Membership::Joined(connection) => Some(connection),
+            _ => None,
+        }
+    }
+
+    /// The messages on their way to a federate.
+    fn in_transit(&mut self, federate: usize) -> InTransit<'_> {
+        let share = self.in_transit.len() / self.slots.len();
+        InTransit {
+            ring: &mut self.slots[federate].in_transit,
+            storage: &mut self.in_transit[federate * share..][..share],
+        }
+    }
+
+    /// The connection is no more, and its id is free if it had not completed its handshake.
+    fn release(&mut self, connection: ConnectionId) {
+        let Some(known) = self.connections.get_mut(connection.0) else { return };
+        let federate = core::mem::take(known).federate;
+        if let Some(slot) = federate.and_then(|federate| self.slots.get_mut(usize::from(federate)))
+            && slot.membership == Membership::Joining(connection)
+        {
+            *slot = Slot::default();
+        }
+    }
+}
+
+/// An index of a slot as the federate's id.
+fn id(index: usize) -> FederateId {
+    FederateId(u16::try_from(index).expect("there are no more slots than a federate id can name, which `new` checks"))
+}

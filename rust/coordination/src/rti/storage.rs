@@ -92,6 +92,8 @@ pub struct Slot {
     pub(super) dnet: Tag,
     /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
     pub(super) demand: Option<(Tag, u16)>,
+    /// Because of a demand, this federate is to be looked at before anything else happens.
+    pub(super) look: bool,
     /// Messages on their way to it.
     pub(super) in_transit: Ring,
     /// It has asked to stop, or has agreed to.
@@ -116,6 +118,7 @@ impl Default for Slot {
             provisional: Tag::NEVER,
             dnet: Tag::NEVER,
             demand: None,
+            look: false,
             in_transit: Ring::default(),
             stop_agreed: false,
             address: [0; 4],
@@ -138,9 +141,7 @@ pub(super) enum Phase {
     /// UDP_PORT.
     UdpPort,
     /// T3, this often.
-    ClockSync {
-        left: u32,
-    },
+    ClockSync { left: u32 },
     /// Anything that a federate of the federation may say.
     Joined,
     /// Nothing; only its end.

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How federates leave, in order or not.
+//!
+//! Before the start, the id of whoever leaves is free again. After it, a federate that has left sends no more messages,
+//! whyever it left: the others go on without it at once.
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::june_2026::{ADDRESS_PORT_UNKNOWN, Message};
+
+use super::storage::{Membership, Phase};
+use super::{AfterLoss, Cause, ConnectionId, Notice, Outlet, Rti, Slot, id};
+
+impl Rti<'_> {
+    /// A connection has ended, and all that came on it has been offered.
+    pub fn handle_disconnect(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.joined_on(connection) {
+            self.release(connection);
+            self.lose(federate, Cause::ConnectionLost, outlet);
+            return;
+        }
+        let Some(known) = self.connections.get(connection.0) else { return };
+        if !matches!(known.phase, Phase::Vacant | Phase::Draining) {
+            let federate = known.federate.map(crate::FederateId);
+            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: false });
+        }
+        self.release(connection);
+    }
+
+    /// Ends the federation: tells every federate that it has failed, and closes all connections.
+    pub fn abort(&mut self, outlet: &mut impl Outlet) {
+        self.aborted = true;
+        for index in 0..self.connections.len() {
+            let connection = ConnectionId(index);
+            if self.connections[index].phase == Phase::Vacant {
+                continue;
+            }
+            if self.joined_on(connection).is_some() {
+                say_failed(connection, outlet);
+            }
+            outlet.close(connection);
+            self.release(connection);
+        }
+        self.slots.fill(Slot { membership: Membership::Departed, ..Slot::default() });
+    }
+
+    /// A connection has been silent for too long.
+    pub(super) fn lose_patience(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+        let known = self.connections[connection.0];
+        if known.phase != Phase::Draining {
+            let federate = known.federate.map(crate::FederateId);
+            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: true });
+        }
+        outlet.close(connection);
+        self.release(connection);
+    }
+
+    /// A federate leaves in order. Its connection is kept until it has read all and closes it.
+    pub(super) fn on_resign(&mut self, now: Instant, federate: usize, outlet: &mut impl Outlet) {
+        let Some(connection) = self.connection_of(federate) else { return };
+        let known = &mut self.connections[connection.0];
+        known.phase = Phase::Draining;
+        known.deadline = Some(now + self.config.connection_time_out);
+        outlet.half_close(connection);
+        outlet.notice(Notice::Resigned(id(federate)));
+        self.depart(federate, outlet);
+    }
+
+    /// A federate says that it has failed.
+    pub(super) fn on_failed(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        let Some(connection) = self.connection_of(federate) else { return };
+        outlet.close(connection);
+        self.release(connection);
+        self.lose(federate, Cause::Failed, outlet);
+    }
+
+    /// The RTI cannot go on with a federate, and tells it so.
+    pub(super) fn expel(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
+        let Some(connection) = self.connection_of(federate) else { return };
+        say_failed(connection, outlet);
+        outlet.close(connection);
+        self.release(connection);
+        self.lose(federate, cause, outlet);
+    }
+
+    fn lose(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
+        let started = self.start.is_some();
+        outlet.notice(Notice::Lost { federate: id(federate), cause, started });
+        if started {
+            self.loss = self.loss.or(Some((id(federate), cause)));
+        }
+        self.depart(federate, outlet);
+        if started && self.config.after_loss == AfterLoss::StopAll {
+            self.abort(outlet);
+        }
+    }
+
+    fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        if self.start.is_none() {
+            self.slots[federate] = Slot::default();
+            return;
+        }
+        let slot = &mut self.slots[federate];
+        slot.membership = Membership::Departed;
+        slot.next_event = Tag::FOREVER;
+        slot.address = [0; 4];
+        slot.port = ADDRESS_PORT_UNKNOWN;
+        self.advance_downstream(federate, outlet);
+        self.grant_stop_if_agreed(outlet);
+    }
+}
+
+/// Tells a peer that it cannot go on. A peer that does not read will learn it from the end of the connection.
+fn say_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
+    if outlet.room(connection) >= Message::Failed.encoded_len() {
+        outlet.send(connection, &Message::Failed);
+    }
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which of a federate's next events matter to those downstream of it (DNET). It need not announce the others.
+
+use lf_model::time::Tag;
+use lf_wire::june_2026::Message;
+
+use super::{Outlet, Rti};
+use crate::tag::to_wire;
+
+impl Rti<'_> {
+    /// The next event of a federate is another one: tells those upstream of it what follows for them.
+    pub(super) fn tell_upstream(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        if !self.config.dnet {
+            return;
+        }
+        for upstream in 0..self.slots.len() {
+            if upstream != federate && self.graph.delay(upstream, federate).is_path() {
+                self.offer_downstream_next_event(upstream, Some(federate), outlet);
+            }
+        }
+    }
+
+    /// Tells a federate its downstream next event tag, if that has changed and is not past already. `because` is the
+    /// downstream federate whose next event has changed, or any.
+    pub(super) fn offer_downstream_next_event(
+        &mut self,
+        federate: usize,
+        because: Option<usize>,
+        outlet: &mut impl Outlet,
+    ) {
+        let tag = self.downstream_next_event(federate, because);
+        let slot = &self.slots[federate];
+        if tag == slot.dnet || slot.next_event > tag || self.connection_of(federate).is_none() {
+            return;
+        }
+        match self.ready_for_tag(federate, outlet) {
+            Some(connection) => {
+                outlet.send(connection, &Message::DownstreamNextEventTag(to_wire(tag)));
+                self.slots[federate].dnet = tag;
+            }
+            None => self.slots[federate].pending.dnet = true,
+        }
+    }
+
+    /// The latest tag of a federate that can matter to any federate downstream. NEVER if all do, as in a cycle without
+    /// delay, and as long as the next event of one of them is unknown.
+    fn downstream_next_event(&self, federate: usize, because: Option<usize>) -> Tag {
+        let mut earliest = Tag::FOREVER;
+        if self.graph.in_zero_delay_cycle(federate) {
+            return Tag::NEVER;
+        }
+        for (downstream, slot) in self.slots.iter().enumerate() {
+            let delay = self.graph.delay(federate, downstream);
+            if downstream == federate || !delay.is_path() {
+                continue;
+            }
+            if because.is_none_or(|because| because == downstream) && self.graph.in_zero_delay_cycle(downstream) {
+                return Tag::NEVER;
+            }
+            earliest = earliest.min(delay.before(slot.next_event));
+        }
+        match self.start {
+            Some(start) if earliest >= Tag::at(start) => earliest,
+            _ => Tag::NEVER,
+        }
+    }
+}

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From a new connection to a federate that is part of the federation.
+//!
+//! Each message has its place: FED_IDS, which is answered by ACK; NEIGHBOR_STRUCTURE; UDP_PORT; then, if both sides want
+//! it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as the header
+//! of the right message has. A connection that comes when all federates are there is told the true reason why it is
+//! refused, once it has said who it is.
+
+use lf_model::time::Instant;
+use lf_wire::june_2026::{
+    Decoded, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode,
+};
+
+use super::graph::NeighborError;
+use super::storage::{Connection, Membership, Phase};
+use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
+use crate::FederateId;
+
+/// Why a connection is refused.
+struct Refusal<'a> {
+    code: RejectCode,
+    federate: Option<FederateId>,
+    federation_id: Option<&'a [u8]>,
+    violation: Option<Violation>,
+}
+
+impl Refusal<'_> {
+    fn of(code: RejectCode, violation: Violation) -> Self {
+        Self { code, federate: None, federation_id: None, violation: Some(violation) }
+    }
+}
+
+impl From<Violation> for Refusal<'_> {
+    fn from(violation: Violation) -> Self {
+        Self::of(RejectCode::UnexpectedMessage, violation)
+    }
+}
+
+/// What a message of the handshake leads to.
+enum Step {
+    /// The message is done with.
+    Done,
+    /// The reply has no room yet.
+    NoRoom,
+}
+
+impl Rti<'_> {
+    /// A peer with this IPv4 address has connected. A number beyond the storage, or one that is in use, is closed.
+    pub fn handle_connect(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        address: [u8; 4],
+        outlet: &mut impl Outlet,
+    ) {
+        let deadline = Some(now + self.config.connection_time_out);
+        match self.connections.get_mut(connection.0) {
+            Some(known) if known.phase == Phase::Vacant && !self.aborted => {
+                *known = Connection { phase: Phase::Ids, federate: None, address, deadline };
+            }
+            _ => outlet.close(connection),
+        }
+    }
+
+    /// Takes the message at the front of what a connection has to say, if it is the next one of the handshake.
+    pub(super) fn handle_handshake(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        let expected = match self.connections[connection.0].phase {
+            Phase::Ids => MessageType::FedIds,
+            Phase::Neighbors => MessageType::NeighborStructure,
+            Phase::UdpPort => MessageType::UdpPort,
+            Phase::ClockSync { .. } => MessageType::T3,
+            Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
+        };
+        if bytes.len() < expected.fixed_bytes() {
+            return Verdict::Incomplete(expected.fixed_bytes());
+        }
+        if bytes[0] != expected.byte() {
+            return self.refuse(connection, wrong_type(expected, bytes[0]), outlet);
+        }
+        let (message, len) = match decode(bytes, &self.limits) {
+            Ok(Decoded::Complete { message, len }) => (message, len),
+            Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
+            Err(error) => return self.refuse(connection, Violation::Bytes(error).into(), outlet),
+        };
+        match self.take_step(now, connection, message, outlet) {
+            Ok(Step::Done) => {
+                let known = &mut self.connections[connection.0];
+                let patience = (known.phase != Phase::Joined).then(|| now + self.config.connection_time_out);
+                known.deadline = patience;
+                Verdict::Consumed(len)
+            }
+            Ok(Step::NoRoom) => Verdict::Blocked(connection),
+            Err(refusal) => self.refuse(connection, refusal, outlet),
+        }
+    }
+
+    fn take_step<'m>(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        message: Message<'m>,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Refusal<'m>> {
+        let known = self.connections[connection.0];
+        match (message, known.phase, known.federate) {
+            (Message::FedIds { federate, federation_id }, ..) => {
+                self.on_ids(connection, federate, federation_id, outlet)
+            }
+            (Message::NeighborStructure(neighbors), _, Some(federate)) => {
+                self.on_neighbors(connection, federate, &neighbors)
+            }
+            (Message::UdpPort(port), _, Some(federate)) => {
+                Ok(self.on_udp_port(now, connection, federate, port, outlet))
+            }
+            (Message::T3 { federate }, Phase::ClockSync { left }, Some(own)) => {
+                if federate != own {
+                    return Err(Violation::OtherFederate(federate).into());
+                }
+                Ok(self.on_t3(now, connection, left, outlet))
+            }
+            (other, ..) => Err(Violation::Unexpected(other.message_type()).into()),
+        }
+    }
+
+    fn on_ids<'m>(
+        &mut self,
+        connection: ConnectionId,
+        federate: u16,
+        federation_id: &'m [u8],
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Refusal<'m>> {
+        let refusal = |code| Refusal {
+            code,
+            federate: Some(FederateId(federate)),
+            federation_id: (code == RejectCode::FederationIdMismatch).then_some(federation_id),
+            violation: None,
+        };
+        if federation_id != self.config.federation_id {
+            return Err(refusal(RejectCode::FederationIdMismatch));
+        }
+        let Some(slot) = self.slots.get_mut(usize::from(federate)) else {
+            return Err(refusal(RejectCode::IdOutOfRange));
+        };
+        if slot.membership != Membership::Free {
+            return Err(refusal(RejectCode::IdInUse));
+        }
+        if outlet.room(connection) < Message::Ack.encoded_len() {
+            return Ok(Step::NoRoom);
+        }
+        outlet.send(connection, &Message::Ack);
+        slot.membership = Membership::Joining(connection);
+        let known = &mut self.connections[connection.0];
+        slot.address = known.address;
+        known.federate = Some(federate);
+        known.phase = Phase::Neighbors;
+        Ok(Step::Done)
+    }
+
+    /// Only the upstream half is kept: who is downstream follows from the others' halves.
+    fn on_neighbors<'m>(
+        &mut self,
+        connection: ConnectionId,
+        federate: u16,
+        neighbors: &NeighborStructure<'_>,
+    ) -> Result<Step, Refusal<'m>> {
+        let wrong = neighbors.downstream().find(|id| usize::from(*id) >= self.slots.len());
+        if let Some(id) = wrong {
+            return Err(Violation::NoSuchFederate(id).into());
+        }
+        let set = self.graph.set_upstream(federate.into(), neighbors.upstream());
+        set.map_err(|error| match error {
+            NeighborError::NoSuchFederate(id) => Violation::NoSuchFederate(id),
+            NeighborError::Delay { upstream, delay_ns } => Violation::Delay { upstream, delay_ns },
+            NeighborError::TooMany { max } => Violation::TooManyUpstream { max },
+        })?;
+        self.connections[connection.0].phase = Phase::UdpPort;
+        Ok(Step::Done)
+    }
+
+    fn on_udp_port(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        federate: u16,
+        port: u16,
+        outlet: &mut impl Outlet,
+    ) -> Step {
+        let trials = match self.config.clock_sync {
+            ClockSync::Init { trials } if port != UDP_PORT_CLOCK_SYNC_OFF => trials,
+            _ => 0,
+        };
+        if trials > 0 {
+            let first = Message::T1(now.as_nanos());
+            if outlet.room(connection) < first.encoded_len() {
+                return Step::NoRoom;
+            }
+            outlet.send(connection, &first);
+            self.connections[connection.0].phase = Phase::ClockSync { left: trials };
+        } else {
+            self.join(connection, federate, outlet);
+        }
+        self.slots[usize::from(federate)].udp_port = port;
+        Step::Done
+    }
+
+    /// The federate has answered T1: it gets T4, and the next T1 unless this was the last exchange.
+    fn on_t3(&mut self, now: Instant, connection: ConnectionId, left: u32, outlet: &mut impl Outlet) -> Step {
+        let (answer, next) = (Message::T4(now.as_nanos()), Message::T1(now.as_nanos()));
+        let left = left.saturating_sub(1);
+        let bytes = answer.encoded_len() + if left > 0 { next.encoded_len() } else { 0 };
+        if outlet.room(connection) < bytes {
+            return Step::NoRoom;
+        }
+        outlet.send(connection, &answer);
+        let known = &mut self.connections[connection.0];
+        known.phase = Phase::ClockSync { left };
+        if left > 0 {
+            outlet.send(connection, &next);
+        } else if let Some(federate) = known.federate {
+            self.join(connection, federate, outlet);
+        }
+        Step::Done
+    }
+
+    fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {
+        self.connections[connection.0].phase = Phase::Joined;
+        self.slots[usize::from(federate)].membership = Membership::Joined(connection);
+        outlet.notice(Notice::Joined(FederateId(federate)));
+    }
+
+    fn refuse(&mut self, connection: ConnectionId, refusal: Refusal<'_>, outlet: &mut impl Outlet) -> Verdict {
+        let Refusal { code, federate, federation_id, violation } = refusal;
+        let federate = federate.or(self.connections[connection.0].federate.map(FederateId));
+        let message = Message::Reject(code);
+        if outlet.room(connection) >= message.encoded_len() {
+            outlet.send(connection, &message);
+        }
+        outlet.notice(Notice::Rejected { code, federate, federation_id, violation });
+        outlet.close(connection);
+        self.release(connection);
+        Verdict::Closed
+    }
+}
+
+/// The answer to another message than the one expected.
+fn wrong_type<'m>(expected: MessageType, found: u8) -> Refusal<'m> {
+    let Some(message_type) = MessageType::from_byte(found) else {
+        return Violation::Bytes(lf_wire::DecodeError::UnknownType { found }).into();
+    };
+    let code = match message_type {
+        MessageType::P2pSendingFedId | MessageType::P2pTaggedMessage if expected == MessageType::FedIds => {
+            RejectCode::WrongServer
+        }
+        MessageType::FedNonce if expected == MessageType::FedIds => RejectCode::NotInAuthenticationMode,
+        _ => RejectCode::UnexpectedMessage,
+    };
+    Refusal::of(code, Violation::Unexpected(message_type))
+}

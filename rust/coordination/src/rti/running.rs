@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What federates say once they have joined.
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::DecodeError;
+use lf_wire::june_2026::{Decoded, Message, decode};
+
+use super::storage::{Membership, Phase};
+use super::{Cause, ConnectionId, Notice, Outlet, Rti, Verdict, Violation, id};
+use crate::tag::from_wire;
+
+/// What a message leads to.
+enum Step {
+    /// The message is done with.
+    Done,
+    /// What it leads to has no room on this connection yet.
+    NoRoom(ConnectionId),
+}
+
+impl Rti<'_> {
+    /// A connection has this to say, and maybe more later. Handles at most one message.
+    pub fn handle_input(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        let Some(known) = self.connections.get(connection.0) else { return Verdict::Closed };
+        match (known.phase, known.federate) {
+            (Phase::Vacant, _) => Verdict::Closed,
+            (_, _) if bytes.is_empty() => Verdict::Incomplete(1),
+            (Phase::Draining, _) => Verdict::Consumed(bytes.len()),
+            (Phase::Joined, Some(federate)) => self.handle_federate(now, federate.into(), connection, bytes, outlet),
+            _ => self.handle_handshake(now, connection, bytes, outlet),
+        }
+    }
+
+    fn handle_federate(
+        &mut self,
+        now: Instant,
+        federate: usize,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        let step = match decode(bytes, &self.limits) {
+            Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
+            Ok(Decoded::Complete { message, len }) => {
+                self.handle_message(now, federate, connection, &message, outlet).map(|step| (step, len))
+            }
+            // The stock programs skip such a byte, so that a message without content can be added to the protocol.
+            Err(DecodeError::UnknownType { found }) => {
+                outlet.notice(Notice::UnknownType { federate: id(federate), found });
+                Ok((Step::Done, 1))
+            }
+            Err(error) => Err(Violation::Bytes(error)),
+        };
+        match step {
+            Ok((Step::Done, len)) => match self.connections[connection.0].phase {
+                Phase::Vacant => Verdict::Closed,
+                _ => Verdict::Consumed(len),
+            },
+            Ok((Step::NoRoom(connection), _)) => Verdict::Blocked(connection),
+            Err(violation) => {
+                self.expel(federate, Cause::Violation(violation), outlet);
+                Verdict::Closed
+            }
+        }
+    }
+
+    fn handle_message(
+        &mut self,
+        now: Instant,
+        federate: usize,
+        connection: ConnectionId,
+        message: &Message<'_>,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let unexpected = Err(Violation::Unexpected(message.message_type()));
+        match *message {
+            Message::Timestamp(clock) => self.on_timestamp(federate, Instant(clock), outlet)?,
+            Message::AddressAdvertisement { port } => self.slots[federate].port = port,
+            Message::AddressQuery { federate: asked } => return self.on_address_query(connection, asked, outlet),
+            Message::Resign => self.on_resign(now, federate, outlet),
+            Message::Failed => self.on_failed(federate, outlet),
+            _ if self.start.is_none() => return unexpected,
+            Message::TaggedMessage { federate: to, tag, .. } => {
+                return self.on_tagged_message(federate, to, from_wire(tag), message, outlet);
+            }
+            Message::PortAbsent { federate: to, .. } => return self.forward(federate, to, message, outlet),
+            Message::NextEventTag(tag) => self.on_next_event(federate, from_wire(tag), outlet),
+            Message::LatestTagComplete(tag) => self.on_complete(federate, from_wire(tag), outlet),
+            Message::StopRequest(tag) => self.on_stop_request(now, federate, from_wire(tag), outlet),
+            Message::StopReply(tag) => self.on_stop_reply(federate, from_wire(tag), outlet),
+            _ => return unexpected,
+        }
+        Ok(Step::Done)
+    }
+
+    /// The next event of a federate is at `tag`, or at that of the first message on its way to it.
+    fn on_next_event(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
+        let tag = tag.min(self.in_transit(federate).earliest());
+        self.slots[federate].next_event = tag;
+        if self.graph.upstream(federate).is_empty() {
+            // It needs no grant, so this counts as one.
+            self.slots[federate].granted = tag;
+        } else {
+            self.advance(federate, outlet);
+        }
+        self.advance_downstream(federate, outlet);
+        self.tell_upstream(federate, outlet);
+    }
+
+    /// A federate has completed a tag, and with it the messages up to it.
+    fn on_complete(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
+        let slot = &mut self.slots[federate];
+        slot.completed = slot.completed.max(tag);
+        self.advance_downstream(federate, outlet);
+        self.in_transit(federate).complete(tag);
+    }
+
+    /// Something has changed that can let the federates downstream of this one advance.
+    pub(super) fn advance_downstream(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        for downstream in 0..self.slots.len() {
+            if self.graph.delay(federate, downstream).is_path() {
+                self.advance(downstream, outlet);
+            }
+        }
+    }
+
+    fn on_tagged_message(
+        &mut self,
+        from: usize,
+        to: u16,
+        tag: Tag,
+        message: &Message<'_>,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let step = self.forward(from, to, message, outlet)?;
+        let to = usize::from(to);
+        if matches!(step, Step::NoRoom(_)) || self.connection_of(to).is_none() {
+            return Ok(step);
+        }
+        if self.slots[to].completed < tag {
+            if self.in_transit(to).insert(tag) {
+                outlet.notice(Notice::InTransitFull(id(to)));
+            }
+        } else {
+            outlet.notice(Notice::Late { from: id(from), to: id(to) });
+        }
+        if tag < self.slots[to].next_event {
+            self.on_next_event(to, tag, outlet);
+        }
+        Ok(step)
+    }
+
+    /// Forwards a message unchanged, if its destination is there.
+    fn forward(
+        &mut self,
+        from: usize,
+        to: u16,
+        message: &Message<'_>,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let Some(slot) = self.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
+        let Membership::Joined(connection) = slot.membership else {
+            outlet.notice(Notice::Dropped { from: id(from), to: to.into() });
+            return Ok(Step::Done);
+        };
+        if self.ready(to.into(), message.encoded_len(), outlet).is_none() {
+            return Ok(Step::NoRoom(connection));
+        }
+        outlet.send(connection, message);
+        Ok(Step::Done)
+    }
+
+    fn on_address_query(
+        &mut self,
+        connection: ConnectionId,
+        asked: u16,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let slot = self.slots.get(usize::from(asked)).ok_or(Violation::NoSuchFederate(asked))?;
+        let reply = Message::AddressQueryReply { port: slot.port, address: slot.address };
+        if outlet.room(connection) < reply.encoded_len() {
+            return Ok(Step::NoRoom(connection));
+        }
+        outlet.send(connection, &reply);
+        Ok(Step::Done)
+    }
+}

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Stopping together: one federate asks, the others answer with the earliest tag that is possible for them, and the
+//! latest of these is granted to all. A federate that has left counts as agreed.
+
+use lf_model::time::{Instant, Tag};
+
+use super::storage::Membership;
+use super::{Cause, Notice, Outlet, Rti, id};
+
+/// What the federates have agreed on so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stop {
+    /// The latest tag that anybody has named.
+    tag: Tag,
+    /// When all have to have answered, while somebody has been asked and nothing is granted.
+    deadline: Option<Instant>,
+    requested: bool,
+    granted: bool,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self { tag: Tag::NEVER, deadline: None, requested: false, granted: false }
+    }
+}
+
+impl Stop {
+    pub(super) fn tag(&self) -> Tag {
+        self.tag
+    }
+
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        self.deadline
+    }
+}
+
+impl Rti<'_> {
+    /// A federate asks to stop. Only the first request is passed on; the others' federates have agreed by theirs.
+    pub(super) fn on_stop_request(&mut self, now: Instant, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
+        if self.slots[federate].stop_agreed {
+            return;
+        }
+        self.agree_to_stop(federate, tag);
+        if !self.stop.requested {
+            self.stop.requested = true;
+            outlet.notice(Notice::StopRequested(id(federate)));
+            self.grant_stop_if_agreed(outlet);
+            if !self.stop.granted {
+                self.stop.deadline = Some(now + self.config.stop_reply_time_out);
+                self.broadcast(|slot| !slot.stop_agreed, |pending| pending.stop_request = true, outlet);
+            }
+            return;
+        }
+        self.grant_stop_if_agreed(outlet);
+    }
+
+    /// A federate answers a stop request.
+    pub(super) fn on_stop_reply(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
+        self.agree_to_stop(federate, tag);
+        self.grant_stop_if_agreed(outlet);
+    }
+
+    fn agree_to_stop(&mut self, federate: usize, tag: Tag) {
+        let slot = &mut self.slots[federate];
+        slot.stop_agreed = true;
+        // Whoever has asked itself need not be asked any more.
+        slot.pending.stop_request = false;
+        if !self.stop.granted {
+            self.stop.tag = self.stop.tag.max(tag);
+        }
+    }
+
+    /// Grants the stop once all that are left have agreed. No federate's next event is after it then.
+    pub(super) fn grant_stop_if_agreed(&mut self, outlet: &mut impl Outlet) {
+        let missing = |slot: &super::Slot| slot.membership != Membership::Departed && !slot.stop_agreed;
+        if !self.stop.requested || self.stop.granted || self.slots.iter().any(missing) {
+            return;
+        }
+        self.stop.granted = true;
+        self.stop.deadline = None;
+        let tag = self.stop.tag;
+        for slot in self.slots.iter_mut().filter(|slot| slot.membership != Membership::Departed) {
+            slot.next_event = slot.next_event.min(tag);
+        }
+        outlet.notice(Notice::StopGranted(tag));
+        self.broadcast(|_| true, |pending| pending.stop_granted = true, outlet);
+    }
+
+    /// Nobody waits any longer for those that have not answered.
+    pub(super) fn give_up_stop_replies(&mut self, outlet: &mut impl Outlet) {
+        self.stop.deadline = None;
+        for federate in 0..self.slots.len() {
+            if !self.slots[federate].stop_agreed && self.connection_of(federate).is_some() {
+                self.expel(federate, Cause::NoStopReply, outlet);
+            }
+        }
+    }
+}
