@@ -2,4 +2,7 @@
 //! The parts of the `lfz` program.
 #![forbid(unsafe_code)]
 
+pub mod args;
+pub mod guard;
 pub mod supervisor;
+pub mod time;

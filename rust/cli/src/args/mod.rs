@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The command line.
+
+mod rti;
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::time;
+
+pub use rti::{ClockSync, RtiArgs, RtiOptions};
+
+/// Lingua Franca for Zephyr: compiles, runs and coordinates federated Lingua Franca programs in Rust.
+#[derive(Debug, Parser)]
+#[command(name = "lfz", version, propagate_version = false, max_term_width = 100)]
+#[command(after_help = "`lfz help COMMAND` says more about a command.")]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Check a program, and print what is wrong with it.
+    Check {
+        /// The main LF file.
+        #[arg(value_name = "FILE.lf")]
+        file: PathBuf,
+    },
+    /// Print what the compiler worked out: federates, connections, the order of reactions, capacities.
+    Plan {
+        /// The main LF file.
+        #[arg(value_name = "FILE.lf")]
+        file: PathBuf,
+        /// As JSON, for other programs.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Generate the Rust crates of a program and compile them; nothing is run.
+    Build(BuildArgs),
+    /// Build all federates for this computer and run them together with their RTI.
+    #[command(long_about = "\
+Build all federates for this computer and run them together with their RTI.
+
+Each line of output bears the name of the participant that wrote it. ^C stops all participants, and so does the first
+one that fails. A program without `federated` runs as a single process.
+
+Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
+without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
+    Run(RunArgs),
+    /// Run the RTI alone, with the options of the stock RTI.
+    #[command(disable_version_flag = true)]
+    Rti(RtiArgs),
+    /// Run a program that is killed when its parent ends; what `lfz run` starts its participants with.
+    #[command(hide = true)]
+    Guard {
+        /// The process that has to be the parent.
+        #[arg(long)]
+        parent: u32,
+        /// The program and its arguments.
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        program: Vec<std::ffi::OsString>,
+    },
+}
+
+/// What the generated programs run on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Platform {
+    /// Programs for this computer.
+    Host,
+    /// Crates, Kconfig fragments and overlays for Zephyr, which `west lf-build` and `west lf-fed-build` compile.
+    Zephyr,
+}
+
+/// `lfz build`
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// What the federates run on.
+    #[arg(long, value_enum, default_value_t = Platform::Host)]
+    pub platform: Platform,
+    /// Only these federates; all when it is left out.
+    #[arg(short, long = "federate", value_name = "FEDERATE", num_args = 1..)]
+    pub federates: Vec<String>,
+    /// Where each federate runs: its board, its addresses (deployment.yaml).
+    #[arg(long, value_name = "FILE")]
+    pub deployment: Option<PathBuf>,
+    /// Where files are generated and compiled.
+    #[command(flatten)]
+    pub places: Places,
+}
+
+/// `lfz run`
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// Stop the program after this time, counted from its start: `90`, `90s`, `1.5 min`.
+    #[arg(long, value_name = "TIME", value_parser = time::parse)]
+    pub timeout: Option<Duration>,
+    /// Record a trace of each participant; not supported yet.
+    #[arg(long, value_name = "DIR", hide = true, value_parser = refuse_trace)]
+    pub trace: Option<PathBuf>,
+    /// Where files are generated and compiled.
+    #[command(flatten)]
+    pub places: Places,
+    /// Arguments for every federate, after `--`; `-- --help` lists them.
+    #[arg(last = true, value_name = "ARGUMENT")]
+    pub arguments: Vec<std::ffi::OsString>,
+}
+
+/// Where files are generated and compiled, and how.
+#[derive(Debug, Args)]
+pub struct Places {
+    /// Compile with optimizations.
+    #[arg(long)]
+    pub release: bool,
+    /// Where to generate the crates, instead of `build/lfz/PROGRAM/PLATFORM` beside the program's `src` folder.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Where cargo keeps what it compiles, shared by all programs.
+    #[arg(long, value_name = "DIR", env = "LFZ_TARGET_DIR")]
+    pub target_dir: Option<PathBuf>,
+    /// The lf-zephyr-rs repository with the runtime crates.
+    #[arg(long, value_name = "DIR", env = "LFZ_HOME")]
+    pub home: Option<PathBuf>,
+}
+
+fn refuse_trace(_: &str) -> Result<PathBuf, String> {
+    Err("tracing is not supported yet".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::{Cli, Command};
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn several_federates_may_follow_one_option() {
+        let cli = Cli::try_parse_from(["lfz", "build", "P.lf", "-f", "a", "b", "--release"]).expect("it is valid");
+        let Command::Build(arguments) = cli.command else { panic!("build was asked for") };
+        assert_eq!(arguments.federates, ["a", "b"]);
+        assert!(arguments.places.release);
+    }
+
+    #[test]
+    fn arguments_after_two_dashes_are_the_programs() {
+        let cli = Cli::try_parse_from(["lfz", "run", "P.lf", "--timeout", "2 s", "--", "--fast"]).expect("it is valid");
+        let Command::Run(arguments) = cli.command else { panic!("run was asked for") };
+        assert_eq!(arguments.arguments, ["--fast"]);
+        assert_eq!(arguments.timeout.map(|timeout| timeout.as_secs()), Some(2));
+    }
+
+    #[test]
+    fn tracing_is_refused_by_name() {
+        let error = Cli::try_parse_from(["lfz", "run", "P.lf", "--trace", "t"]).expect_err("it is not there yet");
+        assert!(error.to_string().contains("tracing is not supported yet"));
+    }
+}

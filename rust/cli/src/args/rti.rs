@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The options of `lfz rti`, which are those of the stock RTI, with its letters and words.
+
+use std::time::Duration;
+
+use clap::Args;
+
+use crate::time;
+
+/// The stock RTI's federation id when none is given.
+const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
+/// The stock RTI's port.
+const PORT_DEFAULT: u16 = 15045;
+/// Exchanges of the initial clock synchronization.
+const TRIALS_DEFAULT: u32 = 10;
+/// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
+/// memory of this computer.
+const FEDERATES_MAX: u16 = 4096;
+/// In bytes.
+const MESSAGE_LENGTH_DEFAULT: u32 = 64 * 1024;
+
+/// `lfz rti`
+#[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "these are switches of a command line")]
+pub struct RtiArgs {
+    /// The number of federates in the federation.
+    #[arg(short = 'n', long = "number_of_federates", alias = "number-of-federates", value_name = "N")]
+    #[arg(required_unless_present = "version", value_parser = clap::value_parser!(u16).range(1..=i64::from(FEDERATES_MAX)))]
+    federates: Option<u16>,
+    /// The id of the federation that this RTI coordinates; federates with another one are rejected.
+    #[arg(short = 'i', long = "id", value_name = "ID", default_value = FEDERATION_ID_DEFAULT, value_parser = federation_id)]
+    id: String,
+    /// The TCP port to listen on; 0 lets the system choose one.
+    #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
+    port: u16,
+    /// Clock synchronization: `off`, or `init` for once before the start; then `exchanges-per-interval N`.
+    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init", default_value = "init")]
+    clock_sync: Vec<String>,
+    /// Authenticate federates with HMAC; not supported yet.
+    #[arg(short = 'a', long = "auth")]
+    auth: bool,
+    /// Record a trace; not supported yet.
+    #[arg(short = 't', long = "tracing")]
+    tracing: bool,
+    /// Delay the start so that its time is a multiple of this: `-m 100 ms`.
+    #[arg(short = 'm', long = "start-time-multiple", num_args = 2, value_names = ["VALUE", "UNIT"])]
+    start_time_multiple: Vec<String>,
+    /// Do not tell federates which of their next event tags nobody waits for (DNET).
+    #[arg(short = 'd', long = "dnet_disabled", alias = "disable_dnet", alias = "dnet-disabled")]
+    dnet_disabled: bool,
+    /// Print the version and exit.
+    #[arg(short = 'v', long = "version")]
+    pub version: bool,
+    /// The longest message payload that is forwarded; a connection that sends a longer one is ended.
+    #[arg(long, value_name = "BYTES", default_value_t = MESSAGE_LENGTH_DEFAULT)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    max_message: u32,
+}
+
+/// Clock synchronization that the RTI offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockSync {
+    /// None.
+    Off,
+    /// Once, over TCP, before the start.
+    Init {
+        /// The number of exchanges.
+        trials: u32,
+    },
+}
+
+/// Options that are valid and supported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RtiOptions {
+    /// How many federates there are.
+    pub federates: u16,
+    /// The id that they must present.
+    pub federation_id: String,
+    /// 0 for any free one.
+    pub port: u16,
+    /// The initial clock synchronization.
+    pub clock_sync: ClockSync,
+    /// What the start time has to be a multiple of.
+    pub start_time_multiple: Option<Duration>,
+    /// Whether to send DNETs.
+    pub dnet: bool,
+    /// The longest payload, in bytes.
+    pub message_length_max: u32,
+}
+
+impl RtiArgs {
+    /// Checks what the command line's grammar cannot say.
+    ///
+    /// # Errors
+    /// A sentence for the user, which names the option.
+    pub fn options(&self) -> Result<RtiOptions, String> {
+        if self.auth {
+            return Err("-a, --auth: authentication is not supported yet; start the federates without it".to_owned());
+        }
+        if self.tracing {
+            return Err("-t, --tracing: tracing is not supported yet".to_owned());
+        }
+        let start_time_multiple = match self.start_time_multiple.as_slice() {
+            [value, unit] => {
+                let multiple =
+                    time::of_unit(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?;
+                // A multiple of zero is any time, as in the stock RTI.
+                (!multiple.is_zero()).then_some(multiple)
+            }
+            _ => None,
+        };
+        Ok(RtiOptions {
+            federates: self.federates.ok_or("-n, --number_of_federates is missing")?,
+            federation_id: self.id.clone(),
+            port: self.port,
+            clock_sync: clock_sync(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
+            start_time_multiple,
+            dnet: !self.dnet_disabled,
+            message_length_max: self.max_message,
+        })
+    }
+}
+
+fn federation_id(text: &str) -> Result<String, String> {
+    match text.len() {
+        1..=255 => Ok(text.to_owned()),
+        0 => Err("a federation id has at least one character".to_owned()),
+        length => Err(format!("a federation id has at most 255 bytes, this one {length}")),
+    }
+}
+
+fn clock_sync(words: &[String]) -> Result<ClockSync, String> {
+    let mut words = words.iter().map(String::as_str);
+    let mut mode = match words.next() {
+        Some("off") => ClockSync::Off,
+        Some("init" | "initial") => ClockSync::Init { trials: TRIALS_DEFAULT },
+        Some("on") => return Err("`on` is not supported yet; use `init` or `off`".to_owned()),
+        other => return Err(format!("`{}` is none of off, init, on", other.unwrap_or_default())),
+    };
+    while let Some(word) = words.next() {
+        match (word, &mut mode) {
+            ("period", _) => return Err("`period` only applies to `on`, which is not supported yet".to_owned()),
+            ("exchanges-per-interval", ClockSync::Off) => {
+                return Err("`exchanges-per-interval` does not apply to `off`".to_owned());
+            }
+            ("exchanges-per-interval", ClockSync::Init { trials }) => {
+                let number = words.next().unwrap_or_default();
+                *trials =
+                    number.parse().ok().filter(|trials| (1..=1000).contains(trials)).ok_or_else(|| {
+                        format!("`exchanges-per-interval` takes a number from 1 to 1000, not `{number}`")
+                    })?;
+            }
+            (other, _) => return Err(format!("`{other}` is none of period, exchanges-per-interval")),
+        }
+    }
+    Ok(mode)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use clap::Parser;
+
+    use super::super::{Cli, Command};
+    use super::{ClockSync, RtiOptions};
+
+    fn options(arguments: &[&str]) -> Result<RtiOptions, String> {
+        let all = ["lfz", "rti"].iter().chain(arguments);
+        let cli = Cli::try_parse_from(all).map_err(|error| error.to_string())?;
+        let Command::Rti(arguments) = cli.command else { panic!("rti was asked for") };
+        arguments.options()
+    }
+
+    #[test]
+    fn the_defaults_are_the_stock_rtis() {
+        let options = options(&["-n", "2"]).expect("it is valid");
+        assert_eq!(options.federation_id, "Unidentified Federation");
+        assert_eq!(options.port, 15045);
+        assert_eq!(options.clock_sync, ClockSync::Init { trials: 10 });
+        assert!(options.dnet);
+        assert_eq!(options.start_time_multiple, None);
+    }
+
+    #[test]
+    fn the_stock_rtis_options_in_its_order_are_understood() {
+        let arguments =
+            ["-i", "f", "-n", "3", "-p", "15050", "-c", "init", "exchanges-per-interval", "3", "-m", "7", "s", "-d"];
+        let options = options(&arguments).expect("it is valid");
+        assert_eq!(options.federates, 3);
+        assert_eq!(options.clock_sync, ClockSync::Init { trials: 3 });
+        assert_eq!(options.start_time_multiple, Some(Duration::from_secs(7)));
+        assert!(!options.dnet);
+    }
+
+    #[test]
+    fn what_is_not_there_yet_is_refused_by_name() {
+        for (arguments, name) in [
+            (&["-n", "2", "-a"][..], "--auth"),
+            (&["-n", "2", "-t"], "--tracing"),
+            (&["-n", "2", "-c", "on"], "`on` is not supported yet"),
+            (&["-n", "2", "-c", "init", "period", "5"], "`period`"),
+        ] {
+            let error = options(arguments).expect_err("it is not supported");
+            assert!(error.contains(name), "{error}");
+        }
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        for (arguments, name) in [
+            (&["-n", "0"][..], "0"),
+            (&["-n", "2", "-m", "7", "moons"], "moons"),
+            (&["-n", "2", "-c", "maybe"], "maybe"),
+            (&["-n", "2", "-c", "off", "exchanges-per-interval", "3"], "does not apply"),
+            (&["-n", "2", "-c", "init", "exchanges-per-interval", "0"], "1 to 1000"),
+            (&["-n", "2", "-i", ""], "at least one character"),
+            (&["-p", "15050"], "--number_of_federates"),
+        ] {
+            let error = options(arguments).expect_err("it is wrong");
+            assert!(error.contains(name), "{error}");
+        }
+    }
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Programs that cannot outlive this one, however it ends.
+//!
+//! A signal handler cannot act on SIGKILL. So what `lfz` starts is started through `lfz guard`, which asks the kernel to
+//! kill it when its parent ends and then becomes the program; the kernel keeps the request across that.
+
+use std::ffi::{OsStr, OsString};
+use std::io;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+
+/// A command that runs a program under the guard. It has to be started by the thread that lives longest, because
+/// the kernel watches the thread.
+///
+/// # Errors
+/// When the path of this program is not known.
+pub fn command(program: impl AsRef<OsStr>) -> io::Result<Command> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["guard", "--parent", &std::process::id().to_string(), "--"]).arg(program);
+    Ok(command)
+}
+
+/// Becomes the program; returns only when that fails.
+pub fn become_program(parent: u32, program: &[OsString]) -> io::Error {
+    if let Err(error) = set_parent_process_death_signal(Some(Signal::KILL)) {
+        return error.into();
+    }
+    // The parent may have ended before the request was made.
+    if getppid().map(|pid| pid.as_raw_nonzero().get().cast_unsigned()) != Some(parent) {
+        return io::Error::other("the process that started this one has ended");
+    }
+    let Some((name, arguments)) = program.split_first() else { return io::Error::other("there is no program to run") };
+    Command::new(name).args(arguments).exec()
+}
