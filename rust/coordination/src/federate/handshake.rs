@@ -64,8 +64,7 @@ impl Synchronization {
     fn complete(&mut self, t4: Instant) -> Option<u16> {
         let t3 = match self.t3 {
             T3::Due => return None,
-            // The event loop has not said when T3 was written. It cannot have taken longer than until now, nor less than
-            // no time; with the latter the exchange does not look better than it was.
+            // The event loop has not said when T3 was written. The time that it took here then counts as on the way.
             T3::Leaving => self.begun?.1,
             T3::Written(t3) => t3,
         };

@@ -31,6 +31,8 @@ pub struct Federate<'a> {
     pub(super) stop: Stop,
     /// The last tag begun.
     pub(super) current: Tag,
+    /// Whether it has not been completed.
+    pub(super) open: bool,
     /// The next event, as last told and not begun since.
     pub(super) next: Option<Tag>,
     /// When the bound of the NET by physical time is to be renewed.
@@ -55,6 +57,7 @@ impl<'a> Federate<'a> {
             provisional: None,
             stop: Stop::new(),
             current: Tag::NEVER,
+            open: false,
             next: None,
             renewal: Deadline::Never,
             config,
@@ -205,10 +208,8 @@ impl<'a> Federate<'a> {
     ///
     /// Without effect once it has ended.
     pub fn fail(&mut self) {
-        if !matches!(self.phase, Phase::Disconnected | Phase::Ended | Phase::Failed) {
-            self.end_failed(true);
-        } else if self.phase == Phase::Disconnected {
-            self.end_failed(false);
+        if !matches!(self.phase, Phase::Ended | Phase::Failed) {
+            self.end_failed(self.phase != Phase::Disconnected);
         }
     }
 

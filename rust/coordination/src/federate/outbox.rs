@@ -92,7 +92,12 @@ impl Outbox {
         self.net = Some(tag);
     }
 
-    /// An LTC is due. A NET that has not gone out and is not later is out of date: it would tell of an event that is over.
+    /// This tag has been begun: a NET of an earlier one that has not gone out would tell of an event that is over.
+    pub(super) fn forget_net_before(&mut self, tag: Tag) {
+        self.net = self.net.filter(|net| *net >= tag);
+    }
+
+    /// An LTC is due; it replaces one that has not gone out, and a NET that is not later.
     pub(super) fn set_ltc(&mut self, tag: Tag) {
         self.ltc = Some(tag);
         self.net = self.net.filter(|net| *net > tag);

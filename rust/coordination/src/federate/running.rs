@@ -44,6 +44,8 @@ impl Federate<'_> {
             return self.refuse(FederateError::NotGranted { tag: self.relative(tag) });
         }
         self.current = tag;
+        self.open = true;
+        self.outbox.forget_net_before(tag);
         self.next = None;
         self.renewal = Deadline::Never;
         Ok(())
@@ -54,7 +56,8 @@ impl Federate<'_> {
     ///
     /// Only then the RTI is told (LTC): it keeps account of the messages that are under way.
     pub fn complete(&mut self, had_network_input: bool) {
-        if self.phase == Phase::Running && had_network_input {
+        let was_open = core::mem::take(&mut self.open);
+        if self.phase == Phase::Running && was_open && had_network_input {
             self.outbox.set_ltc(self.current);
         }
     }

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The state machine of the federate against recordings of C federates: the tester's part is played from the file, and
+//! what the federate sends is compared byte for byte.
+//!
+//! One difference is allowed, and only this one: a NET that repeats the federate's last NET is left out. The recorded
+//! federates often send a NET twice, and always that of their last tag; the README of the recordings says that others
+//! need not. So a NET in a recording is passed over if the NET before it, with or without other messages between the
+//! two, is the same; and our federate never sends such a one. Everything else has to be there, in the same order, and
+//! nothing more.
+
+mod federate_support;
+
+use federate_support::{Driver, Program};
+use lf_coordination::FederateId;
+use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
+use lf_golden::{Fill, Frame, Recording, Step};
+use lf_model::time::{Instant, Interval};
+use lf_wire::june_2026::{DELAY_NONE, RejectCode};
+
+/// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
+const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);
+/// How long a message is on its way.
+const LATENCY: Interval = Interval(40_000);
+const NET: u8 = 6;
+
+struct Replay<'a> {
+    driver: Driver<'a>,
+    start: Instant,
+    /// Times after the start at which the tester makes its first, second, … `send` after the start; where there is none,
+    /// at once.
+    send_times: &'a [Interval],
+    sent_since_start: usize,
+    last_net: Vec<u8>,
+}
+
+impl Replay<'_> {
+    fn run(&mut self, steps: &[Step]) {
+        for (index, step) in steps.iter().enumerate() {
+            let at = format!("step {index}: {step:?}");
+            match step {
+                Step::Connect(_) => self.driver.connect(),
+                Step::Recv(frame) => self.recv(frame, &at),
+                Step::Send(frame) => self.send(frame, &at),
+                Step::Silence(_) => self.silence(&at),
+                Step::Close(_) | Step::ClosedByPeer(_) => {
+                    self.silence(&at);
+                    assert_eq!(self.driver.federate.handle_disconnected(), Ok(Disconnected::Ended), "{at}");
+                }
+                other => panic!("not for a centralized federate: {other:?}"),
+            }
+        }
+    }
+
+    /// The federate sends this frame next; it runs its tags until it does.
+    fn recv(&mut self, frame: &Frame, at: &str) {
+        let expected = self.expected(frame);
+        if expected[0] == NET && expected == self.last_net {
+            // Left out. Nothing else may come in its place.
+            return;
+        }
+        while self.driver.out.is_empty() {
+            assert!(self.driver.step(Instant::FOREVER), "{at}: the federate does not go on");
+        }
+        let found = self.driver.out.pop_front().unwrap();
+        assert!(found != self.last_net, "{at}: a NET is repeated");
+        if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
+            // The federate's clock.
+            let time = frame.bytes.extract(&found).unwrap_or_else(|| panic!("{at}: found {found:02x?}"));
+            assert_eq!(i64::from_le_bytes(time.try_into().unwrap()), self.physical().as_nanos(), "{at}");
+        } else {
+            assert_eq!(found, expected, "{at}: found on the left");
+        }
+        if found[0] == NET {
+            self.last_net = found;
+        }
+    }
+
+    /// The frame with its tag in place.
+    fn expected(&self, frame: &Frame) -> Vec<u8> {
+        let time = frame.tag.map_or(0, |tag| self.start.as_nanos() + tag.time_ns);
+        frame.bytes.fill_with(time.to_le_bytes())
+    }
+
+    fn send(&mut self, frame: &Frame, at: &str) {
+        if self.start != Instant::NEVER {
+            if let Some(time) = self.send_times.get(self.sent_since_start) {
+                let until = self.driver.federate.clock().local(self.start + *time);
+                while self.driver.step(until) {
+                    self.silence(at);
+                }
+                self.driver.now = until;
+            }
+            self.sent_since_start += 1;
+        }
+        self.silence(at);
+        let bytes = match &frame.fill {
+            None => frame.bytes.exact().unwrap(),
+            Some(Fill::PhysicalTime) => self.clock(frame),
+            Some(Fill::Start) => {
+                self.start = self.physical() + Interval::from_millis(300);
+                frame.bytes.fill_with(self.start.as_nanos().to_le_bytes())
+            }
+            Some(Fill::TagTime) => self.expected(frame),
+            Some(other) => panic!("not for a centralized federate: {other:?}"),
+        };
+        self.driver.receive(&bytes);
+    }
+
+    /// T1 or T4, filled in, and on its way for a while.
+    fn clock(&mut self, frame: &Frame) -> Vec<u8> {
+        const T4: u8 = 21;
+        if frame.bytes.bytes()[0] == Some(T4) {
+            self.driver.now = self.driver.now + LATENCY;
+        }
+        let bytes = frame.bytes.fill_with((self.driver.now + RTI_AHEAD).as_nanos().to_le_bytes());
+        self.driver.now = self.driver.now + LATENCY;
+        bytes
+    }
+
+    /// Nothing comes from the federate without its tags going on.
+    fn silence(&self, at: &str) {
+        assert!(self.driver.out.is_empty(), "{at}: the federate also sends {:02x?}", self.driver.out[0]);
+    }
+
+    fn physical(&self) -> Instant {
+        self.driver.federate.clock().physical(self.driver.now)
+    }
+}
+
+/// Replays a recording; returns the driver as it is in the end.
+fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnce(&Driver<'_>)) {
+    let recording = lf_golden::load(name).unwrap();
+    let setup = recording.federate().unwrap();
+    let upstream: Vec<_> = setup.upstream.iter().map(|id| (*id, DELAY_NONE)).collect();
+    let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
+    (config.upstream, config.downstream) = (&upstream, &setup.downstream);
+    if name == "57-clock-sync-off" {
+        config.clock_sync = ClockSync::Off;
+    }
+    let send_times: Vec<_> = send_times_ms.iter().map(|ms| Interval::from_millis(*ms)).collect();
+    let driver = Driver::new(config, program, time_out(&recording), Instant(5_000_000_000));
+    let mut replay =
+        Replay { driver, start: Instant::NEVER, send_times: &send_times, sent_since_start: 0, last_net: vec![] };
+    replay.run(&recording.steps);
+    assert!(replay.send_times.len() <= replay.sent_since_start);
+    check(&replay.driver);
+}
+
+/// The program's time-out, from its command line: `-o 500 msec`.
+fn time_out(recording: &Recording) -> Interval {
+    match recording.federate().unwrap().arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["-o", number, "msec"] => Interval::from_millis(number.parse().unwrap()),
+        ["-o", number, "sec"] => Interval::from_secs(number.parse().unwrap()),
+        ref other => panic!("{other:?}"),
+    }
+}
+
+fn resigned(driver: &Driver<'_>) {
+    assert_eq!((driver.federate.phase(), driver.error), (Phase::Ended, None));
+}
+
+const ALWAYS: Program = Program::Source { sends: |_| true, stops: None };
+
+#[test]
+fn a_source_that_no_dnet_reaches() {
+    replay("50-centralized-source", ALWAYS, &[], |driver| {
+        resigned(driver);
+        // All exchanges took equally long there and back, so the estimate is exact.
+        assert_eq!(driver.federate.clock().physical(Instant(0)), Instant(0) + RTI_AHEAD);
+    });
+}
+
+#[test]
+fn a_source_with_dnets_leaves_out_nets_and_sends_the_one_that_is_needed_after_all() {
+    // The notes of the recording say when the DNETs came.
+    let program = Program::Source { sends: |number| number % 4 == 1, stops: None };
+    replay("50b-centralized-source-dnet", program, &[50, 450, 650, 850, 1050], resigned);
+}
+
+#[test]
+fn a_sink_with_grants_and_messages() {
+    replay("51-centralized-sink", Program::Sink, &[], resigned);
+}
+
+#[test]
+fn a_sink_that_is_asked_to_stop() {
+    replay("51b-centralized-sink-stop", Program::Sink, &[], resigned);
+}
+
+#[test]
+fn a_sink_whose_rti_fails() {
+    replay("51c-centralized-sink-rti-failed", Program::Sink, &[], |driver| {
+        assert_eq!((driver.federate.phase(), driver.error), (Phase::Failed, Some(FederateError::RtiFailed)));
+    });
+}
+
+#[test]
+fn a_source_that_requests_a_stop() {
+    replay("53-stop-request", Program::Source { sends: |_| true, stops: Some(3) }, &[], resigned);
+}
+
+#[test]
+fn a_source_without_clock_synchronization() {
+    replay("57-clock-sync-off", ALWAYS, &[], resigned);
+}
+
+/// The recorded federate asks again on a connection that the RTI is about to close, for a minute. Ours takes a rejection
+/// as final, tells its reason and what to do, and does not bother the RTI with FAILED.
+#[test]
+#[allow(clippy::doc_markdown, reason = "the message's name in the protocol is no code")]
+fn a_rejection_is_final() {
+    let recording = lf_golden::load("55-rejected").unwrap();
+    let setup = recording.federate().unwrap();
+    let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
+    config.downstream = &setup.downstream;
+    let driver = Driver::new(config, ALWAYS, time_out(&recording), Instant(0));
+    let mut replay = Replay { driver, start: Instant::NEVER, send_times: &[], sent_since_start: 0, last_net: vec![] };
+    let until_rejected = recording.steps.iter().position(|step| matches!(step, Step::Send(_))).unwrap() + 1;
+    replay.run(&recording.steps[..until_rejected]);
+    let driver = replay.driver;
+    assert_eq!(driver.error, Some(FederateError::Rejected(RejectCode::FederationIdMismatch)));
+    assert_eq!((driver.federate.phase(), driver.out.len()), (Phase::Failed, 0));
+}
