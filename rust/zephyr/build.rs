@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Makes the Rust bindings of Zephyr, the constants that come from Kconfig, and the C header of this crate.
+//!
+//! It needs the variables that `zephyr/cmake/lf_cargo_build.cmake` sets; the ones that zephyr-lang-rust has too have
+//! its names.
+
+use std::env;
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What is bound: the sockets, waiting, threads and their locks, the cycle counter, the console and the log.
+const FUNCTIONS: &[&str] = &[
+    "zsock_(socket|close|connect|bind|listen|accept|send|recv|shutdown|getsockname|getsockopt|setsockopt|poll)",
+    "zsock_fcntl_impl",
+    "zvfs_eventfd(_read|_write)?",
+    "k_thread_(create|join|name_set)",
+    "k_mutex_(init|lock|unlock)",
+    "k_condvar_(init|wait|signal|broadcast)",
+    "k_cycle_get_(32|64)",
+    "sys_clock_hw_cycles_per_sec",
+    "k_(sleep|usleep|msleep|busy_wait|yield|str_out|is_in_isr)",
+    "lf_.*",
+];
+
+/// Constants, and enumerations of which Rust needs the names.
+const ITEMS: &[&str] = &[
+    "lf_network_error",
+    "lf_console_lock",
+    "ZSOCK_(POLL|SHUT).*",
+    "ZVFS_(F_SETFL|O_NONBLOCK|EFD_NONBLOCK)",
+    "AF_INET",
+    "SOCK_STREAM",
+    "IPPROTO_TCP",
+    "TCP_NODELAY",
+    "SOL_SOCKET",
+    "SO_(ERROR|REUSEADDR)",
+    "LOG_LEVEL_(ERR|WRN|INF|DBG)",
+];
+
+/// The Kconfig symbols that become constants of the module `kconfig`, all of them numbers.
+const NUMBERS: &[&str] = &[
+    "LF_SOCKETS",
+    "LF_RECEIVE_BUFFER_SIZE",
+    "LF_SEND_BUFFER_SIZE",
+    "LF_USER_THREADS",
+    "LF_USER_THREAD_CLOSURE_SIZE",
+    "LF_LINE_SIZE",
+    "LF_LOG_LEVEL",
+    "SYS_CLOCK_TICKS_PER_SEC",
+];
+
+/// The switches of Kconfig that Rust code is conditional on.
+const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG"];
+
+type Outcome<T> = Result<T, Box<dyn Error>>;
+
+fn main() -> Outcome<()> {
+    let output = PathBuf::from(variable("OUT_DIR")?);
+    write_bindings(&output.join("bindings.rs"))?;
+    write_kconfig(&output.join("kconfig.rs"))?;
+    write_header()
+}
+
+/// A variable of the Zephyr build; the crate is built anew when it changes.
+fn variable(name: &str) -> Outcome<String> {
+    println!("cargo::rerun-if-env-changed={name}");
+    env::var(name).map_err(|_| {
+        format!("{name} is not set: lf-zephyr is built by CMake, by lf_federate() of zephyr/cmake/lf_federate.cmake")
+            .into()
+    })
+}
+
+fn write_bindings(to: &Path) -> Outcome<()> {
+    let wrapper = variable("WRAPPER_FILE")?;
+    // Without the file the image cannot be linked, even if nothing else has changed.
+    println!("cargo::rerun-if-changed={wrapper}");
+    let mut builder = bindgen::Builder::default()
+        .header("wrapper.h")
+        .use_core()
+        .wrap_static_fns(true)
+        .wrap_static_fns_path(&wrapper)
+        .derive_default(true)
+        .default_enum_style(bindgen::EnumVariation::ModuleConsts)
+        .layout_tests(false)
+        .generate_comments(false)
+        .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()))
+        .clang_args(clang_arguments()?);
+    for functions in FUNCTIONS {
+        builder = builder.allowlist_function(functions);
+    }
+    for items in ITEMS {
+        builder = builder.allowlist_item(items);
+    }
+    builder.generate()?.write_to_file(to)?;
+    Ok(())
+}
+
+fn clang_arguments() -> Outcome<Vec<String>> {
+    let target = variable("TARGET")?;
+    // clang's names for these targets differ from Rust's, but not the layout of types.
+    let clang_target = match target.split('-').next() {
+        Some(cpu) if cpu.starts_with("riscv32") => "riscv32-unknown-none-elf",
+        Some(cpu) if cpu.starts_with("riscv64") => "riscv64-unknown-none-elf",
+        _ => &target,
+    };
+    let mut arguments = vec![format!("--target={clang_target}"), "-DLF_BINDGEN".to_owned()];
+    for (prefix, name) in [("-I", "INCLUDE_DIRS"), ("-D", "INCLUDE_DEFINES")] {
+        let values = variable(name)?;
+        let values = values.split([' ', ';']).filter(|value| !value.is_empty());
+        arguments.extend(values.map(|value| format!("{prefix}{value}")));
+    }
+    // For <inttypes.h>, which clang has only together with a C library.
+    arguments.push(format!("-I{}/lib/libc/minimal/include", variable("ZEPHYR_BASE")?));
+    let resources = variable("LF_CLANG_RESOURCE_DIR")?;
+    let arm_intrinsics = Path::new(&resources).join("include/arm_acle.h");
+    if target.starts_with("thumb") && arm_intrinsics.exists() {
+        // CMSIS includes <arm_acle.h>. gcc's folder may come first on the include path, and clang cannot read gcc's:
+        // so clang's is read before, and gcc's is kept out by its include guard.
+        arguments.extend(["-D_GCC_ARM_ACLE_H".to_owned(), "-include".to_owned()]);
+        arguments.push(arm_intrinsics.display().to_string());
+    }
+    Ok(arguments)
+}
+
+fn write_kconfig(to: &Path) -> Outcome<()> {
+    let path = variable("DOTCONFIG")?;
+    println!("cargo::rerun-if-changed={path}");
+    let text = fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
+    let value_of = |symbol: &str| {
+        let assignment = text.lines().find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(symbol)?.strip_prefix('='));
+        assignment.map(str::trim)
+    };
+    let mut source = String::new();
+    for symbol in NUMBERS {
+        // A symbol that is not set depends on one that is off, as the log level does on the log.
+        let value: u64 = value_of(symbol).unwrap_or("0").parse().map_err(|error| format!("CONFIG_{symbol}: {error}"))?;
+        writeln!(source, "/// `CONFIG_{symbol}`.\npub const {symbol}: usize = {value};")?;
+    }
+    fs::write(to, source)?;
+    for symbol in SWITCHES {
+        println!("cargo::rustc-check-cfg=cfg(CONFIG_{symbol})");
+        if value_of(symbol) == Some("y") {
+            println!("cargo::rustc-cfg=CONFIG_{symbol}");
+        }
+    }
+    Ok(())
+}
+
+fn write_header() -> Outcome<()> {
+    let header = variable("LF_HEADER_FILE")?;
+    println!("cargo::rerun-if-changed={header}");
+    println!("cargo::rerun-if-changed=src/c_api.rs");
+    println!("cargo::rerun-if-changed=build.rs");
+    cbindgen::Builder::new()
+        .with_src("src/c_api.rs")
+        .with_language(cbindgen::Language::C)
+        .with_style(cbindgen::Style::Tag)
+        .with_cpp_compat(true)
+        .with_include_guard("LF_LF_H_")
+        .with_header("/* SPDX-License-Identifier: Apache-2.0 */\n/* The C API of a federate, as the crate lf-zephyr offers it. */")
+        .generate()?
+        .write_to_file(header);
+    Ok(())
+}

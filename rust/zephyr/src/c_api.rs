@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the C side of an application calls. cbindgen makes `<lf/lf.h>` of this file.
+
+use core::ffi::{CStr, c_char, c_int};
+use core::fmt;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
+use crate::platform::ZephyrPlatform;
+
+/// Called with a zero-terminated sentence when the federate ends early, before the program stops.
+#[expect(non_camel_case_types, reason = "the name is the one that C sees")]
+pub type lf_fatal_hook = Option<extern "C" fn(reason: *const c_char)>;
+
+/// The federate of an image is about to run; the generated crate says how.
+#[derive(Debug)]
+pub struct Federate<'a> {
+    status: &'a mut c_int,
+}
+
+/// The hook, as a pointer because there is no atomic function pointer.
+static FATAL_HOOK: AtomicPtr<()> = AtomicPtr::new(core::ptr::null_mut());
+
+impl Federate<'_> {
+    /// Runs the federate on Zephyr.
+    ///
+    /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
+    pub fn run<E: fmt::Display>(self, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>) {
+        let outcome = match ZephyrPlatform::new() {
+            Ok(mut platform) => run(&mut platform).map_err(|error| report(format_args!("{error}"))),
+            Err(error) => Err(report(format_args!("no wake-up descriptor: {error}"))),
+        };
+        *self.status = c_int::from(outcome.is_err());
+    }
+}
+
+/// Runs the federate until it ends. Returns 0 if it ended as its program says, else 1; the log then has the reason.
+///
+/// To be called once, from a thread whose stack the event loop and the reactions can use.
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_main() -> c_int {
+    crate::logger::install();
+    let mut status = 1;
+    // SAFETY: the symbol is defined by `main!` in the crate that is linked, with this signature.
+    unsafe { lf_federate_of_image(Federate { status: &mut status }) };
+    status
+}
+
+/// The version of the runtime, zero-terminated and static.
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_version() -> *const c_char {
+    const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+        Ok(version) => version,
+        Err(_) => c"unknown",
+    };
+    VERSION.as_ptr()
+}
+
+/// Sets what is called when the federate ends early, by an error or a panic; null for nothing.
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_set_fatal_hook(hook: lf_fatal_hook) {
+    let pointer = hook.map_or(core::ptr::null_mut(), |hook| hook as *mut ());
+    FATAL_HOOK.store(pointer, Ordering::Release);
+}
+
+unsafe extern "Rust" {
+    fn lf_federate_of_image(federate: Federate<'_>);
+}
+
+/// Logs why the federate ends early, and tells the hook.
+fn report(reason: fmt::Arguments<'_>) {
+    if cfg!(CONFIG_LOG) {
+        log::error!("{reason}");
+    } else {
+        crate::print_line(format_args!("lf: {reason}"));
+    }
+    call_fatal_hook(reason);
+}
+
+/// Tells the hook why the program ends.
+pub(crate) fn call_fatal_hook(reason: fmt::Arguments<'_>) {
+    let pointer = FATAL_HOOK.load(Ordering::Acquire);
+    if pointer.is_null() {
+        return;
+    }
+    // SAFETY: only `lf_set_fatal_hook` stores here, and what it stores is null or a function of this type.
+    let hook = unsafe { core::mem::transmute::<*mut (), extern "C" fn(*const c_char)>(pointer) };
+    let mut text = crate::logger::Text::new();
+    text.append(reason);
+    hook(text.terminated().as_ptr());
+}

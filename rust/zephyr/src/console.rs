@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! println! and its relatives, to Zephyr's console and without allocating.
+
+use core::fmt::{self, Write};
+
+use crate::kconfig::LF_LINE_SIZE;
+use crate::raw;
+use crate::turn::Turn;
+
+/// Prints; see [`crate::print!`].
+pub fn print(text: fmt::Arguments<'_>) {
+    let _turn = Turn::at_console();
+    let mut piece = Piece::new();
+    // Displaying fails only when a value's own Display does; what it has written until then is printed.
+    let _ = piece.write_fmt(text);
+    piece.flush();
+}
+
+/// Prints a line; see [`crate::println!`].
+pub fn print_line(text: fmt::Arguments<'_>) {
+    print(format_args!("{text}\n"));
+}
+
+/// Text on its way to the console: collected, because each call of the console has a cost.
+struct Piece {
+    bytes: [u8; LF_LINE_SIZE],
+    length: usize,
+}
+
+impl Piece {
+    const fn new() -> Self {
+        Self { bytes: [0; LF_LINE_SIZE], length: 0 }
+    }
+
+    fn flush(&mut self) {
+        // SAFETY: the pointer and the length are those of a part of one array; the console only reads it.
+        unsafe { raw::k_str_out(self.bytes.as_mut_ptr().cast(), self.length) };
+        self.length = 0;
+    }
+}
+
+impl Write for Piece {
+    fn write_str(&mut self, mut text: &str) -> fmt::Result {
+        while !text.is_empty() {
+            if self.length == self.bytes.len() {
+                self.flush();
+            }
+            let room = &mut self.bytes[self.length..];
+            let count = whole_characters(text, room.len());
+            if count == 0 {
+                // The next character does not fit any more; an empty line has room for each.
+                self.flush();
+                continue;
+            }
+            room[..count].copy_from_slice(&text.as_bytes()[..count]);
+            self.length += count;
+            text = &text[count..];
+        }
+        Ok(())
+    }
+}
+
+/// The length of the longest beginning of a text that has at most `room` bytes and ends with a whole character.
+pub(crate) fn whole_characters(text: &str, room: usize) -> usize {
+    (0..=room.min(text.len())).rev().find(|&length| text.is_char_boundary(length)).unwrap_or(0)
+}

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+//! TCP sockets of Zephyr, one call each: descriptors that close themselves, and errors as values.
+
+use core::ffi::{c_int, c_void};
+use core::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_runtime::platform::{NetError, Transfer};
+
+use crate::raw::{self, lf_network_error as error};
+
+/// The ports that a listener on "any port" is tried on where the network stack does not tell which one it has chosen.
+const DYNAMIC_PORTS: core::ops::RangeInclusive<u16> = 49_152..=u16::MAX;
+
+/// An open socket, closed when it is dropped.
+#[derive(Debug)]
+pub(crate) struct Descriptor(c_int);
+
+impl Drop for Descriptor {
+    fn drop(&mut self) {
+        // SAFETY: it takes any descriptor. It fails only for one that is not open, which this one is.
+        let _ = unsafe { raw::zsock_close(self.0) };
+    }
+}
+
+impl Descriptor {
+    /// A TCP socket whose calls return at once.
+    fn stream() -> Result<Self, NetError> {
+        // SAFETY: it has no precondition.
+        let number = unsafe {
+            raw::zsock_socket(integer(raw::AF_INET), constant(STREAM), constant(TCP))
+        };
+        Self::adopt(number)
+    }
+
+    fn adopt(number: c_int) -> Result<Self, NetError> {
+        let descriptor = Self(check(number)?);
+        // SAFETY: it takes any descriptor.
+        let set = unsafe { raw::zsock_fcntl_impl(number, integer(raw::ZVFS_F_SETFL), integer(raw::ZVFS_O_NONBLOCK)) };
+        check(set)?;
+        Ok(descriptor)
+    }
+
+    /// The number that the system knows it by.
+    pub(crate) fn number(&self) -> c_int {
+        self.0
+    }
+
+    /// Begins to connect.
+    pub(crate) fn connect(address: SocketAddrV4) -> Result<Self, NetError> {
+        let descriptor = Self::stream()?;
+        descriptor.send_at_once();
+        let (address, length) = system_address(address);
+        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
+        let result = unsafe { raw::zsock_connect(descriptor.0, (&raw const address).cast(), length) };
+        match check(result) {
+            Err(_) if last_class() == error::LF_NETWORK_IN_PROGRESS => Ok(descriptor),
+            result => result.map(|_| descriptor),
+        }
+    }
+
+    /// The outcome of connecting.
+    pub(crate) fn connected(&self) -> Result<(), NetError> {
+        let mut outcome: c_int = 0;
+        let mut length = size_of_in_bytes::<c_int>();
+        // SAFETY: pointer and length are those of a local.
+        let result = unsafe {
+            let outcome = (&raw mut outcome).cast::<c_void>();
+            raw::zsock_getsockopt(self.0, integer(raw::SOL_SOCKET), integer(raw::SO_ERROR), outcome, &raw mut length)
+        };
+        check(result)?;
+        if outcome == 0 { Ok(()) } else { Err(error_of(outcome)) }
+    }
+
+    /// Listens on a port, or on any for 0; returns which one it is.
+    pub(crate) fn listen(port: u16) -> Result<(Self, u16), NetError> {
+        let descriptor = Self::listen_on(port)?;
+        if port != 0 {
+            return Ok((descriptor, port));
+        }
+        match descriptor.local_port() {
+            Ok(port) => Ok((descriptor, port)),
+            Err(_) if last_class() == error::LF_NETWORK_NOT_SUPPORTED => {
+                drop(descriptor);
+                Self::listen_on_some_dynamic_port()
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn listen_on_some_dynamic_port() -> Result<(Self, u16), NetError> {
+        for port in DYNAMIC_PORTS {
+            match Self::listen_on(port) {
+                Err(NetError::AddressInUse) => {}
+                result => return result.map(|descriptor| (descriptor, port)),
+            }
+        }
+        Err(NetError::AddressInUse)
+    }
+
+    fn listen_on(port: u16) -> Result<Self, NetError> {
+        let descriptor = Self::stream()?;
+        // A port must be free again as soon as the program before has ended; a stack without the option is like that.
+        descriptor.switch_on(raw::SOL_SOCKET, raw::SO_REUSEADDR);
+        let (address, length) = system_address(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
+        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
+        check(unsafe { raw::zsock_bind(descriptor.0, (&raw const address).cast(), length) })?;
+        let waiting = c_int::try_from(crate::kconfig::LF_SOCKETS).unwrap_or(c_int::MAX);
+        // SAFETY: it takes any descriptor.
+        check(unsafe { raw::zsock_listen(descriptor.0, waiting) })?;
+        Ok(descriptor)
+    }
+
+    fn local_port(&self) -> Result<u16, NetError> {
+        let mut address = raw::sockaddr_in::default();
+        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
+        // SAFETY: pointer and length are those of a local that has room for an IPv4 address.
+        let result = unsafe { raw::zsock_getsockname(self.0, (&raw mut address).cast(), &raw mut length) };
+        check(result)?;
+        Ok(u16::from_be(address.sin_port))
+    }
+
+    /// Takes a waiting connection, if there is one.
+    pub(crate) fn accept(&self) -> Result<Option<(Self, Ipv4Addr)>, NetError> {
+        let mut address = raw::sockaddr_in::default();
+        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
+        // SAFETY: pointer and length are those of a local that has room for an IPv4 address.
+        let number = unsafe { raw::zsock_accept(self.0, (&raw mut address).cast(), &raw mut length) };
+        if number < 0 && matches!(last_class(), error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED) {
+            return Ok(None);
+        }
+        let descriptor = Self::adopt(number)?;
+        descriptor.send_at_once();
+        // SAFETY: all three views of the address are integers or arrays of them, without invalid values.
+        let peer = unsafe { address.sin_addr.__bindgen_anon_1.s_addr };
+        Ok(Some((descriptor, Ipv4Addr::from_bits(u32::from_be(peer)))))
+    }
+
+    /// Reads what has come.
+    pub(crate) fn read(&self, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+        // SAFETY: pointer and length are those of a slice that may be written to.
+        let count = unsafe { raw::zsock_recv(self.0, buffer.as_mut_ptr().cast(), buffer.len(), 0) };
+        transferred(count)
+    }
+
+    /// Writes as much as the system takes.
+    pub(crate) fn write(&self, bytes: &[u8]) -> Result<Transfer, NetError> {
+        // SAFETY: pointer and length are those of a slice.
+        let count = unsafe { raw::zsock_send(self.0, bytes.as_ptr().cast(), bytes.len(), 0) };
+        transferred(count)
+    }
+
+    /// Closes the writing direction.
+    pub(crate) fn shut_down_writing(&self) {
+        // SAFETY: it takes any descriptor. It fails where the connection is gone already, which is what was asked for,
+        // and where the stack has no such call.
+        let _ = unsafe { raw::zsock_shutdown(self.0, integer(raw::ZSOCK_SHUT_WR)) };
+    }
+
+    /// Messages are collected before they are written, so TCP need not wait for more.
+    fn send_at_once(&self) {
+        self.switch_on(constant_number(TCP), raw::TCP_NODELAY);
+    }
+
+    /// Sets an option whose absence does no harm.
+    fn switch_on(&self, level: u32, option: u32) {
+        let on: c_int = 1;
+        let length = size_of_in_bytes::<c_int>();
+        // SAFETY: pointer and length are those of a local.
+        let _ = unsafe {
+            raw::zsock_setsockopt(self.0, integer(level), integer(option), (&raw const on).cast(), length)
+        };
+    }
+}
+
+/// Waits for descriptors; a negative number of ticks means for ever. Returns how many of them are ready.
+pub(crate) fn poll(set: &mut [raw::zsock_pollfd], timeout_ticks: i64) -> usize {
+    let count = c_int::try_from(set.len()).unwrap_or(c_int::MAX);
+    // SAFETY: pointer and length are those of a slice that may be written to.
+    let ready = unsafe { raw::lf_poll(set.as_mut_ptr(), count, timeout_ticks) };
+    // It fails only when CONFIG_ZVFS_POLL_MAX is too small, against which the build has an assertion.
+    usize::try_from(ready).unwrap_or(0)
+}
+
+/// The calling thread's last error.
+pub(crate) fn last_error() -> NetError {
+    // SAFETY: it has no precondition.
+    error_of(unsafe { raw::lf_errno() })
+}
+
+/// A small constant of C as its functions take it.
+pub(crate) const fn integer(value: u32) -> c_int {
+    value.cast_signed()
+}
+
+fn check(result: c_int) -> Result<c_int, NetError> {
+    if result < 0 { Err(last_error()) } else { Ok(result) }
+}
+
+fn transferred(count: isize) -> Result<Transfer, NetError> {
+    match usize::try_from(count) {
+        Ok(0) => Ok(Transfer::Closed),
+        Ok(count) => Ok(Transfer::Bytes(count)),
+        Err(_) => match last_class() {
+            error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED => Ok(Transfer::WouldBlock),
+            _ => Err(last_error()),
+        },
+    }
+}
+
+/// What kind of error the calling thread's last one is.
+fn last_class() -> error::Type {
+    // SAFETY: neither has a precondition.
+    unsafe { raw::lf_network_error(raw::lf_errno()) }
+}
+
+fn error_of(number: c_int) -> NetError {
+    // SAFETY: it has no precondition.
+    match unsafe { raw::lf_network_error(number) } {
+        error::LF_NETWORK_REFUSED => NetError::Refused,
+        error::LF_NETWORK_RESET => NetError::Reset,
+        error::LF_NETWORK_UNREACHABLE => NetError::Unreachable,
+        error::LF_NETWORK_ADDRESS_IN_USE => NetError::AddressInUse,
+        error::LF_NETWORK_NO_SOCKET_LEFT => NetError::NoSocketLeft,
+        _ => NetError::Os(number),
+    }
+}
+
+fn system_address(address: SocketAddrV4) -> (raw::sockaddr_in, raw::socklen_t) {
+    let mut system = raw::sockaddr_in { sin_port: address.port().to_be(), ..Default::default() };
+    // The type is narrow, and the constant is 1.
+    system.sin_family = raw::AF_INET as raw::sa_family_t;
+    system.sin_addr.__bindgen_anon_1.s_addr = address.ip().to_bits().to_be();
+    (system, size_of_in_bytes::<raw::sockaddr_in>())
+}
+
+/// A size as the functions of C take it.
+fn size_of_in_bytes<T>() -> raw::socklen_t {
+    size_of::<T>() as raw::socklen_t
+}

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Zephyr under the event loop.
+
+use core::ffi::c_int;
+use core::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_coordination::Deadline;
+use lf_model::time::Instant;
+use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+
+use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
+use crate::net::{self, Descriptor};
+use crate::{clock, raw, wake};
+
+const READABLE: u32 = raw::ZSOCK_POLLIN;
+const WRITABLE: u32 = raw::ZSOCK_POLLOUT;
+const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVAL;
+
+/// [`Platform`] for Zephyr: `CONFIG_LF_SOCKETS` sockets, and the program's wake-up.
+///
+/// One program has one; a second one would share the wake-up.
+#[derive(Debug)]
+pub struct ZephyrPlatform {
+    places: [Place; LF_SOCKETS],
+    wake: c_int,
+}
+
+#[derive(Debug, Default)]
+struct Place {
+    generation: u16,
+    socket: Option<Socket>,
+}
+
+#[derive(Debug)]
+struct Socket {
+    descriptor: Descriptor,
+    interest: Interest,
+    /// The port, if it listens.
+    port: Option<u16>,
+}
+
+impl ZephyrPlatform {
+    /// A platform without sockets.
+    ///
+    /// # Errors
+    /// When there is no descriptor left for the wake-up.
+    pub fn new() -> Result<Self, NetError> {
+        Ok(Self { places: [const { Place { generation: 0, socket: None } }; LF_SOCKETS], wake: wake::descriptor()? })
+    }
+
+    fn has_place(&self) -> bool {
+        self.places.iter().any(|place| place.socket.is_none())
+    }
+
+    fn insert(&mut self, descriptor: Descriptor, port: Option<u16>) -> Result<SocketId, NetError> {
+        let free = (0..).zip(&mut self.places).find(|(_, place)| place.socket.is_none());
+        let (index, place) = free.ok_or(NetError::NoSocketLeft)?;
+        place.socket = Some(Socket { descriptor, interest: Interest::NONE, port });
+        Ok(SocketId { index, generation: place.generation })
+    }
+
+    fn place(&mut self, id: SocketId) -> Option<&mut Place> {
+        self.places.get_mut(usize::from(id.index)).filter(|place| place.generation == id.generation)
+    }
+
+    fn socket(&mut self, id: SocketId) -> Result<&mut Socket, NetError> {
+        self.place(id).and_then(|place| place.socket.as_mut()).ok_or(NetError::Stale)
+    }
+
+    /// Calls `ready` for each socket that is, after waiting for so many ticks; returns whether anything was.
+    fn poll(&self, timeout_ticks: i64, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        // The last entry is the wake-up; negative descriptors are ignored.
+        let mut set = [const { raw::zsock_pollfd { fd: -1, events: 0, revents: 0 } }; LF_SOCKETS + 1];
+        set[LF_SOCKETS] = raw::zsock_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
+        for (entry, place) in set.iter_mut().zip(&self.places) {
+            if let Some(Socket { descriptor, interest, .. }) = &place.socket
+                && *interest != Interest::NONE
+            {
+                entry.fd = descriptor.number();
+                let readable = if interest.readable { READABLE } else { 0 };
+                let writable = if interest.writable { WRITABLE } else { 0 };
+                entry.events = bits(readable | writable);
+            }
+        }
+        if net::poll(&mut set, timeout_ticks) == 0 {
+            return false;
+        }
+        if set[LF_SOCKETS].revents != 0 {
+            wake::clear(self.wake);
+        }
+        for (index, (entry, place)) in (0..).zip(set.iter().zip(&self.places)) {
+            let shows = |condition: u32| entry.revents & bits(condition | BROKEN) != 0;
+            let is = Interest { readable: shows(READABLE), writable: shows(WRITABLE) };
+            if entry.fd >= 0 && is != Interest::NONE {
+                ready(SocketId { index, generation: place.generation }, is);
+            }
+        }
+        true
+    }
+}
+
+impl Platform for ZephyrPlatform {
+    fn now(&mut self) -> Instant {
+        clock::now()
+    }
+
+    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+        if !self.has_place() {
+            return Err(NetError::NoSocketLeft);
+        }
+        self.insert(Descriptor::connect(address)?, None)
+    }
+
+    fn connected(&mut self, socket: SocketId) -> Result<(), NetError> {
+        self.socket(socket)?.descriptor.connected()
+    }
+
+    fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
+        if !self.has_place() {
+            return Err(NetError::NoSocketLeft);
+        }
+        let (descriptor, port) = Descriptor::listen(port)?;
+        self.insert(descriptor, Some(port))
+    }
+
+    fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
+        self.socket(listener)?.port.ok_or(NetError::Stale)
+    }
+
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+        let has_place = self.has_place();
+        let descriptor = &self.socket(listener)?.descriptor;
+        if !has_place {
+            // Accepting would take a connection that then had to be closed; so it is only asked whether there is one.
+            let mut set = [raw::zsock_pollfd { fd: descriptor.number(), events: bits(READABLE), revents: 0 }];
+            return if net::poll(&mut set, 0) == 0 { Ok(None) } else { Err(NetError::NoSocketLeft) };
+        }
+        match descriptor.accept()? {
+            Some((descriptor, peer)) => Ok(Some((self.insert(descriptor, None)?, peer))),
+            None => Ok(None),
+        }
+    }
+
+    fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+        self.socket(socket)?.descriptor.read(buffer)
+    }
+
+    fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
+        self.socket(socket)?.descriptor.write(bytes)
+    }
+
+    /// `native_sim`'s offloaded sockets have no such call: there the peer sees the end when the socket is closed.
+    fn shut_down_writing(&mut self, socket: SocketId) {
+        if let Ok(socket) = self.socket(socket) {
+            socket.descriptor.shut_down_writing();
+        }
+    }
+
+    fn close(&mut self, socket: SocketId) {
+        if let Some(place) = self.place(socket)
+            && place.socket.take().is_some()
+        {
+            place.generation = place.generation.wrapping_add(1);
+        }
+    }
+
+    fn set_interest(&mut self, socket: SocketId, interest: Interest) {
+        if let Ok(socket) = self.socket(socket) {
+            socket.interest = interest;
+        }
+    }
+
+    fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
+        let remaining_ns = match until {
+            Deadline::Now => 0,
+            Deadline::At(instant) => instant.since(clock::now()).as_nanos().max(0),
+            Deadline::Never => i64::MAX,
+        };
+        let longest_ns = clock::longest_wait_ns();
+        if remaining_ns == i64::MAX && longest_ns == i64::MAX {
+            self.poll(-1, ready);
+            return;
+        }
+        let ticks = ticks(remaining_ns.min(longest_ns));
+        // Less than a tick is too short for the kernel's timers, so the processor waits it out.
+        if !self.poll(ticks, ready) && ticks == 0 && remaining_ns > 0 {
+            busy_wait(remaining_ns);
+        }
+    }
+}
+
+/// How many whole ticks of the kernel fit into so many nanoseconds.
+///
+/// The kernel adds what is left of the current tick, so a wait of that many ends at most one tick too late.
+fn ticks(nanoseconds: i64) -> i64 {
+    const SECOND: i64 = 1_000_000_000;
+    // It fits: Kconfig's type for the symbol is a C int.
+    let per_second = i64::try_from(SYS_CLOCK_TICKS_PER_SEC).unwrap_or(i64::MAX);
+    let whole = (nanoseconds / SECOND).saturating_mul(per_second);
+    whole.saturating_add((nanoseconds % SECOND).saturating_mul(per_second) / SECOND)
+}
+
+fn busy_wait(nanoseconds: i64) {
+    let microseconds = u32::try_from((nanoseconds + 999) / 1000).unwrap_or(u32::MAX);
+    // SAFETY: it has no precondition.
+    unsafe { raw::k_busy_wait(microseconds) };
+}
+
+/// Flags as the poll structure has them; they are all below 2¹⁵.
+const fn bits(flags: u32) -> i16 {
+    (flags as u16).cast_signed()
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Threads for physical actions, on static stacks.
+
+use core::cell::UnsafeCell;
+use core::fmt;
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use crate::kconfig::{LF_USER_THREAD_CLOSURE_SIZE, LF_USER_THREADS};
+use crate::raw;
+
+/// All threads are taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NoThreadLeft;
+
+impl fmt::Display for NoThreadLeft {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "all {LF_USER_THREADS} threads for physical actions are running: raise CONFIG_LF_USER_THREADS")
+    }
+}
+
+impl core::error::Error for NoThreadLeft {}
+
+/// Room for a closure, aligned like the largest of Rust's usual types.
+type Room = MaybeUninit<[u64; LF_USER_THREAD_CLOSURE_SIZE.div_ceil(8)]>;
+
+/// A thread that is running, or could be.
+struct Place {
+    taken: AtomicBool,
+    /// How to run what is in the room; set before the thread starts.
+    run: UnsafeCell<Option<unsafe fn(*mut Room)>>,
+    closure: UnsafeCell<Room>,
+}
+
+// SAFETY: the cells are accessed only by the thread that has set `taken` to true, and by the thread that it starts
+// then, which sets `taken` to false after its last access.
+unsafe impl Sync for Place {}
+
+static PLACES: [Place; LF_USER_THREADS] = [const {
+    Place {
+        taken: AtomicBool::new(false),
+        run: UnsafeCell::new(None),
+        closure: UnsafeCell::new(MaybeUninit::uninit()),
+    }
+}; LF_USER_THREADS];
+
+/// Starts a thread. A closure that captures more than `CONFIG_LF_USER_THREAD_CLOSURE_SIZE` bytes does not compile.
+///
+/// # Errors
+/// When `CONFIG_LF_USER_THREADS` of them are running.
+pub fn spawn<F: FnOnce() + Send + 'static>(body: F) -> Result<(), NoThreadLeft> {
+    const {
+        assert!(size_of::<F>() <= size_of::<Room>(), "the closure captures too much: see LF_USER_THREAD_CLOSURE_SIZE");
+        assert!(align_of::<F>() <= align_of::<Room>(), "the closure captures something of unusual alignment");
+    }
+    let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
+    let (index, place) = PLACES.iter().enumerate().find(|(_, place)| take(place)).ok_or(NoThreadLeft)?;
+    // SAFETY: this thread has just taken the place, so nobody else accesses the cells; the closure fits, as asserted.
+    unsafe {
+        place.closure.get().cast::<F>().write(body);
+        *place.run.get() = Some(run::<F>);
+    }
+    // SAFETY: the place was not taken, so its thread is not running, or is past its last access.
+    unsafe { raw::lf_thread_start(index, Some(enter)) };
+    Ok(())
+}
+
+/// Where each thread begins.
+extern "C" fn enter(index: usize) {
+    let place = &PLACES[index];
+    // SAFETY: the place was taken for this thread, and filled before it was started.
+    unsafe {
+        if let Some(run) = (*place.run.get()).take() {
+            run(place.closure.get());
+        }
+    }
+    place.taken.store(false, Ordering::Release);
+}
+
+/// Runs the closure in a place.
+///
+/// # Safety
+/// The room holds a valid `F`, which nobody uses afterwards.
+unsafe fn run<F: FnOnce()>(room: *mut Room) {
+    // SAFETY: as promised by the caller.
+    let body = unsafe { room.cast::<F>().read() };
+    body();
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The wake-up of the event loop: an event descriptor, which is polled together with the sockets.
+
+use core::ffi::c_int;
+use core::sync::atomic::{AtomicI32, Ordering};
+
+use lf_runtime::platform::NetError;
+
+use crate::net;
+use crate::raw;
+
+/// The descriptor, negative before there is one. It is never closed, so that any thread can use it at any time.
+static DESCRIPTOR: AtomicI32 = AtomicI32::new(-1);
+
+/// Ends the event loop's wait, now or at its next start. May be called from any thread, but not from an interrupt;
+/// a no-op before there is an event loop.
+pub fn wake() {
+    let descriptor = DESCRIPTOR.load(Ordering::Acquire);
+    if descriptor >= 0 {
+        // SAFETY: it takes any descriptor. It fails only when the counter is full: then the loop is being woken anyway.
+        let _ = unsafe { raw::zvfs_eventfd_write(descriptor, 1) };
+    }
+}
+
+/// The descriptor to poll; the first call makes it.
+pub(crate) fn descriptor() -> Result<c_int, NetError> {
+    let descriptor = DESCRIPTOR.load(Ordering::Acquire);
+    if descriptor >= 0 {
+        return Ok(descriptor);
+    }
+    // SAFETY: it has no precondition.
+    let descriptor = unsafe { raw::zvfs_eventfd(0, net::integer(raw::ZVFS_EFD_NONBLOCK)) };
+    if descriptor < 0 {
+        return Err(net::last_error());
+    }
+    DESCRIPTOR.store(descriptor, Ordering::Release);
+    Ok(descriptor)
+}
+
+/// Takes the wake-ups back, so that the next wait waits.
+pub(crate) fn clear(descriptor: c_int) {
+    let mut count = 0;
+    // SAFETY: it takes any descriptor, and the pointer is that of a local. It fails only when there is nothing to take.
+    let _ = unsafe { raw::zvfs_eventfd_read(descriptor, &raw mut count) };
+}

@@ -1,0 +1,2 @@
+#![no_std]
+use lf_zephyr as _;

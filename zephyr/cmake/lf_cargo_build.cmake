@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+# Runs cargo for one image and copies the library to the image's build folder. A script of lf_federate().
+#
+# All images call their library `librustapp.a`, and several of them may be built at once in one target folder. So the
+# copy is made before another image's cargo can start; and only when it differs, so that an unchanged crate does not
+# link the image anew.
+
+cmake_minimum_required(VERSION 3.21)
+include(${SETTINGS})
+
+file(MAKE_DIRECTORY ${target_dir})
+file(LOCK ${target_dir}/lf-image.lock GUARD PROCESS TIMEOUT 3600)
+
+# The versions that this repository was tested with, unless the crate has a lock file of its own.
+if(NOT EXISTS ${crate}/Cargo.lock)
+  file(COPY_FILE ${lock} ${crate}/Cargo.lock)
+endif()
+
+set(arguments build --target ${target} --target-dir ${target_dir})
+set(folder debug)
+if(profile STREQUAL release)
+  list(APPEND arguments --release)
+  set(folder release)
+endif()
+set(redirection)
+if(messages)
+  list(APPEND arguments --message-format=json)
+  set(redirection OUTPUT_FILE ${messages})
+endif()
+
+# Lists go through the environment with spaces; no path of a Zephyr build may contain one.
+string(REPLACE ";" " " include_dirs "${include_dirs}")
+string(REPLACE ";" " " include_defines "${include_defines}")
+
+execute_process(
+  COMMAND ${CMAKE_COMMAND} -E env ${environment} "INCLUDE_DIRS=${include_dirs}" "INCLUDE_DEFINES=${include_defines}"
+    ${cargo} ${arguments}
+  WORKING_DIRECTORY ${crate}
+  RESULT_VARIABLE result
+  ${redirection}
+)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "cargo could not build ${crate}")
+endif()
+
+file(COPY_FILE ${target_dir}/${target}/${folder}/librustapp.a ${library} ONLY_IF_DIFFERENT)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+# Links a generated Rust crate into a Zephyr application.
+#
+# zephyr-lang-rust's rust_cargo_application() is not used, for three reasons: its main.c defines main(), which belongs
+# to this repository's src/; its crate `zephyr` brings a panic handler of its own and asks for `alloc`; and it gives
+# each image a cargo target folder of its own, so that each federate would compile everything anew. What is used of
+# that module is CONFIG_RUST and its knowledge of which Rust target belongs to which CPU; the crate that is linked is
+# called as there, `rustapp`, and the build scripts see the same variables.
+
+include_guard(GLOBAL)
+include(${CMAKE_CURRENT_LIST_DIR}/lf_rust_toolchain.cmake)
+
+set(LF_ZEPHYR_CMAKE_DIR ${CMAKE_CURRENT_LIST_DIR} CACHE INTERNAL "")
+cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH _lf_module)
+cmake_path(GET _lf_module PARENT_PATH _lf_repository)
+set(LF_REPOSITORY ${_lf_repository} CACHE INTERNAL "")
+
+# lf_federate(CRATE)
+#
+# Builds the crate in the folder CRATE as a static library and links it with the target `app`. The crate's package is
+# named `rustapp`, its crate type is `staticlib`, and it depends on lf-zephyr. The header of the C API that the crate
+# offers, <lf/lf.h>, can be included by the sources of `app`.
+#
+# Cache variables:
+#   LF_CARGO_TARGET_DIR   cargo's target folder; images that share it compile what they have in common once. Default:
+#                         the environment's CARGO_TARGET_DIR, else a folder of the image's own.
+#   LF_CARGO_MESSAGES     a file to which cargo's messages are written in its JSON format, for tools that show rustc's
+#                         errors in their own way. Default: none, cargo prints them.
+function(lf_federate crate)
+  if(NOT CONFIG_LF)
+    message(FATAL_ERROR "lf_federate() needs CONFIG_LF=y")
+  endif()
+  cmake_path(ABSOLUTE_PATH crate BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
+  if(NOT EXISTS ${crate}/Cargo.toml)
+    message(FATAL_ERROR "There is no Cargo.toml in ${crate}: name the folder of a crate that `lfz build` generated")
+  endif()
+
+  _rust_map_target()
+  lf_find_rust_toolchain(${RUST_TARGET})
+  message(STATUS "Rust: ${LF_RUST_TOOLCHAIN}")
+
+  set(default_target_dir ${CMAKE_BINARY_DIR}/lf/cargo)
+  if(DEFINED ENV{CARGO_TARGET_DIR})
+    set(default_target_dir $ENV{CARGO_TARGET_DIR})
+  endif()
+  set(LF_CARGO_TARGET_DIR ${default_target_dir} CACHE PATH "Cargo's target folder, which several images can share")
+  set(LF_CARGO_MESSAGES "" CACHE FILEPATH "File for cargo's messages in JSON; empty: they are printed")
+
+  set(output ${CMAKE_BINARY_DIR}/lf)
+  set(library ${output}/librustapp.a)
+  set(wrapper ${output}/bindgen_wrapper.c)
+  set(header ${output}/include/lf/lf.h)
+  file(MAKE_DIRECTORY ${output}/include/lf)
+  _lf_write_settings(${output}/cargo_settings.cmake)
+
+  # Cargo itself knows best whether something has changed, so it always runs: the output that this command names is
+  # never made.
+  add_custom_command(
+    OUTPUT ${output}/always
+    BYPRODUCTS ${library} ${wrapper} ${header}
+    COMMAND ${CMAKE_COMMAND} -DSETTINGS=${output}/cargo_settings.cmake -P ${LF_ZEPHYR_CMAKE_DIR}/lf_cargo_build.cmake
+    COMMENT "Building the federate's crate ${crate}"
+    USES_TERMINAL
+  )
+  add_custom_target(lf_crate DEPENDS ${output}/always)
+  # The bindings are made from Zephyr's headers, some of which are generated.
+  add_dependencies(lf_crate zephyr_generated_headers)
+  add_dependencies(app lf_crate)
+
+  target_sources(app PRIVATE ${wrapper})
+  target_include_directories(app PRIVATE ${output}/include)
+  # Rust's compiler_builtins offers some of the functions that the C compiler's run-time library does; the latter is
+  # named first, and the linker takes the first definition.
+  target_link_libraries(app PUBLIC $<TARGET_PROPERTY:linker,rt_library> -Wl,--allow-multiple-definition ${library})
+endfunction()
+
+# Writes what lf_cargo_build.cmake needs, once CMake knows the include folders. Uses the caller's variables.
+macro(_lf_write_settings file)
+  set(profile release)
+  if(CONFIG_DEBUG)
+    set(profile dev)
+  endif()
+  set(optimization s)
+  if(CONFIG_SPEED_OPTIMIZATIONS)
+    set(optimization 3)
+  endif()
+  find_program(LF_CLANG NAMES clang DOC "clang, whose own headers bindgen uses")
+  set(resources "")
+  if(LF_CLANG)
+    execute_process(COMMAND ${LF_CLANG} -print-resource-dir OUTPUT_VARIABLE resources OUTPUT_STRIP_TRAILING_WHITESPACE)
+  endif()
+  file(GENERATE OUTPUT ${file} CONTENT
+"set(cargo [==[${LF_CARGO}]==])
+set(environment [==[${LF_CARGO_ENVIRONMENT}]==])
+set(crate [==[${crate}]==])
+set(lock [==[${LF_REPOSITORY}/rust/zephyr/Cargo.lock]==])
+set(target ${RUST_TARGET})
+set(target_dir [==[${LF_CARGO_TARGET_DIR}]==])
+set(profile ${profile})
+set(messages [==[${LF_CARGO_MESSAGES}]==])
+set(library [==[${library}]==])
+list(APPEND environment
+  [==[ZEPHYR_BASE=${ZEPHYR_BASE}]==]
+  [==[BUILD_DIR=${CMAKE_BINARY_DIR}]==]
+  [==[DOTCONFIG=${DOTCONFIG}]==]
+  [==[BINARY_DIR_INCLUDE_GENERATED=${BINARY_DIR_INCLUDE_GENERATED}]==]
+  [==[WRAPPER_FILE=${wrapper}]==]
+  [==[LF_HEADER_FILE=${header}]==]
+  [==[LF_CLANG_RESOURCE_DIR=${resources}]==]
+  [==[CARGO_PROFILE_RELEASE_OPT_LEVEL=${optimization}]==]
+)
+set(include_dirs [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_INCLUDE_DIRECTORIES>]==])
+set(include_defines [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_COMPILE_DEFINITIONS>]==])
+")
+endmacro()

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+# Finds a Rust toolchain that can build for a bare-metal target.
+#
+# Two kinds serve:
+#   1. one that has the target's standard library installed (`rustup target add TARGET`);
+#   2. one that has the sources of the standard library (rustup's rust-src, or a distribution's rustc with its
+#      rust-src package); `core` is then compiled with the program. Cargo counts this as unstable, so it has to be
+#      told to act like a nightly one.
+# The first kind wins over the whole PATH, because it builds faster.
+#
+# As a module:  lf_find_rust_toolchain(TARGET) sets in the caller's scope
+#   LF_CARGO                the cargo program
+#   LF_CARGO_ENVIRONMENT    VARIABLE=VALUE entries to run it with
+#   LF_RUST_TOOLCHAIN       one line that describes the choice
+# As a script:  cmake -DLF_RUST_TARGET=thumbv7m-none-eabi -P lf_rust_toolchain.cmake
+#   prints the choice, or fails with what to install.
+
+include_guard(GLOBAL)
+
+# Must be the rust-version of the workspace's Cargo.toml.
+set(LF_RUST_VERSION_MIN 1.88)
+
+# Sets `out` to the folders that may hold a toolchain: those of PATH, then where distributions install.
+function(_lf_rust_folders out)
+  string(REPLACE ":" ";" folders "$ENV{PATH}")
+  list(APPEND folders /usr/local/bin /usr/bin)
+  list(REMOVE_DUPLICATES folders)
+  set(found)
+  foreach(folder IN LISTS folders)
+    if(EXISTS "${folder}/rustc" AND EXISTS "${folder}/cargo")
+      list(APPEND found "${folder}")
+    endif()
+  endforeach()
+  set(${out} "${found}" PARENT_SCOPE)
+endfunction()
+
+# Runs `folder`/rustc with the arguments; sets `out` to what it prints, or to nothing when it fails.
+function(_lf_rustc out folder)
+  execute_process(
+    COMMAND "${folder}/rustc" ${ARGN}
+    OUTPUT_VARIABLE text ERROR_QUIET RESULT_VARIABLE result OUTPUT_STRIP_TRAILING_WHITESPACE
+  )
+  if(NOT result EQUAL 0)
+    set(text "")
+  endif()
+  set(${out} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Sets `out` to the version of `folder`/rustc if it is recent enough, else to nothing.
+function(_lf_rust_version out folder)
+  _lf_rustc(text "${folder}" --version)
+  if(text MATCHES "^rustc ([0-9.]+)" AND NOT CMAKE_MATCH_1 VERSION_LESS LF_RUST_VERSION_MIN)
+    set(${out} "${CMAKE_MATCH_1}" PARENT_SCOPE)
+  else()
+    set(${out} "" PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(lf_find_rust_toolchain target)
+  _lf_rust_folders(folders)
+  set(with_target)
+  set(with_sources)
+  set(seen)
+  foreach(folder IN LISTS folders)
+    _lf_rust_version(version "${folder}")
+    list(APPEND seen "${folder}/rustc")
+    if(NOT version)
+      continue()
+    endif()
+    _lf_rustc(libraries "${folder}" --target ${target} --print target-libdir)
+    file(GLOB core "${libraries}/libcore-*.rlib")
+    _lf_rustc(sysroot "${folder}" --print sysroot)
+    if(core)
+      set(with_target "${folder}")
+      set(description "${folder}/rustc ${version} with ${target} installed")
+      break()
+    elseif(NOT with_sources AND EXISTS "${sysroot}/lib/rustlib/src/rust/library/core/Cargo.toml")
+      set(with_sources "${folder}")
+      set(description_sources "${folder}/rustc ${version}, compiling core for ${target} from source")
+    endif()
+  endforeach()
+
+  if(with_target)
+    set(LF_CARGO "${with_target}/cargo" PARENT_SCOPE)
+    set(LF_CARGO_ENVIRONMENT "RUSTC=${with_target}/rustc" PARENT_SCOPE)
+    set(LF_RUST_TOOLCHAIN "${description}" PARENT_SCOPE)
+  elseif(with_sources)
+    set(LF_CARGO "${with_sources}/cargo" PARENT_SCOPE)
+    # Only `core` is built: a crate that needs `alloc` then does not compile, which is what is wanted.
+    set(LF_CARGO_ENVIRONMENT
+      "RUSTC=${with_sources}/rustc" "RUSTC_BOOTSTRAP=1" "CARGO_UNSTABLE_BUILD_STD=core"
+      PARENT_SCOPE
+    )
+    set(LF_RUST_TOOLCHAIN "${description_sources}" PARENT_SCOPE)
+  else()
+    list(JOIN seen "\n  " seen)
+    message(FATAL_ERROR
+      "No Rust toolchain (at least ${LF_RUST_VERSION_MIN}) can build for ${target}.\n"
+      "Either run `rustup target add ${target}`, or install the sources of Rust's standard library "
+      "(`rustup component add rust-src`, or the package rust-src of your distribution's rustc).\n"
+      "Looked at:\n  ${seen}\n"
+    )
+  endif()
+endfunction()
+
+if(CMAKE_SCRIPT_MODE_FILE STREQUAL CMAKE_CURRENT_LIST_FILE)
+  if(NOT LF_RUST_TARGET)
+    message(FATAL_ERROR "usage: cmake -DLF_RUST_TARGET=TARGET -P lf_rust_toolchain.cmake")
+  endif()
+  lf_find_rust_toolchain(${LF_RUST_TARGET})
+  message(STATUS "Rust: ${LF_RUST_TOOLCHAIN}")
+endif()

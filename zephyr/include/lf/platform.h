@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the Rust crate lf-zephyr calls on the C side: only what Rust cannot do itself, because it is a macro of
+ * Zephyr (logging, static stacks), or depends on the C library that the image is linked with (errno).
+ */
+#ifndef LF_PLATFORM_H_
+#define LF_PLATFORM_H_
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <zephyr/kernel.h>
+#include <zephyr/net/socket.h>
+
+/* What the calls of the sockets report, whatever numbers the C library gives to errno. */
+enum lf_network_error {
+	LF_NETWORK_WOULD_BLOCK,
+	LF_NETWORK_IN_PROGRESS,
+	LF_NETWORK_INTERRUPTED,
+	LF_NETWORK_REFUSED,
+	LF_NETWORK_RESET,
+	LF_NETWORK_UNREACHABLE,
+	LF_NETWORK_ADDRESS_IN_USE,
+	LF_NETWORK_NO_SOCKET_LEFT,
+	LF_NETWORK_NOT_SUPPORTED,
+	LF_NETWORK_OTHER,
+};
+
+/* The calling thread's errno. */
+int lf_errno(void);
+
+/* Classifies an errno value, for instance one that SO_ERROR returned. */
+enum lf_network_error lf_network_error(int error);
+
+/*
+ * zsock_poll() with a time-out in ticks of the kernel instead of milliseconds; a negative one means for ever.
+ * Returns what zsock_poll() returns.
+ */
+int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
+
+/* Writes a zero-terminated message to Zephyr's log; the levels are Zephyr's LOG_LEVEL_*. */
+void lf_log(uint32_t level, const char *message);
+
+/* Writes out what the log still holds and makes it write at once from now on. */
+void lf_log_flush(void);
+
+/* Where println! and eprintln! take turns, so that lines of several threads do not mix. */
+extern struct k_mutex lf_console_lock;
+
+/*
+ * Starts thread `index` of CONFIG_LF_USER_THREADS on its static stack. The caller makes sure that the thread is
+ * not running.
+ */
+void lf_thread_start(size_t index, void (*entry)(size_t index));
+
+/* Ends the program with this exit status on native_sim; stops the system elsewhere. Does not return. */
+FUNC_NORETURN void lf_stop(int status);
+
+/* The settings from Kconfig, which the command line of native_sim overrides. */
+const char *lf_federation_id(void);
+const char *lf_rti_address(void);
+uint32_t lf_rti_port(void);
+
+#endif /* LF_PLATFORM_H_ */
