@@ -9,6 +9,7 @@ mod error;
 mod file;
 mod mask;
 mod recording;
+pub mod replay;
 
 pub use error::GoldenError;
 pub use file::{directory, load, load_all, parse};

@@ -118,7 +118,8 @@ fn grant(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, start: Instant)
 fn demand(slots: &[Slot], federate: usize) -> Option<Tag> {
     let (tag, by) = slots[federate].demand?;
     let downstream = &slots[usize::from(by)];
-    let waits = matches!(downstream.membership, Membership::Joined(_))
+    let waits = slots[federate].completed < tag
+        && matches!(downstream.membership, Membership::Joined(_))
         && downstream.completed < tag
         && downstream.granted < tag
         && downstream.provisional == tag;

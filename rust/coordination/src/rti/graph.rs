@@ -72,11 +72,6 @@ impl<'s> Graph<'s> {
         Self { nodes, upstream, per_node, delays }
     }
 
-    /// Number of federates.
-    pub(super) fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
     /// Takes the upstream connections of `federate` in place of those it had.
     pub(super) fn set_upstream(&mut self, federate: usize, list: WireUpstream<'_>) -> Result<(), NeighborError> {
         self.nodes[federate].upstreams = 0;

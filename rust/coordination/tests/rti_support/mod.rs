@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An RTI with its connections in memory, for tests.
+#![allow(dead_code, unreachable_pub, reason = "every test file uses another part of it")]
+
+use std::convert::Infallible;
+
+use lf_coordination::rti::{
+    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathDelay, Rti, RtiStorage, Slot, Upstream,
+    Verdict,
+};
+use lf_golden::RtiSetup;
+use lf_golden::replay::{self, Received};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::june_2026::Message;
+
+/// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
+#[derive(Default)]
+pub struct Wire {
+    pub outgoing: Vec<u8>,
+    pub incoming: Vec<u8>,
+    pub open: bool,
+    /// The RTI's direction is closed.
+    pub ended: bool,
+    /// What the input waits for.
+    pub blocked: Option<ConnectionId>,
+}
+
+/// The connections, as the RTI sees them.
+pub struct Wires {
+    pub wires: Vec<Wire>,
+    pub capacity: usize,
+    pub notices: Vec<String>,
+}
+
+impl Outlet for Wires {
+    fn room(&self, connection: ConnectionId) -> usize {
+        self.capacity - self.wires[connection.0].outgoing.len()
+    }
+
+    fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
+        let wire = &mut self.wires[connection.0];
+        assert!(wire.open && !wire.ended, "{message:?} is sent on a connection that is closed");
+        let start = wire.outgoing.len();
+        wire.outgoing.resize(start + message.encoded_len(), 0);
+        message.encode(&mut wire.outgoing[start..]).expect("there is as much room as the message is long");
+        assert!(wire.outgoing.len() <= self.capacity, "{message:?} is sent although there is no room");
+    }
+
+    fn half_close(&mut self, connection: ConnectionId) {
+        self.wires[connection.0].ended = true;
+    }
+
+    fn close(&mut self, connection: ConnectionId) {
+        let wire = &mut self.wires[connection.0];
+        (wire.ended, wire.open, wire.blocked) = (true, false, None);
+        wire.incoming.clear();
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        self.notices.push(notice.to_string());
+    }
+}
+
+/// How much memory the RTI gets.
+#[derive(Clone, Copy)]
+pub struct Sizes {
+    pub federates: usize,
+    pub connections: usize,
+    pub upstream: usize,
+    pub in_transit: usize,
+    /// Bytes of every connection's output.
+    pub output: usize,
+}
+
+impl Sizes {
+    pub fn ample(federates: usize) -> Self {
+        Self { federates, connections: federates + 2, upstream: federates, in_transit: 1000, output: 1 << 20 }
+    }
+}
+
+/// An RTI with its connections.
+pub struct World {
+    pub rti: Rti<'static>,
+    pub outlet: Wires,
+    pub now: Instant,
+    /// Input is offered in pieces of this many bytes.
+    pub piece: usize,
+}
+
+impl World {
+    pub fn new(config: Config<'static>, sizes: Sizes) -> Self {
+        let Sizes { federates, connections, upstream, in_transit, output } = sizes;
+        // Tests end soon, so their memory may stay.
+        let storage = RtiStorage {
+            slots: vec![Slot::default(); federates].leak(),
+            nodes: vec![Node::default(); federates].leak(),
+            connections: vec![Connection::default(); connections].leak(),
+            delays: vec![PathDelay::default(); federates * federates].leak(),
+            upstream: vec![Upstream::default(); federates * upstream].leak(),
+            in_transit: vec![Tag::NEVER; federates * in_transit].leak(),
+        };
+        let rti = Rti::new(config, storage).expect("the storage fits");
+        let wires = (0..connections).map(|_| Wire::default()).collect();
+        let outlet = Wires { wires, capacity: output, notices: Vec::new() };
+        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX }
+    }
+
+    pub fn connect(&mut self) -> ConnectionId {
+        let free = self.outlet.wires.iter().position(|wire| !wire.open && wire.outgoing.is_empty());
+        let connection = ConnectionId(free.expect("there are enough connections"));
+        self.outlet.wires[connection.0] = Wire { open: true, ..Wire::default() };
+        self.rti.handle_connect(self.now, connection, [127, 0, 0, 1], &mut self.outlet);
+        connection
+    }
+
+    pub fn send(&mut self, connection: ConnectionId, bytes: &[u8]) {
+        for piece in bytes.chunks(self.piece.min(bytes.len().max(1))) {
+            if self.outlet.wires[connection.0].open {
+                self.outlet.wires[connection.0].incoming.extend(piece);
+                self.pump(connection);
+            }
+        }
+    }
+
+    pub fn message(&mut self, connection: ConnectionId, message: &Message<'_>) {
+        let mut bytes = vec![0; message.encoded_len()];
+        message.encode(&mut bytes).expect("there is as much room as the message is long");
+        self.send(connection, &bytes);
+    }
+
+    /// Offers what has come on a connection, as far as the RTI takes it.
+    pub fn pump(&mut self, connection: ConnectionId) {
+        loop {
+            let bytes = std::mem::take(&mut self.outlet.wires[connection.0].incoming);
+            let verdict = self.rti.handle_input(self.now, connection, &bytes, &mut self.outlet);
+            let wire = &mut self.outlet.wires[connection.0];
+            wire.incoming = bytes;
+            wire.blocked = None;
+            match verdict {
+                Verdict::Consumed(len) => {
+                    assert!(len > 0 && len <= wire.incoming.len());
+                    wire.incoming.drain(..len);
+                    continue;
+                }
+                Verdict::Incomplete(need) => assert!(need > wire.incoming.len()),
+                Verdict::Blocked(on) => wire.blocked = Some(on),
+                Verdict::Closed => wire.incoming.clear(),
+            }
+            return;
+        }
+    }
+
+    /// Takes what the RTI has sent, up to so many bytes, and lets it go on with the room.
+    pub fn take(&mut self, connection: ConnectionId, max: usize) -> Vec<u8> {
+        let wire = &mut self.outlet.wires[connection.0];
+        let taken: Vec<u8> = wire.outgoing.drain(..max.min(wire.outgoing.len())).collect();
+        if !taken.is_empty() {
+            self.rti.handle_writable(self.now, connection, &mut self.outlet);
+            let waits = |wire: &Wire| wire.blocked == Some(connection);
+            let waiting: Vec<_> = (0..self.outlet.wires.len()).filter(|i| waits(&self.outlet.wires[*i])).collect();
+            waiting.into_iter().for_each(|index| self.pump(ConnectionId(index)));
+        }
+        taken
+    }
+
+    /// The peer closes a connection.
+    pub fn close(&mut self, connection: ConnectionId) {
+        let wire = &mut self.outlet.wires[connection.0];
+        wire.outgoing.clear();
+        if std::mem::take(&mut wire.open) {
+            self.rti.handle_disconnect(self.now, connection, &mut self.outlet);
+        }
+    }
+}
+
+/// The RTI of a recording.
+pub struct Recorded {
+    pub world: World,
+    /// Connections by their numbers in the recording.
+    connections: std::collections::BTreeMap<u16, ConnectionId>,
+}
+
+impl Recorded {
+    pub fn new(setup: &RtiSetup, piece: usize) -> Self {
+        let federates = usize::from(setup.federates);
+        let mut world = World::new(config(setup), Sizes::ample(federates));
+        world.piece = piece;
+        Self { world, connections: std::collections::BTreeMap::new() }
+    }
+}
+
+impl replay::Rti for Recorded {
+    type Error = Infallible;
+
+    fn connect(&mut self, connection: u16) -> Result<(), Infallible> {
+        let id = self.world.connect();
+        self.connections.insert(connection, id);
+        Ok(())
+    }
+
+    fn send(&mut self, connection: u16, bytes: &[u8]) -> Result<(), Infallible> {
+        self.world.send(self.connections[&connection], bytes);
+        Ok(())
+    }
+
+    fn close(&mut self, connection: u16) -> Result<(), Infallible> {
+        self.world.close(self.connections[&connection]);
+        Ok(())
+    }
+
+    fn receive(&mut self, connection: u16, _bytes: usize, _end: bool) -> Result<Received, Infallible> {
+        let id = self.connections[&connection];
+        let bytes = self.world.take(id, usize::MAX);
+        Ok(Received { bytes, ended: self.world.outlet.wires[id.0].ended })
+    }
+}
+
+/// What the options of a recording mean. One that is not known here is a failure of the test.
+pub fn config(setup: &RtiSetup) -> Config<'static> {
+    let mut config = Config::new(setup.federation_id.clone().leak().as_bytes(), 1 << 16);
+    let mut options = setup.options.iter().map(String::as_str);
+    while let Some(option) = options.next() {
+        match (option, &mut config.clock_sync) {
+            ("-d", _) => config.dnet = false,
+            ("-c", _) => match options.next() {
+                Some("off") => config.clock_sync = ClockSync::Off,
+                Some("init") => config.clock_sync = ClockSync::Init { trials: 10 },
+                other => panic!("-c {other:?}"),
+            },
+            ("exchanges-per-interval", ClockSync::Init { trials }) => {
+                *trials = options.next().and_then(|text| text.parse().ok()).expect("a number follows");
+            }
+            ("-m", _) => {
+                let value: i64 = options.next().and_then(|text| text.parse().ok()).expect("a number follows");
+                config.start_time_multiple = Some(match options.next() {
+                    Some("s") => Interval::from_secs(value),
+                    Some("ms") => Interval::from_millis(value),
+                    other => panic!("-m {value} {other:?}"),
+                });
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+    config
+}
