@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod args;
+pub mod compile;
 pub mod guard;
 pub mod supervisor;
 pub mod time;

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Writing generated files: only those that changed, so that cargo compiles only what has to be compiled, and
+//! removing those that were generated before and are not any more.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{self, ErrorKind};
+use std::path::{Component, Path};
+
+/// Lists what was generated in a folder, one path per line; nothing else is ever removed.
+const LIST: &str = ".generated";
+
+/// Brings a folder to these files, given by their paths in it and their texts.
+///
+/// # Errors
+/// When a file cannot be read, written or removed; the message names it.
+pub fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<()> {
+    let mut list = BTreeSet::new();
+    for (path, text) in files {
+        check(path)?;
+        write_changed(&out.join(path), text)?;
+        list.insert(path);
+    }
+    let before = match fs::read_to_string(out.join(LIST)) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+        Err(error) => return Err(named(&error, &out.join(LIST))),
+    };
+    for path in before.lines().filter(|path| !list.contains(path)) {
+        check(path)?;
+        remove(out, path)?;
+    }
+    let list: String = list.iter().flat_map(|path| [*path, "\n"]).collect();
+    write_changed(&out.join(LIST), &list)
+}
+
+/// Copies a file when it is missing or older than its origin.
+///
+/// # Errors
+/// When it cannot be copied; the message names it.
+pub fn copy_newer(from: &Path, to: &Path) -> io::Result<()> {
+    let modified = |path: &Path| fs::metadata(path).and_then(|metadata| metadata.modified());
+    let (Ok(origin), copy) = (modified(from), modified(to)) else { return Ok(()) };
+    if copy.is_ok_and(|copy| copy >= origin) {
+        return Ok(());
+    }
+    fs::copy(from, to).map(|_| ()).map_err(|error| named(&error, to))
+}
+
+/// A path that leads out of the folder would be a mistake that overwrites or removes somebody's file.
+fn check(path: &str) -> io::Result<()> {
+    let inside = !path.is_empty() && Path::new(path).components().all(|part| matches!(part, Component::Normal(_)));
+    if inside { Ok(()) } else { Err(io::Error::other(format!("`{path}` is no path in the output folder"))) }
+}
+
+fn write_changed(path: &Path, text: &str) -> io::Result<()> {
+    if fs::read(path).is_ok_and(|present| present == text.as_bytes()) {
+        return Ok(());
+    }
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|error| named(&error, folder))?;
+    }
+    fs::write(path, text).map_err(|error| named(&error, path))
+}
+
+fn remove(out: &Path, path: &str) -> io::Result<()> {
+    match fs::remove_file(out.join(path)) {
+        Err(error) if error.kind() != ErrorKind::NotFound => return Err(named(&error, &out.join(path))),
+        _ => {}
+    }
+    // Folders that have become empty go, too; the first one that is not empty ends that.
+    for folder in Path::new(path).ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty()) {
+        if fs::remove_dir(out.join(folder)).is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn named(error: &io::Error, path: &Path) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::time::{Duration, SystemTime};
+
+    use super::{copy_newer, write};
+
+    #[test]
+    fn only_what_changed_is_written() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(folder.path(), [("a/x.rs", "1"), ("y.toml", "2")]).expect("it can be written");
+        let long_ago = SystemTime::now() - Duration::from_secs(3600);
+        for path in ["a/x.rs", "y.toml"] {
+            let file = fs::File::options().write(true).open(folder.path().join(path)).expect("it was written");
+            file.set_modified(long_ago).expect("the file system has times");
+        }
+        write(folder.path(), [("a/x.rs", "1"), ("y.toml", "3")]).expect("it can be written");
+        let age = |path: &str| fs::metadata(folder.path().join(path)).expect("it is there").modified().expect("a time");
+        assert_eq!(age("a/x.rs"), long_ago);
+        assert_ne!(age("y.toml"), long_ago);
+        assert_eq!(fs::read_to_string(folder.path().join("y.toml")).expect("it is there"), "3");
+    }
+
+    #[test]
+    fn what_is_not_generated_any_more_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(folder.path(), [("a/src/main.rs", "1"), ("b/main.rs", "2")]).expect("it can be written");
+        fs::write(folder.path().join("b/mine.txt"), "keep").expect("it can be written");
+        write(folder.path(), [("c.rs", "3")]).expect("it can be written");
+        assert!(!folder.path().join("a").exists());
+        assert!(!folder.path().join("b/main.rs").exists());
+        assert!(folder.path().join("b/mine.txt").exists());
+    }
+
+    #[test]
+    fn a_path_out_of_the_folder_is_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for path in ["../x", "/x", ""] {
+            assert!(write(folder.path(), [(path, "1")]).is_err(), "{path}");
+        }
+    }
+
+    #[test]
+    fn a_copy_is_renewed_when_its_origin_is_newer() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (from, to) = (folder.path().join("from"), folder.path().join("to"));
+        fs::write(&from, "1").expect("it can be written");
+        fs::write(&to, "changed since").expect("it can be written");
+        let file = fs::File::options().write(true).open(&from).expect("it was written");
+        file.set_modified(SystemTime::now() - Duration::from_secs(3600)).expect("the file system has times");
+        copy_newer(&from, &to).expect("nothing to do");
+        assert_eq!(fs::read_to_string(&to).expect("it is there"), "changed since");
+        file.set_modified(SystemTime::now() + Duration::from_secs(3600)).expect("the file system has times");
+        copy_newer(&from, &to).expect("it can be copied");
+        assert_eq!(fs::read_to_string(&to).expect("it is there"), "1");
+    }
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the user sees while cargo works: a moving line on a terminal, a line at the start and at the end otherwise.
+
+use std::io::{self, IsTerminal};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// The progress of one build.
+pub struct Progress {
+    bar: Option<ProgressBar>,
+    what: String,
+    started: Instant,
+}
+
+impl Progress {
+    /// Begins; `what` completes the sentence "Compiling …".
+    pub fn begin(what: &str) -> Self {
+        let bar = io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new_spinner();
+            // The template is fixed, and the tests use it.
+            bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_spinner()));
+            bar.set_prefix(format!("Compiling {what}"));
+            bar.enable_steady_tick(Duration::from_millis(120));
+            bar
+        });
+        if bar.is_none() {
+            eprintln!("Compiling {what}");
+        }
+        Self { bar, what: what.to_owned(), started: Instant::now() }
+    }
+
+    /// Cargo says what it does now.
+    pub fn step(&self, text: &str) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(text.trim().to_owned());
+        }
+    }
+
+    /// Ends well.
+    pub fn done(self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+        eprintln!("Compiled {} in {:.1} s", self.what, self.started.elapsed().as_secs_f64());
+    }
+
+    /// Ends because something is wrong, which is said elsewhere.
+    pub fn failed(self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+const TEMPLATE: &str = "{spinner} {prefix} [{elapsed}] {wide_msg:.dim}";
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_template_is_valid() {
+        assert!(indicatif::ProgressStyle::with_template(super::TEMPLATE).is_ok());
+    }
+}
