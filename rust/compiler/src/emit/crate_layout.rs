@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which modules a federate's crate has: one per LF file, and in it one per reactor class that the federate needs.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proc_macro2::{Ident, TokenStream};
+use quote::quote;
+
+use super::names::{Names, ident, snake_case};
+use crate::plan::{ClassIndex, Federate, FileIndex, Plan};
+
+/// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
+const RESERVED: [&str; 9] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "std"];
+
+/// The modules of one crate.
+pub(super) struct Layout {
+    files: BTreeMap<FileIndex, String>,
+    classes: BTreeMap<ClassIndex, ClassPlace>,
+}
+
+struct ClassPlace {
+    file: FileIndex,
+    module: String,
+    name: Ident,
+}
+
+impl Layout {
+    /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first.
+    pub(super) fn new(plan: &Plan, federate: &Federate) -> Self {
+        let mut used: BTreeSet<ClassIndex> = federate.instances.iter().map(|instance| instance.class).collect();
+        used.insert(plan.main);
+        let mut file_names = Names::reserving(&RESERVED);
+        let mut files = BTreeMap::new();
+        let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
+        let mut classes = BTreeMap::new();
+        for index in used {
+            let class = &plan.classes[index.0];
+            let file = class.at.file;
+            files.entry(file).or_insert_with(|| file_names.give(&module_name(stem(&plan.files[file.0].path))));
+            let names = class_names.entry(file).or_insert_with(|| Names::reserving(&RESERVED));
+            let module = names.give(&module_name(&class.name));
+            classes.insert(index, ClassPlace { file, module, name: ident(&class.name) });
+        }
+        Self { files, classes }
+    }
+
+    /// The files with their modules.
+    pub(super) fn files(&self) -> impl Iterator<Item = (FileIndex, &str)> {
+        self.files.iter().map(|(file, module)| (*file, module.as_str()))
+    }
+
+    /// The classes of a file with their modules.
+    pub(super) fn classes_of(&self, file: FileIndex) -> impl Iterator<Item = (ClassIndex, &str)> {
+        let of_file = self.classes.iter().filter(move |(_, place)| place.file == file);
+        of_file.map(|(class, place)| (*class, place.module.as_str()))
+    }
+
+    /// Whether the crate has this class.
+    pub(super) fn has(&self, class: ClassIndex) -> bool {
+        self.classes.contains_key(&class)
+    }
+
+    /// The path of a class's struct from anywhere in the crate; empty for a class that the crate does not have.
+    pub(super) fn class_path(&self, class: ClassIndex) -> TokenStream {
+        let Some(place) = self.classes.get(&class) else { return TokenStream::new() };
+        let file = ident(self.files.get(&place.file).map_or("", String::as_str));
+        let (module, name) = (ident(&place.module), &place.name);
+        quote!(crate::#file::#module::#name)
+    }
+}
+
+/// The name of a file without folders and extension.
+pub(super) fn stem(path: &str) -> &str {
+    let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+/// A module's name, which is also a file's name, and so must not need to be raw.
+fn module_name(name: &str) -> String {
+    let snake = snake_case(name);
+    if syn::parse_str::<Ident>(&snake).is_ok() { snake } else { format!("{snake}_") }
+}

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a deployment file must fulfil beyond its keys: addresses that make sense and occur once, and known names.
+
+use core::net::Ipv4Addr;
+use std::collections::BTreeMap;
+
+use serde_saphyr::{Location, Spanned};
+
+use super::raw::{Raw, RawPlace, RawRti, place};
+use super::{Deployment, DeploymentError, Mac, Network, Place, Platform, RtiPlace};
+use crate::diagnostics::did_you_mean;
+use crate::emit::zephyr_config::ethernet_label;
+use crate::plan::Plan;
+
+/// Collects what is wrong, and what must not occur twice.
+struct Checker<'a> {
+    path: &'a str,
+    errors: Vec<DeploymentError>,
+    /// Who has an address or a probe, and where that is written.
+    taken: BTreeMap<(&'static str, String), (String, u64)>,
+}
+
+/// Turns the file into a deployment.
+pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<DeploymentError>> {
+    let mut checker = Checker { path, errors: Vec::new(), taken: BTreeMap::new() };
+    let mut deployment = Deployment::default();
+    if let Some(joint) = &raw.joint_rti {
+        checker.error(joint.referenced, "joint-rti is not supported yet: the RTI runs on this computer", None);
+    }
+    if let Some(rti) = &raw.rti {
+        deployment.rti = checker.rti(rti);
+    }
+    for (name, raw_place) in &raw.federates {
+        // A name without anything behind it (`a:`) is a federate with all defaults.
+        let Some(spanned) = raw_place else {
+            deployment.federates.insert(name.clone(), Place::default());
+            continue;
+        };
+        checker.known(name, spanned.referenced, plan);
+        if let Some(place) = checker.place(name, &spanned.value) {
+            checker.reachable(&place, &spanned.value, deployment.rti);
+            deployment.federates.insert(name.clone(), place);
+        }
+    }
+    checker.errors.sort_by_key(|error| (error.line, error.column));
+    if checker.errors.is_empty() { Ok(deployment) } else { Err(checker.errors) }
+}
+
+impl Checker<'_> {
+    fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
+        let (line, column) = place(at);
+        let (path, hint) = (self.path.to_owned(), hint.map(str::to_owned));
+        self.errors.push(DeploymentError { path, line, column, message: message.into(), hint });
+    }
+
+    fn known(&mut self, name: &str, at: Location, plan: &Plan) {
+        let names = || plan.federates.iter().map(|federate| federate.name.as_str());
+        if names().any(|known| known == name) {
+            return;
+        }
+        let what = if plan.is_federated() { "federate" } else { "main reactor" };
+        let hint =
+            did_you_mean(name, names()).unwrap_or_else(|| format!("it has {}", names().collect::<Vec<_>>().join(", ")));
+        self.error(at, format!("{} has no {what} named \"{name}\"", plan.name), Some(&hint));
+    }
+
+    fn rti(&mut self, raw: &RawRti) -> RtiPlace {
+        if let Some(platform) = raw.platform.as_ref().filter(|platform| platform.value != "host") {
+            let message = format!("the RTI cannot run on \"{}\" yet", platform.value);
+            self.error(platform.referenced, message, Some("write `platform: host`"));
+        }
+        let ip = self.address(raw.ip.as_ref(), "ip");
+        if let (Some(ip), Some(raw_ip)) = (ip, &raw.ip)
+            && !ip.is_loopback()
+        {
+            self.once("IP address", ip.to_string(), "the RTI", raw_ip.referenced);
+        }
+        if let Some(port) = raw.port.as_ref().filter(|port| port.value == 0) {
+            self.error(port.referenced, "port 0 is no port that federates could connect to", None);
+        }
+        RtiPlace { ip, port: raw.port.as_ref().map(|port| port.value) }
+    }
+
+    fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {
+        let platform = self.platform(&raw.platform)?;
+        let this_computer = match &platform {
+            Platform::Host => Some("a program of this computer uses this computer's network and needs no probe"),
+            native_sim if native_sim.is_native_sim() => {
+                Some("a native_sim image uses this computer's network and needs no probe")
+            }
+            Platform::Zephyr(_) => None,
+        };
+        if let Some(reason) = this_computer {
+            self.refuse_board_keys(raw, reason);
+            return Some(Place { platform, ..Place::default() });
+        }
+        let network = self.network(name, raw);
+        let mac = raw.mac.as_ref().and_then(|mac| self.mac(name, mac));
+        if let Some(probe) = &raw.probe {
+            self.once("probe", probe.value.clone(), name, probe.referenced);
+        }
+        let ethernet = raw.ethernet.as_ref().and_then(|label| self.label(label));
+        if let (Some(raw_mac), None, Platform::Zephyr(board)) = (&raw.mac, &raw.ethernet, &platform)
+            && ethernet_label(board).is_none()
+        {
+            let message = format!("`mac`: the devicetree label of the Ethernet MAC of {board} is not known");
+            self.error(raw_mac.referenced, message, Some("add `ethernet: LABEL`, as in the board's devicetree"));
+        }
+        let text = |value: &Option<Spanned<String>>| value.as_ref().map(|text| text.value.clone());
+        Some(Place { platform, network, mac, ethernet, runner: text(&raw.runner), probe: text(&raw.probe) })
+    }
+
+    fn platform(&mut self, raw: &Spanned<String>) -> Option<Platform> {
+        if raw.value == "host" {
+            return Some(Platform::Host);
+        }
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_/@.-".contains(c);
+        if raw.value.is_empty() || !raw.value.chars().all(plain) {
+            let message = format!("\"{}\" is no name of a platform", raw.value);
+            self.error(raw.referenced, message, Some("write `host`, or a board's name as for `west build -b`"));
+            return None;
+        }
+        Some(Platform::Zephyr(raw.value.clone()))
+    }
+
+    /// Keys that mean something for boards only.
+    fn refuse_board_keys(&mut self, raw: &RawPlace, reason: &str) {
+        let keys = [
+            ("ip", &raw.ip),
+            ("netmask", &raw.netmask),
+            ("gateway", &raw.gateway),
+            ("mac", &raw.mac),
+            ("ethernet", &raw.ethernet),
+            ("runner", &raw.runner),
+            ("probe", &raw.probe),
+        ];
+        for (key, value) in keys {
+            if let Some(value) = value {
+                let message = format!("`{key}` has no meaning for platform {}", raw.platform.value);
+                self.error(value.referenced, message, Some(reason));
+            }
+        }
+    }
+
+    fn network(&mut self, name: &str, raw: &RawPlace) -> Option<Network> {
+        let Some(raw_ip) = &raw.ip else {
+            let message = format!("\"{name}\" runs on a board, so it needs an `ip`");
+            self.error(raw.platform.referenced, message, None);
+            return None;
+        };
+        let ip = self.address(Some(raw_ip), "ip")?;
+        self.once("IP address", ip.to_string(), name, raw_ip.referenced);
+        let netmask = self.address(raw.netmask.as_ref(), "netmask").unwrap_or(Ipv4Addr::new(255, 255, 255, 0));
+        if let Some(raw_mask) = &raw.netmask
+            && netmask.to_bits().leading_ones() + netmask.to_bits().trailing_zeros() != 32
+        {
+            self.error(raw_mask.referenced, format!("{netmask} is no netmask: its ones must come first"), None);
+        }
+        let gateway = self.address(raw.gateway.as_ref(), "gateway");
+        if let (Some(gateway), Some(raw_gateway)) = (gateway, &raw.gateway)
+            && !same_network(ip, gateway, netmask)
+        {
+            let message = format!("the gateway {gateway} is not in the network of {ip} with netmask {netmask}");
+            self.error(raw_gateway.referenced, message, None);
+        }
+        Some(Network { ip, netmask, gateway })
+    }
+
+    fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {
+        let raw = raw?;
+        match raw.value.parse::<Ipv4Addr>() {
+            Ok(ip) if key == "netmask" || !(ip.is_unspecified() || ip.is_broadcast() || ip.is_multicast()) => Some(ip),
+            Ok(ip) => {
+                self.error(raw.referenced, format!("`{key}`: {ip} is not the address of one participant"), None);
+                None
+            }
+            Err(_) => {
+                let message = format!("`{key}`: \"{}\" is no IPv4 address", raw.value);
+                self.error(raw.referenced, message, Some("write four numbers, such as 10.0.0.2"));
+                None
+            }
+        }
+    }
+
+    fn mac(&mut self, name: &str, raw: &Spanned<String>) -> Option<Mac> {
+        let Some(mac) = parse_mac(&raw.value) else {
+            let message = format!("`mac`: \"{}\" is no MAC address", raw.value);
+            self.error(raw.referenced, message, Some("write six bytes in hexadecimal, such as 02:00:00:00:00:02"));
+            return None;
+        };
+        if mac.0[0] & 1 == 1 || mac.0 == [0; 6] {
+            let message = format!("`mac`: {mac} is not the address of one board");
+            let hint = "the first byte must be even; 02 is for addresses that you choose yourself";
+            self.error(raw.referenced, message, Some(hint));
+            return None;
+        }
+        self.once("MAC address", mac.to_string(), name, raw.referenced);
+        Some(mac)
+    }
+
+    fn label(&mut self, raw: &Spanned<String>) -> Option<String> {
+        let starts_well = raw.value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+        if starts_well && raw.value.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            return Some(raw.value.clone());
+        }
+        let message = format!("`ethernet`: \"{}\" is no devicetree label", raw.value);
+        self.error(raw.referenced, message, Some("write the label without `&`, such as enet_mac"));
+        None
+    }
+
+    fn once(&mut self, what: &'static str, value: String, owner: &str, at: Location) {
+        let (line, _) = place(at);
+        if let Some((other, other_line)) = self.taken.get(&(what, value.clone())) {
+            let message = format!("the {what} {value} of \"{owner}\" is already that of {other} (line {other_line})");
+            self.error(at, message, None);
+            return;
+        }
+        let owner = if owner == "the RTI" { owner.to_owned() } else { format!("\"{owner}\"") };
+        self.taken.insert((what, value), (owner, line));
+    }
+
+    /// A board cannot reach an RTI on this computer's loopback, nor one that no route leads to.
+    fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: RtiPlace) {
+        let (Some(network), Some(raw_ip)) = (federate.network, &raw.ip) else { return };
+        let hint = Some("give `rti` the `ip` under which the boards reach this computer");
+        match rti.ip {
+            Some(ip) if ip.is_loopback() => {
+                self.error(raw_ip.referenced, format!("the RTI's address {ip} cannot be reached from a board"), hint);
+            }
+            Some(ip) if network.gateway.is_none() && !same_network(network.ip, ip, network.netmask) => {
+                let message = format!("the RTI's address {ip} is in another network than {}", network.ip);
+                self.error(raw_ip.referenced, message, Some("add a `gateway`, or correct `ip` or `netmask`"));
+            }
+            Some(_) => {}
+            None => self.error(raw_ip.referenced, "a board needs to know the RTI's address", hint),
+        }
+    }
+}
+
+fn same_network(a: Ipv4Addr, b: Ipv4Addr, netmask: Ipv4Addr) -> bool {
+    a & netmask == b & netmask
+}
+
+fn parse_mac(text: &str) -> Option<Mac> {
+    let mut bytes = [0; 6];
+    let mut parts = text.split([':', '-']);
+    for byte in &mut bytes {
+        let part = parts.next().filter(|part| part.len() == 2 && part.bytes().all(|b| b.is_ascii_hexdigit()))?;
+        *byte = u8::from_str_radix(part, 16).ok()?;
+    }
+    parts.next().is_none().then_some(Mac(bytes))
+}

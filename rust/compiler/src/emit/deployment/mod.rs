@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `deployment.yaml`: where each federate and the RTI run.
+//!
+//! ```yaml
+//! rti: { platform: host, ip: 10.0.0.1, port: 15045 }
+//! federates:
+//!   sender: { platform: host }
+//!   receiver:
+//!     platform: qemu_cortex_m3
+//!     ip: 10.0.0.2
+//!     netmask: 255.255.255.0        # the default
+//!     gateway: 10.0.0.1             # optional
+//!     mac: 02:00:00:00:00:02        # optional; for boards that would otherwise share one
+//!     ethernet: eth                 # optional; the devicetree label of the MAC, where it is not known
+//!     runner: pyocd                 # optional; as in `west flash --runner`
+//!     probe: "0240000034544e45"     # optional; which of several probes
+//! ```
+//!
+//! A federate that is not listed runs on this computer. Keys that are not listed above are errors, and so are
+//! addresses and probes that occur twice.
+
+mod check;
+mod raw;
+
+use core::fmt;
+use core::net::Ipv4Addr;
+use std::collections::BTreeMap;
+
+use crate::plan::Plan;
+
+/// Where everything runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Deployment {
+    /// The RTI.
+    pub rti: RtiPlace,
+    /// The federates that are listed, by name.
+    pub federates: BTreeMap<String, Place>,
+}
+
+/// Where the RTI is reached; it runs on this computer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RtiPlace {
+    /// The address that federates connect to; the program's own `at` when it is missing.
+    pub ip: Option<Ipv4Addr>,
+    /// The TCP port; the program's own when it is missing.
+    pub port: Option<u16>,
+}
+
+/// Where a federate runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// This computer, or a Zephyr board.
+    pub platform: Platform,
+    /// The board's address and what belongs to it.
+    pub network: Option<Network>,
+    /// The MAC address that the image gives to the board.
+    pub mac: Option<Mac>,
+    /// The devicetree label of the Ethernet MAC.
+    pub ethernet: Option<String>,
+    /// The runner that flashes the board.
+    pub runner: Option<String>,
+    /// The probe that the board is attached to.
+    pub probe: Option<String>,
+}
+
+/// This computer, or a Zephyr board.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Platform {
+    /// A program for this computer.
+    #[default]
+    Host,
+    /// A Zephyr image for this board, qualifiers included: `native_sim/native/64`.
+    Zephyr(String),
+}
+
+impl Platform {
+    /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's network.
+    pub fn is_native_sim(&self) -> bool {
+        matches!(self, Self::Zephyr(board) if board.split(['/', '@']).next() == Some("native_sim"))
+    }
+}
+
+/// The fixed IPv4 configuration of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Network {
+    /// The board's address.
+    pub ip: Ipv4Addr,
+    /// The netmask.
+    pub netmask: Ipv4Addr,
+    /// The gateway, if there is one.
+    pub gateway: Option<Ipv4Addr>,
+}
+
+/// A unicast MAC address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mac(pub [u8; 6]);
+
+impl fmt::Display for Mac {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, byte) in self.0.iter().enumerate() {
+            write!(f, "{}{byte:02x}", if index == 0 { "" } else { ":" })?;
+        }
+        Ok(())
+    }
+}
+
+/// Something that is wrong with a deployment file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DeploymentError {
+    /// The file, as it was named to [`Deployment::parse`].
+    pub path: String,
+    /// The line, from 1.
+    pub line: u64,
+    /// The column, from 1.
+    pub column: u64,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub hint: Option<String>,
+}
+
+impl fmt::Display for DeploymentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)?;
+        self.hint.as_ref().map_or(Ok(()), |hint| write!(f, "\n  hint: {hint}"))
+    }
+}
+
+impl core::error::Error for DeploymentError {}
+
+impl Deployment {
+    /// Reads a deployment file and checks it against the program.
+    ///
+    /// # Errors
+    /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
+    /// key or a value of the wrong kind.
+    pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<DeploymentError>> {
+        let raw = raw::read(path, text).map_err(|error| vec![error])?;
+        check::check(path, &raw, plan)
+    }
+
+    /// The place of a federate; this computer when it is not listed.
+    pub fn place(&self, federate: &str) -> Place {
+        self.federates.get(federate).cloned().unwrap_or_default()
+    }
+}

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The constant part of a federate: numbers of its parts, tables, and the description for the event loop.
+
+use proc_macro2::{Literal, TokenStream};
+use quote::{ToTokens, quote};
+
+use super::Module;
+use crate::emit::EmitError;
+use crate::emit::reactor::type_tokens;
+use crate::plan::{
+    ClockSync, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti, SpacingPolicy, Trigger,
+    TriggerIndex, TriggerKind, Type,
+};
+
+impl Module<'_> {
+    /// Names for the numbers of reactions, triggers, ports, outputs and inputs.
+    pub(super) fn constants(&mut self) -> TokenStream {
+        let mut constants = TokenStream::new();
+        let numbers = |len: usize| (0..len).map(Literal::usize_unsuffixed);
+        for (index, number) in numbers(self.federate.reactions.len()).enumerate() {
+            let name = self.symbols.reaction_id(ReactionIndex(index));
+            constants.extend(quote! { const #name: ReactionId = ReactionId(#number); });
+        }
+        for (index, number) in numbers(self.federate.triggers.len()).enumerate() {
+            let name = self.symbols.trigger_id(TriggerIndex(index));
+            constants.extend(quote! { const #name: TriggerId = TriggerId(#number); });
+        }
+        for (index, number) in numbers(self.federate.ports.len()).enumerate() {
+            let name = self.symbols.port_id(PortIndex(index));
+            constants.extend(quote! { const #name: PortId = PortId(#number); });
+        }
+        for (index, number) in numbers(self.federate.outputs.len()).enumerate() {
+            let name = self.symbols.output_id(OutputIndex(index));
+            constants.extend(quote! { const #name: OutputId = OutputId(#number); });
+        }
+        for (index, number) in numbers(self.federate.inputs.len()).enumerate() {
+            let name = self.symbols.input_id(InputIndex(index));
+            constants.extend(quote! { const #name: InputId = InputId(#number); });
+        }
+        constants
+    }
+
+    /// The tables, checked when they are compiled.
+    pub(super) fn tables(&mut self) -> Result<TokenStream, EmitError> {
+        let reactions = self.reaction_table();
+        let triggers = self.trigger_table();
+        let ports = self.port_table();
+        let (outputs, inputs) = (self.output_table()?, self.input_table()?);
+        Ok(quote! {
+            /// What the engine knows of this program.
+            pub static TABLES: Tables = Tables {
+                reactions: &[#(#reactions),*],
+                triggers: &[#(#triggers),*],
+                ports: &[#(#ports),*],
+                outputs: &[#(#outputs),*],
+                inputs: &[#(#inputs),*],
+            };
+            const _: () = TABLES.check();
+        })
+    }
+
+    fn reaction_table(&self) -> Vec<TokenStream> {
+        let row = |reaction: &crate::plan::ScheduledReaction| {
+            let (name, level) = (&reaction.name, Literal::u16_unsuffixed(reaction.level));
+            let deadline = optional_interval(reaction.deadline_ns);
+            let kind = match &reaction.kind {
+                ReactionKind::Body { .. } => quote!(ReactionKind::Body),
+                ReactionKind::Send(output) => {
+                    let output = self.symbols.output_id(*output);
+                    quote!(ReactionKind::Send(#output))
+                }
+            };
+            quote! { ReactionInfo { name: #name, level: #level, deadline: #deadline, kind: #kind } }
+        };
+        self.federate.reactions.iter().map(row).collect()
+    }
+
+    fn trigger_table(&self) -> Vec<TokenStream> {
+        let row = |trigger: &Trigger| {
+            let name = &trigger.path;
+            let kind = self.trigger_kind(&trigger.kind);
+            let reactions = self.reaction_ids(&trigger.reactions);
+            quote! { TriggerInfo { name: #name, kind: #kind, reactions: #reactions } }
+        };
+        self.federate.triggers.iter().map(row).collect()
+    }
+
+    fn trigger_kind(&self, kind: &TriggerKind) -> TokenStream {
+        match kind {
+            TriggerKind::Startup => quote!(TriggerKind::Startup),
+            TriggerKind::Shutdown => quote!(TriggerKind::Shutdown),
+            TriggerKind::Timer { offset_ns, period_ns, .. } => {
+                let (offset, period) = (interval(*offset_ns), interval(period_ns.unwrap_or(0)));
+                quote!(TriggerKind::Timer { offset: #offset, period: #period })
+            }
+            TriggerKind::Action { physical, min_delay_ns, min_spacing_ns, policy, .. } => {
+                let (min_delay, min_spacing) = (interval(*min_delay_ns), optional_interval(*min_spacing_ns));
+                let policy = match policy {
+                    SpacingPolicy::Defer => quote!(Policy::Defer),
+                    SpacingPolicy::Drop => quote!(Policy::Drop),
+                    SpacingPolicy::Replace => quote!(Policy::Replace),
+                    SpacingPolicy::Update => quote!(Policy::Update),
+                };
+                let kind = if *physical { quote!(Physical) } else { quote!(Logical) };
+                quote! {
+                    TriggerKind::#kind(ActionTiming {
+                        min_delay: #min_delay,
+                        min_spacing: #min_spacing,
+                        policy: #policy,
+                    })
+                }
+            }
+            TriggerKind::Delay { fills, delay_ns, .. } => {
+                let (fills, delay) = (self.symbols.port_id(*fills), interval(*delay_ns));
+                quote!(TriggerKind::Delay { fills: #fills, delay: #delay })
+            }
+            TriggerKind::NetworkInput { fills, .. } => {
+                let fills = self.symbols.port_id(*fills);
+                quote!(TriggerKind::NetworkInput { fills: #fills })
+            }
+        }
+    }
+
+    fn port_table(&self) -> Vec<TokenStream> {
+        let row = |port: &crate::plan::Port| {
+            let name = &port.path;
+            let reactions = self.reaction_ids(&port.reactions);
+            let delays = port.delays.iter().map(|trigger| self.symbols.trigger_id(*trigger));
+            quote! { PortInfo { name: #name, reactions: #reactions, delays: &[#(#delays),*] } }
+        };
+        self.federate.ports.iter().map(row).collect()
+    }
+
+    fn output_table(&self) -> Result<Vec<TokenStream>, EmitError> {
+        let row = |output: &crate::plan::NetworkOutput| {
+            let (name, source) = (&output.name, self.symbols.port_id(output.source));
+            let (federate, port) = (Literal::u16_unsuffixed(output.federate), Literal::u16_unsuffixed(output.port));
+            let (delay, max_len) = (optional_interval(output.delay_ns), self.max_len(&output.ty)?);
+            Ok(quote! {
+                NetworkOutput {
+                    name: #name,
+                    source: #source,
+                    federate: #federate,
+                    port: #port,
+                    delay: #delay,
+                    max_len: #max_len,
+                }
+            })
+        };
+        self.federate.outputs.iter().map(row).collect()
+    }
+
+    fn input_table(&self) -> Result<Vec<TokenStream>, EmitError> {
+        let row = |input: &crate::plan::NetworkInput| {
+            let (name, trigger) = (&input.name, self.symbols.trigger_id(input.trigger));
+            let federate = Literal::u16_unsuffixed(input.federate);
+            let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(&input.ty)?);
+            Ok(quote! {
+                NetworkInput {
+                    name: #name,
+                    trigger: #trigger,
+                    federate: #federate,
+                    delay: #delay,
+                    max_len: #max_len,
+                }
+            })
+        };
+        self.federate.inputs.iter().map(row).collect()
+    }
+
+    fn reaction_ids(&self, reactions: &[ReactionIndex]) -> TokenStream {
+        let ids = reactions.iter().map(|reaction| self.symbols.reaction_id(*reaction));
+        quote!(&[#(#ids),*])
+    }
+
+    fn max_len(&self, ty: &Type) -> Result<TokenStream, EmitError> {
+        let ty = type_tokens(self.plan, ty)?;
+        Ok(quote!(<#ty as Payload>::MAX_LEN))
+    }
+
+    /// What the event loop knows of this program.
+    pub(super) fn description(&mut self) -> Result<TokenStream, EmitError> {
+        let (program, name) = (&self.plan.name, &self.federate.name);
+        let target = &self.plan.target;
+        let timeout = optional_interval(target.timeout_ns);
+        let (keepalive, fast) = (target.keepalive, target.fast);
+        let logging = match target.logging {
+            Logging::Error => quote!(Error),
+            Logging::Warn => quote!(Warn),
+            Logging::Info => quote!(Info),
+            Logging::Log => quote!(Debug),
+            Logging::Debug => quote!(Trace),
+        };
+        let federation = match &self.plan.rti {
+            None => quote!(None),
+            Some(rti) => self.federation(rti),
+        };
+        let longest = self.longest_payloads()?;
+        Ok(quote! {
+            #longest
+            /// What the event loop knows of this program.
+            pub static DESCRIPTION: lf::runtime::Description = lf::runtime::Description {
+                program: #program,
+                name: #name,
+                timeout: #timeout,
+                keepalive: #keepalive,
+                fast: #fast,
+                logging: lf::log::LevelFilter::#logging,
+                federation: #federation,
+            };
+        })
+    }
+
+    fn federation(&self, rti: &Rti) -> TokenStream {
+        let federate = self.federate;
+        let id = Literal::u16_unsuffixed(federate.id);
+        let federates = Literal::usize_unsuffixed(self.plan.federates.len());
+        let (federation_id, host, port) = (&rti.federation_id, &rti.host, Literal::u16_unsuffixed(rti.port));
+        let upstream = federate.upstream.iter().map(|upstream| {
+            let id = Literal::u16_unsuffixed(upstream.federate);
+            let number = |ns| Literal::i64_unsuffixed(ns).to_token_stream();
+            let delay = upstream.delay_ns.map_or_else(|| quote!(lf::runtime::DELAY_NONE), number);
+            quote!((#id, #delay))
+        });
+        let downstream = federate.downstream.iter().map(|id| Literal::u16_unsuffixed(*id));
+        let clock_sync = match self.plan.target.clock_sync {
+            ClockSync::Off => quote!(lf::runtime::ClockSync::Off),
+            ClockSync::Init => {
+                let trials = Literal::u16_unsuffixed(self.plan.target.clock_sync_trials);
+                quote!(lf::runtime::ClockSync::Init { trials: #trials })
+            }
+        };
+        let physical_delay = optional_interval(federate.physical_delay_ns);
+        let neighbors = Literal::usize_unsuffixed(federate.upstream.len() + federate.downstream.len());
+        quote! {
+            Some(lf::runtime::Federation {
+                id: #id,
+                federation_id: #federation_id,
+                federates: #federates,
+                rti_host: #host,
+                rti_port: #port,
+                upstream: &[#(#upstream),*],
+                downstream: &[#(#downstream),*],
+                clock_sync: #clock_sync,
+                physical_delay: #physical_delay,
+                input_bytes: lf::runtime::buffer_bytes(LONGEST_INPUT, #neighbors),
+                output_bytes: lf::runtime::buffer_bytes(LONGEST_OUTPUT, #neighbors),
+            })
+        }
+    }
+
+    /// Constants for the longest payload of each direction, of a federate.
+    fn longest_payloads(&self) -> Result<TokenStream, EmitError> {
+        if !self.plan.is_federated() {
+            return Ok(TokenStream::new());
+        }
+        let of = |types: Vec<&Type>| -> Result<Vec<TokenStream>, EmitError> {
+            let mut lengths = Vec::new();
+            for ty in types {
+                let length = self.max_len(ty)?;
+                if !lengths.iter().any(|known: &TokenStream| known.to_string() == length.to_string()) {
+                    lengths.push(length);
+                }
+            }
+            Ok(lengths)
+        };
+        let inputs = of(self.federate.inputs.iter().map(|input| &input.ty).collect())?;
+        let outputs = of(self.federate.outputs.iter().map(|output| &output.ty).collect())?;
+        Ok(quote! {
+            /// The longest payload that can arrive, in bytes.
+            const LONGEST_INPUT: usize = longest(&[#(#inputs),*]);
+            /// The longest payload that can be sent, in bytes.
+            const LONGEST_OUTPUT: usize = longest(&[#(#outputs),*]);
+            const fn longest(lengths: &[usize]) -> usize {
+                let mut longest = 0;
+                let mut index = 0;
+                while index < lengths.len() {
+                    if lengths[index] > longest {
+                        longest = lengths[index];
+                    }
+                    index += 1;
+                }
+                longest
+            }
+        })
+    }
+}
+
+/// An interval as a constant expression.
+fn interval(ns: i64) -> TokenStream {
+    if ns == 0 {
+        return quote!(Interval::ZERO);
+    }
+    let ns = Literal::i64_unsuffixed(ns);
+    quote!(Interval(#ns))
+}
+
+fn optional_interval(ns: Option<i64>) -> TokenStream {
+    match ns {
+        None => quote!(None),
+        Some(ns) => {
+            let interval = interval(ns);
+            quote!(Some(#interval))
+        }
+    }
+}

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One module per reactor class: its preambles, its state as a struct, and its reactions as methods.
+
+use proc_macro2::{Ident, TokenStream, TokenTree};
+use quote::{format_ident, quote};
+
+use super::crate_layout::Layout;
+use super::names::ident;
+use super::splice::Splices;
+use super::{EmitError, File};
+use crate::emit::source_map::FileMap;
+use crate::plan::{Child, ClassIndex, Code, Location, Plan, Reaction, ReactorClass, Type, Value, VariableKind};
+
+/// Emits the module of a class.
+pub(super) fn emit(
+    plan: &Plan,
+    layout: &Layout,
+    class: ClassIndex,
+    path: String,
+) -> Result<(File, FileMap), EmitError> {
+    let mut module = Module { plan, layout, class: &plan.classes[class.0], splices: Splices::new(plan) };
+    let tokens = module.tokens()?;
+    module.splices.finish(path, tokens)
+}
+
+/// The method that runs a reaction.
+pub(super) fn reaction_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}")
+}
+
+/// The method that runs a reaction's deadline handler.
+pub(super) fn deadline_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}_deadline")
+}
+
+/// The method that makes a contained instance.
+pub(super) fn child_method(child: &Child) -> Ident {
+    format_ident!("new_{}", ident(&child.name))
+}
+
+/// A type as tokens.
+pub(super) fn type_tokens(plan: &Plan, ty: &Type) -> Result<TokenStream, EmitError> {
+    let parsed: syn::Type = syn::parse_str(&ty.text)
+        .map_err(|error| EmitError::new(plan, ty.at, format!("`{}` is not a Rust type: {error}", ty.text)))?;
+    Ok(quote!(#parsed))
+}
+
+/// A duration as an expression.
+pub(super) fn duration(ns: i64) -> TokenStream {
+    // LF's times are not negative; the front end has said so where they were.
+    let ns = ns.unsigned_abs();
+    let (amount, constructor) = match ns {
+        _ if ns.is_multiple_of(1_000_000_000) => (ns / 1_000_000_000, "from_secs"),
+        _ if ns.is_multiple_of(1_000_000) => (ns / 1_000_000, "from_millis"),
+        _ if ns.is_multiple_of(1_000) => (ns / 1_000, "from_micros"),
+        _ => (ns, "from_nanos"),
+    };
+    if ns == 0 {
+        return quote!(core::time::Duration::ZERO);
+    }
+    let (amount, constructor) = (proc_macro2::Literal::u64_unsuffixed(amount), format_ident!("{constructor}"));
+    quote!(core::time::Duration::#constructor(#amount))
+}
+
+struct Module<'p> {
+    plan: &'p Plan,
+    layout: &'p Layout,
+    class: &'p ReactorClass,
+    splices: Splices<'p>,
+}
+
+impl<'p> Module<'p> {
+    fn tokens(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let name = ident(&class.name);
+        let about = format!(" Reactor `{}`.", class.name);
+        let mut preambles = Vec::new();
+        for preamble in &class.preambles {
+            preambles.push(self.splices.lines(preamble)?);
+        }
+        let comment = class.docs.iter().flat_map(|docs| docs.lines()).map(|line| format!(" {line}"));
+        let state_doc = self.splices.doc(&format!("An instance of `{}`", class.name), class.at);
+        let fields = self.fields()?;
+        let new = self.new_method()?;
+        let mut methods = Vec::new();
+        for child in &class.children {
+            // A class that only this federate's siblings need is not in this crate.
+            if self.layout.has(child.class) {
+                methods.push(self.child_method(child)?);
+            }
+        }
+        for reaction in &class.reactions {
+            methods.push(self.reaction(reaction)?);
+        }
+        Ok(quote! {
+            #![doc = #about]
+            use super::*;
+            use lf::prelude::*;
+            #(#preambles)*
+            #(#[doc = #comment])*
+            #[doc = ""]
+            #state_doc
+            pub struct #name { #fields }
+            impl #name {
+                #new
+                #(#methods)*
+            }
+        })
+    }
+
+    fn fields(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let parameters =
+            class.parameters.iter().map(|parameter| ("Parameter", &parameter.name, &parameter.ty, parameter.at));
+        let state = class.state.iter().map(|state| ("State", &state.name, &state.ty, state.at));
+        let mut fields = TokenStream::new();
+        for (kind, name, ty, at) in parameters.chain(state) {
+            let doc = self.splices.doc(&format!("{kind} `{name}`"), at);
+            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
+            fields.extend(quote! { #doc #name: #ty, });
+        }
+        Ok(fields)
+    }
+
+    fn new_method(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let doc = self.splices.doc("A new instance; `None` stands for a parameter's default", class.at);
+        let (mut arguments, mut steps, mut fields) = (TokenStream::new(), TokenStream::new(), TokenStream::new());
+        for parameter in &class.parameters {
+            let (name, ty) = (ident(&parameter.name), type_tokens(self.plan, &parameter.ty)?);
+            if let Some(default) = &parameter.default {
+                let default = self.value(default)?;
+                arguments.extend(quote! { #name: Option<#ty>, });
+                steps.extend(quote! { let #name: #ty = #name.unwrap_or_else(|| #default); });
+            } else {
+                arguments.extend(quote! { #name: #ty, });
+            }
+            fields.extend(quote! { #name, });
+        }
+        for state in &class.state {
+            let (name, ty) = (ident(&state.name), type_tokens(self.plan, &state.ty)?);
+            let init = state.init.as_ref().map(|init| self.initial_value(init)).transpose()?;
+            let value = init.unwrap_or_else(|| quote!(Default::default()));
+            steps.extend(quote! { let #name: #ty = #value; });
+            fields.extend(quote! { #name, });
+        }
+        Ok(quote! {
+            #doc
+            pub fn new(#arguments) -> Self {
+                #steps
+                Self { #fields }
+            }
+        })
+    }
+
+    /// An initial value; it works on copies of the parameters that it names, because they remain fields.
+    fn initial_value(&mut self, init: &'p Value) -> Result<TokenStream, EmitError> {
+        let value = self.value(init)?;
+        let named: Vec<Ident> = self
+            .class
+            .parameters
+            .iter()
+            .filter(|parameter| mentions(init, &parameter.name) && !is_copy(&parameter.ty.text))
+            .map(|parameter| ident(&parameter.name))
+            .collect();
+        if named.is_empty() {
+            return Ok(value);
+        }
+        Ok(quote! {{ #(let #named = #named.clone();)* #value }})
+    }
+
+    fn child_method(&mut self, child: &'p Child) -> Result<TokenStream, EmitError> {
+        let target = &self.plan.classes[child.class.0];
+        let doc = self.splices.doc(&format!("`{} = new {}(…)`", child.name, target.name), child.at);
+        let method = child_method(child);
+        let path = self.layout.class_path(child.class);
+        let mut values = Vec::new();
+        for (parameter, argument) in target.parameters.iter().zip(&child.arguments) {
+            values.push(match (argument, &parameter.default) {
+                (Some(value), Some(_)) => {
+                    let value = self.value(value)?;
+                    quote!(Some(#value))
+                }
+                (Some(value), None) => self.value(value)?,
+                (None, Some(_)) => quote!(None),
+                (None, None) => {
+                    let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
+                    return Err(EmitError::new(self.plan, child.at, message));
+                }
+            });
+        }
+        let in_scope =
+            self.class.parameters.iter().filter(|parameter| {
+                child.arguments.iter().flatten().any(|argument| mentions(argument, &parameter.name))
+            });
+        let copies = in_scope.map(|parameter| {
+            let name = ident(&parameter.name);
+            if is_copy(&parameter.ty.text) {
+                quote!(let #name = self.#name;)
+            } else {
+                quote!(let #name = self.#name.clone();)
+            }
+        });
+        Ok(quote! {
+            #doc
+            pub fn #method(&self) -> #path {
+                #(#copies)*
+                #path::new(#(#values),*)
+            }
+        })
+    }
+
+    fn reaction(&mut self, reaction: &'p Reaction) -> Result<TokenStream, EmitError> {
+        let named = reaction.name.as_ref().map(|name| format!("`{name}`: ")).unwrap_or_default();
+        let doc_text = format!("{named}`{}`", reaction.signature);
+        let run = self.method(&reaction_method(reaction.number), &doc_text, reaction, &reaction.body, reaction.at)?;
+        let Some(handler) = &reaction.deadline else { return Ok(run) };
+        let late_text = format!("What runs instead of {doc_text} when its deadline is missed");
+        let late = self.method(&deadline_method(reaction.number), &late_text, reaction, handler, handler.at)?;
+        Ok(quote! { #run #late })
+    }
+
+    fn method(
+        &mut self,
+        name: &Ident,
+        doc: &str,
+        reaction: &'p Reaction,
+        body: &'p Code,
+        at: Location,
+    ) -> Result<TokenStream, EmitError> {
+        let doc = self.splices.doc(doc, at);
+        let mut parameters = Vec::new();
+        for parameter in &reaction.parameters {
+            let variable = ident(&parameter.name);
+            let ty = self.variable_type(&parameter.kind, parameter.effect)?;
+            parameters.push(quote! { #[allow(unused_variables)] #variable: #ty });
+        }
+        let body = self.splices.lines(body)?;
+        Ok(quote! {
+            #doc
+            pub fn #name(
+                &mut self,
+                #[allow(unused_variables)] ctx: &mut ReactionContext<'_>,
+                #(#parameters),*
+            ) {
+                #body
+            }
+        })
+    }
+
+    fn variable_type(&self, kind: &VariableKind, effect: bool) -> Result<TokenStream, EmitError> {
+        let mutable = effect.then(|| quote!(mut));
+        Ok(match kind {
+            VariableKind::Port { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable Port<#ty>)
+            }
+            VariableKind::LogicalAction { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable LogicalAction<#ty>)
+            }
+            VariableKind::PhysicalAction { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable PhysicalAction<#ty>)
+            }
+            VariableKind::Timer => quote!(&Timer),
+        })
+    }
+
+    fn value(&mut self, value: &'p Value) -> Result<TokenStream, EmitError> {
+        match value {
+            Value::Time { ns } => Ok(duration(*ns)),
+            Value::Rust(code) => self.splices.inline(code),
+        }
+    }
+}
+
+/// Whether a value names a variable.
+fn mentions(value: &Value, name: &str) -> bool {
+    fn find(tokens: TokenStream, name: &Ident) -> bool {
+        tokens.into_iter().any(|token| match token {
+            TokenTree::Ident(found) => found == *name,
+            TokenTree::Group(group) => find(group.stream(), name),
+            TokenTree::Punct(_) | TokenTree::Literal(_) => false,
+        })
+    }
+    match value {
+        Value::Time { .. } => false,
+        Value::Rust(code) => code.text.parse::<TokenStream>().is_ok_and(|tokens| find(tokens, &ident(name))),
+    }
+}
+
+/// Whether a type is surely `Copy`, so that generated code need not clone it.
+fn is_copy(ty: &str) -> bool {
+    const COPY: [&str; 18] = [
+        "bool",
+        "char",
+        "u8",
+        "u16",
+        "u32",
+        "u64",
+        "u128",
+        "usize",
+        "i8",
+        "i16",
+        "i32",
+        "i64",
+        "i128",
+        "isize",
+        "f32",
+        "f64",
+        "()",
+        "core::time::Duration",
+    ];
+    COPY.contains(&ty) || (ty.starts_with('&') && !ty[1..].trim_start().starts_with("mut ") && !ty.contains("mut "))
+}

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From places in generated files back to places in the LF program.
+
+use std::collections::BTreeMap;
+
+/// Where the pieces of generated files come from. Lines and columns count from 1, columns in characters.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SourceMap {
+    lf_paths: Vec<String>,
+    files: BTreeMap<String, FileMap>,
+}
+
+/// The map of one generated file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct FileMap {
+    /// Verbatim pieces, at most one per line where they span lines; sorted by place.
+    pub(super) pieces: Vec<Piece>,
+    /// Lines of scaffolding from which on everything stems from one declaration; sorted by line.
+    pub(super) anchors: Vec<Anchor>,
+}
+
+/// A piece of one generated line that stands in the LF program as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    pub(super) line: usize,
+    pub(super) column: usize,
+    /// Characters; the place directly after the last one still belongs to the piece.
+    pub(super) len: usize,
+    pub(super) to: Place,
+}
+
+/// A generated line that a declaration stands behind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Anchor {
+    pub(super) line: usize,
+    /// `None` ends the anchor before it.
+    pub(super) to: Option<Place>,
+}
+
+/// A place in the LF program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    /// Position in the list of LF paths.
+    pub(super) file: usize,
+    pub(super) line: usize,
+    pub(super) column: usize,
+}
+
+impl SourceMap {
+    pub(super) fn new(lf_paths: Vec<String>) -> Self {
+        Self { lf_paths, files: BTreeMap::new() }
+    }
+
+    pub(super) fn insert(&mut self, generated_path: String, map: FileMap) {
+        self.files.insert(generated_path, map);
+    }
+
+    /// The place in the LF program from which a place in a generated file stems.
+    ///
+    /// A place in a verbatim piece (a body, a preamble, a value) is mapped exactly; any other place to the declaration
+    /// that it was generated for. `None` when nothing of the program stands behind it.
+    pub fn to_lf(&self, generated_path: &str, line: usize, column: usize) -> Option<(&str, usize, usize)> {
+        let file = self.files.get(generated_path)?;
+        let place = file.piece(line, column).or_else(|| file.anchor(line))?;
+        Some((self.lf_paths.get(place.file)?.as_str(), place.line, place.column))
+    }
+
+    /// Whether a place in a generated file lies in a verbatim piece, so that an excerpt of the LF file shows it.
+    pub fn is_verbatim(&self, generated_path: &str, line: usize, column: usize) -> bool {
+        self.files.get(generated_path).is_some_and(|file| file.piece(line, column).is_some())
+    }
+}
+
+impl FileMap {
+    fn piece(&self, line: usize, column: usize) -> Option<Place> {
+        let until = self.pieces.partition_point(|piece| (piece.line, piece.column) <= (line, column));
+        let piece = self.pieces[..until].last()?;
+        let offset = column - piece.column.min(column);
+        let inside = piece.line == line && offset <= piece.len;
+        inside.then(|| Place { column: piece.to.column + offset, ..piece.to })
+    }
+
+    fn anchor(&self, line: usize) -> Option<Place> {
+        let until = self.anchors.partition_point(|anchor| anchor.line <= line);
+        self.anchors[..until].last()?.to
+    }
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Per Zephyr federate: a Kconfig fragment with what follows from the plan and the deployment, and a devicetree
+//! overlay with the MAC address. A user's own files are added on top of both.
+
+use core::fmt::Write;
+
+use super::deployment::{Deployment, Mac, Place};
+use crate::plan::{Federate, Logging, Plan, TriggerKind};
+
+/// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
+const ETHERNET_LABELS: [(&str, &str); 9] = [
+    ("qemu_cortex_m3", "eth"),
+    ("mps2", "eth0"),
+    ("mimxrt", "enet_mac"),
+    ("frdm_k64f", "enet_mac"),
+    ("frdm_mcxn947", "enet_mac"),
+    ("nucleo_", "mac"),
+    ("stm32", "mac"),
+    ("sam_", "gmac"),
+    ("same54_xpro", "gmac"),
+];
+
+/// The devicetree label of a board's Ethernet MAC, if it is known.
+pub(super) fn ethernet_label(board: &str) -> Option<&'static str> {
+    ETHERNET_LABELS.iter().find(|(start, _)| board.starts_with(start)).map(|(_, label)| *label)
+}
+
+/// Lines of a Kconfig fragment.
+struct Fragment(String);
+
+impl Fragment {
+    fn comment(&mut self, text: &str) {
+        // Writing to a String cannot fail.
+        let _ = write!(self.0, "\n# {text}\n");
+    }
+
+    fn set(&mut self, symbol: &str, value: impl core::fmt::Display) {
+        let _ = writeln!(self.0, "CONFIG_{symbol}={value}");
+    }
+
+    fn set_text(&mut self, symbol: &str, value: &str) {
+        let escaped = value.replace('\\', "\\\\").replace('"', "\\\"");
+        self.set(symbol, format_args!("\"{escaped}\""));
+    }
+}
+
+/// The Kconfig fragment of a federate, or of an unfederated program.
+pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment) -> String {
+    let place = deployment.place(&federate.name);
+    let mut fragment = Fragment(header("#", plan, federate));
+    if let Some(rti) = &plan.rti {
+        fragment.comment("The federation.");
+        fragment.set_text("LF_FEDERATION_ID", &rti.federation_id);
+        match deployment.rti.ip {
+            Some(ip) => fragment.set_text("LF_RTI_ADDRESS", &ip.to_string()),
+            // The fragment takes addresses only; a name such as localhost leaves the default, this computer.
+            None if rti.host.parse::<core::net::Ipv4Addr>().is_ok() => {
+                fragment.set_text("LF_RTI_ADDRESS", &rti.host);
+            }
+            None => {}
+        }
+        fragment.set("LF_RTI_PORT", deployment.rti.port.unwrap_or(rti.port));
+    }
+    network(&mut fragment, &place);
+    capacities(&mut fragment, plan, federate);
+    logging(&mut fragment, plan.target.logging);
+    fragment.0
+}
+
+fn network(fragment: &mut Fragment, place: &Place) {
+    let Some(network) = &place.network else { return };
+    fragment.comment("This board's address.");
+    fragment.set("NET_CONFIG_SETTINGS", "y");
+    fragment.set("NET_CONFIG_NEED_IPV4", "y");
+    fragment.set_text("NET_CONFIG_MY_IPV4_ADDR", &network.ip.to_string());
+    fragment.set_text("NET_CONFIG_MY_IPV4_NETMASK", &network.netmask.to_string());
+    if let Some(gateway) = network.gateway {
+        fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway.to_string());
+    }
+}
+
+fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
+    // A federate has one connection, to the RTI; while it is made anew, the old socket may not be gone yet.
+    let sockets = if plan.is_federated() { 2 } else { 1 };
+    fragment.comment("What the federate needs: sockets, and descriptors for them and for the wake-up.");
+    fragment.set("LF_SOCKETS", sockets);
+    fragment.set("ZVFS_OPEN_MAX", sockets + 2);
+    fragment.set("ZVFS_POLL_MAX", 2 * sockets + 1);
+    let is_physical = |kind: &TriggerKind| matches!(kind, TriggerKind::Action { physical: true, .. });
+    let threads = match plan.target.user_threads {
+        0 => federate.triggers.iter().filter(|trigger| is_physical(&trigger.kind)).count(),
+        given => usize::from(given),
+    };
+    fragment.comment("Threads that bodies start: `user-threads`, or one for each physical action.");
+    fragment.set("LF_USER_THREADS", threads);
+}
+
+fn logging(fragment: &mut Fragment, logging: Logging) {
+    let level = match logging {
+        Logging::Error => "ERR",
+        Logging::Warn => "WRN",
+        // This is Zephyr's default, which a user's own file can then change without a conflict.
+        Logging::Info => return,
+        Logging::Log | Logging::Debug => "DBG",
+    };
+    fragment.comment("The target property `logging`.");
+    fragment.set(&format!("LF_LOG_LEVEL_{level}"), "y");
+}
+
+/// The devicetree overlay of a federate; without a MAC address it changes nothing.
+pub(super) fn overlay(plan: &Plan, federate: &Federate, mac: Option<(Mac, &str)>) -> String {
+    let mut text = header("//", plan, federate);
+    if let Some((mac, label)) = mac {
+        let bytes: Vec<String> = mac.0.iter().map(|byte| format!("{byte:02x}")).collect();
+        let _ = write!(
+            text,
+            "\n&{label} {{\n\t/delete-property/ zephyr,random-mac-address;\n\tlocal-mac-address = [{}];\n}};\n",
+            bytes.join(" ")
+        );
+    }
+    text
+}
+
+fn header(mark: &str, plan: &Plan, federate: &Federate) -> String {
+    let name = &federate.name;
+    format!(
+        "{mark} SPDX-License-Identifier: Apache-2.0\n{mark} Generated by lfz for {name} of {}; do not edit. \
+         Settings of your own belong into prj_{name}.conf and boards/<board>_{name}.overlay.\n",
+        plan.name
+    )
+}
