@@ -61,6 +61,8 @@ pub struct Target {
     pub platform: Option<String>,
     /// `platform: {board}`, if given.
     pub board: Option<String>,
+    /// `platform: {user-threads}`: how many threads bodies may start at most; 0 when not given.
+    pub user_threads: u16,
 }
 
 impl Default for Target {
@@ -74,6 +76,7 @@ impl Default for Target {
             clock_sync_trials: 10,
             platform: None,
             board: None,
+            user_threads: 0,
         }
     }
 }
