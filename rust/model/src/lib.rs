@@ -1,11 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reactor model of one federate.
+//! The reactor model of one federate: tags and time, event queue, reactions by level, ports, actions, timers,
+//! deadlines.
+//!
+//! The compiler generates a [`Program`] with constant [`Tables`]; an event loop drives it through an [`Engine`] and
+//! gives that an [`Env`] for what it cannot do itself: read a clock, send, wake. Nothing here knows a federation, a
+//! socket or a thread; nothing allocates. `tests/as_generated.rs` shows a program as the compiler writes it, and an
+//! event loop that drives it.
+//!
+//! # What the generator chooses
+//!
+//! | capacity | where it stands | what it must hold |
+//! |---|---|---|
+//! | events of a logical action | [`LogicalActionQueue<T, N>`] | those scheduled and not yet happened; `@capacity(n)` |
+//! | events of a physical action | [`PhysicalActionQueue<T, N>`], and again [`PhysicalInbox<T, N>`] | the same; a burst between two turns of the event loop |
+//! | values on a delayed connection | [`QueuedPort<T, N>`] | those sent within one delay |
+//! | messages of a network input | [`QueuedPort<T, N>`] | those ahead of this federate; when full, the sender waits |
+//! | triggers, reactions, ports | [`storage_for!`] | computed from the tables |
+//!
+//! The engine's event queue holds one tag per trigger, so it has no capacity to choose and cannot be full.
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod action;
+mod bits;
+mod context;
+mod engine;
+mod error;
+mod events;
 mod macros;
+mod multiport;
+mod payload;
+mod physical;
+mod port;
+mod program;
+mod queue;
+mod storage;
+mod tables;
 pub mod time;
 
+pub use action::{LogicalAction, LogicalActionQueue, Timer};
+pub use context::{Moment, ReactionContext, Readable, Schedulable};
+pub use engine::{Engine, Progress, Settings};
+pub use error::{DeliverError, ModelError, ScheduleError};
 #[doc(hidden)]
 pub use macros::__private;
+pub use multiport::{Multiport, MultiportMut, PortsMut};
+pub use payload::{FixedPayload, Payload, PayloadError};
+pub use physical::{
+    Inbox, Mailbox, Outside, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink,
+    Posted,
+};
+pub use port::{Port, QueuedPort, QueuedPortInner};
+pub use program::{Bounds, Env, Outgoing, PortCell, Program, SendError, TriggerCell, Undelivered};
+pub use queue::{Event, Full, Owned, View};
+pub use storage::Storage;
+pub use tables::{
+    ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,
+    ReactionKind, Tables, TriggerId, TriggerInfo, TriggerKind, words,
+};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
+
+/// What reaction bodies, preambles and state see without a path.
+pub mod prelude {
+    pub use core::time::Duration;
+
+    pub use crate::Offset::{After, Asap};
+    pub use crate::{
+        EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,
+        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer,
+    };
+    pub use crate::{after, assert_tag_is, delay, payload, tag};
+}

@@ -183,9 +183,9 @@ pub struct Tag {
 }
 
 impl Tag {
-    /// Before every tag that a program can reach; as on the wire (i64::MIN, 0).
+    /// Before every tag that a program can reach; on the wire (`i64::MIN`, 0).
     pub const NEVER: Self = Self { time: Instant::NEVER, microstep: Microstep(0) };
-    /// After every tag that a program can reach; as on the wire (i64::MAX, u32::MAX).
+    /// After every tag that a program can reach; on the wire (`i64::MAX`, `u32::MAX`).
     pub const FOREVER: Self = Self { time: Instant::FOREVER, microstep: Microstep::MAX };
 
     /// The tag at `time` and `microstep`.

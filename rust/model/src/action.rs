@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Timers and logical actions, and the rules by which an action's event gets its tag.
+use core::fmt;
+
+use heapless::vec::VecStorage;
+
+use crate::context::{Moment, Readable, Schedulable};
+use crate::program::{Bounds, TriggerCell};
+use crate::queue::{Event, Full, Owned, Queue, View};
+use crate::tables::{ActionTiming, Policy, TriggerId};
+use crate::time::{Instant, Tag};
+
+/// A timer, as bodies see it: `ctx.is_present(t)`. Generated code makes one per trigger of this kind.
+#[derive(Debug, Default)]
+pub struct Timer {
+    present: bool,
+}
+
+impl Timer {
+    /// A timer; offset and period stand in the tables.
+    pub const fn new() -> Self {
+        Self { present: false }
+    }
+}
+
+impl Readable for Timer {
+    type Value = ();
+    fn is_present(&self) -> bool {
+        self.present
+    }
+    fn value(&self) -> Option<&()> {
+        self.present.then_some(&())
+    }
+}
+
+impl TriggerCell for Timer {
+    fn activate(&mut self, _tag: Tag) -> Option<Tag> {
+        self.present = true;
+        None
+    }
+    fn clear(&mut self) {
+        self.present = false;
+    }
+}
+
+/// A logical action with room for `N` pending events. Generated code makes one per trigger of this kind, with the
+/// capacity from the plan, and gives it to reactions as `&LogicalAction<T>`, or as effect `&mut LogicalAction<T>`.
+pub type LogicalActionQueue<T, const N: usize> = LogicalAction<T, Owned<Option<T>, N>>;
+
+/// A logical action, as bodies see it.
+pub struct LogicalAction<T, S: VecStorage<Event<Option<T>>> + ?Sized = View<Option<T>>> {
+    id: TriggerId,
+    present: bool,
+    value: Option<T>,
+    /// The tag of the event that was scheduled last.
+    last: Option<Tag>,
+    /// The tag of the event that happened last.
+    happened: Option<Tag>,
+    queue: Queue<Option<T>, S>,
+}
+
+impl<T, const N: usize> LogicalActionQueue<T, N> {
+    /// An action with nothing pending.
+    pub const fn new(id: TriggerId) -> Self {
+        Self { id, present: false, value: None, last: None, happened: None, queue: Queue::new() }
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> LogicalAction<T, S> {
+    /// Schedules an event at `intended`, or where spacing and other events put it.
+    pub(crate) fn insert(
+        &mut self,
+        intended: Tag,
+        value: Option<T>,
+        timing: &ActionTiming,
+        bounds: &Bounds,
+    ) -> Result<(), Full> {
+        let intended = intended.max(bounds.current.next_microstep());
+        let tag = match self.place(intended, timing) {
+            Place::At(tag) => tag,
+            Place::Nowhere => return Ok(()),
+            Place::Into(tag) => {
+                if let Some(pending) = self.queue.value_at(tag) {
+                    *pending = value;
+                }
+                return Ok(());
+            }
+        };
+        if tag <= bounds.stop {
+            self.last = Some(self.queue.insert(tag, value)?);
+        }
+        Ok(())
+    }
+
+    /// The rules of minimum spacing. An event that [`Policy::Update`] replaces is taken out here.
+    fn place(&mut self, intended: Tag, timing: &ActionTiming) -> Place {
+        let (Some(spacing), Some(last)) = (timing.min_spacing, self.last) else {
+            return Place::At(intended);
+        };
+        // With a spacing of zero, two events at one instant are still one too many, but microsteps part them.
+        let earliest_after = |tag: Tag| if spacing.0 == 0 { tag.next_microstep() } else { Tag::at(tag.time + spacing) };
+        let early = |tag: Tag| {
+            let earliest = tag.time + spacing;
+            earliest > intended.time || (spacing.0 == 0 && earliest == intended.time)
+        };
+        if !early(last) {
+            return Place::At(intended);
+        }
+        match timing.policy {
+            Policy::Drop => Place::Nowhere,
+            Policy::Replace if self.queue.contains(last) => Place::Into(last),
+            Policy::Defer | Policy::Replace => Place::At(intended.max(earliest_after(last))),
+            Policy::Update => {
+                self.queue.remove(last);
+                match self.queue.last_tag().max(self.happened) {
+                    Some(before) if early(before) => Place::At(intended.max(earliest_after(before))),
+                    _ => Place::At(intended),
+                }
+            }
+        }
+    }
+}
+
+/// Where an event goes.
+enum Place {
+    At(Tag),
+    Into(Tag),
+    Nowhere,
+}
+
+impl<T: fmt::Debug, S: VecStorage<Event<Option<T>>> + ?Sized> fmt::Debug for LogicalAction<T, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("LogicalAction")
+            .field("present", &self.present)
+            .field("value", &self.value)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Readable for LogicalAction<T, S> {
+    type Value = T;
+    fn is_present(&self) -> bool {
+        self.present
+    }
+    fn value(&self) -> Option<&T> {
+        self.value.as_ref()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for LogicalAction<T, S> {
+    type Value = T;
+    fn id(&self) -> TriggerId {
+        self.id
+    }
+    fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
+        let delay = moment.timing.min_delay.saturating_add(moment.offset);
+        self.insert(moment.bounds.current.after(delay), value, moment.timing, &moment.bounds)
+    }
+    fn pending(&self) -> Option<Tag> {
+        self.queue.first_tag()
+    }
+    fn capacity(&self) -> usize {
+        self.queue.capacity()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for LogicalAction<T, S> {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        self.present = true;
+        self.happened = Some(tag);
+        self.value = self.queue.pop_until(tag).flatten();
+        self.queue.first_tag()
+    }
+    fn clear(&mut self) {
+        self.present = false;
+        self.value = None;
+    }
+    fn pending(&self) -> Option<Tag> {
+        self.queue.first_tag()
+    }
+    fn has_room(&self) -> bool {
+        self.queue.has_room()
+    }
+}
+
+/// The tag at which a physical event at `time` is meant to happen: never before the start.
+pub(crate) fn physical_tag(time: Instant, timing: &ActionTiming, start: Instant) -> Tag {
+    Tag::at((time + timing.min_delay).max(start))
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A set of small numbers over borrowed words.
+
+#[derive(Debug)]
+pub(crate) struct Bits<'a>(pub(crate) &'a mut [u32]);
+
+impl Bits<'_> {
+    /// Adds a number; `false` when it was in already.
+    pub(crate) fn insert(&mut self, index: u16) -> bool {
+        let (word, bit) = (usize::from(index / 32), 1 << (index % 32));
+        let new = self.0[word] & bit == 0;
+        self.0[word] |= bit;
+        new
+    }
+
+    pub(crate) fn remove(&mut self, index: u16) {
+        self.0[usize::from(index / 32)] &= !(1 << (index % 32));
+    }
+
+    /// The smallest number in the set, not below `from`.
+    pub(crate) fn first_from(&self, from: u16) -> Option<u16> {
+        let mut mask = u32::MAX << (from % 32);
+        for (index, word) in self.0.iter().enumerate().skip(usize::from(from / 32)) {
+            if word & mask != 0 {
+                // The index fits: a set is never larger than its 16-bit numbers.
+                #[allow(clippy::cast_possible_truncation)]
+                return Some(index as u16 * 32 + (word & mask).trailing_zeros() as u16);
+            }
+            mask = u32::MAX;
+        }
+        None
+    }
+
+    pub(crate) fn pop_first(&mut self) -> Option<u16> {
+        let first = self.first_from(0)?;
+        self.remove(first);
+        Some(first)
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.0.fill(0);
+    }
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a reaction's body can do: the API of Lingua Franca's Rust target.
+use core::time::Duration;
+
+use crate::bits::Bits;
+use crate::engine::{Settings, State};
+use crate::error::{ModelError, ScheduleError};
+use crate::events::Events;
+use crate::physical::{Outside, PhysicalActionRef, PhysicalLink};
+use crate::port::Port;
+use crate::program::{Bounds, Env};
+use crate::queue::Full;
+use crate::tables::{ActionTiming, Tables, TriggerId, TriggerKind};
+use crate::time::{EventTag, Instant, Interval, Offset, Tag};
+
+/// What a body can read: ports, actions, timers.
+pub trait Readable {
+    /// The type of its values.
+    type Value;
+
+    /// Whether it has an event at the current tag.
+    fn is_present(&self) -> bool;
+
+    /// The event's value, if there is an event and it has one.
+    fn value(&self) -> Option<&Self::Value>;
+}
+
+/// What a body can schedule: logical and physical actions.
+pub trait Schedulable {
+    /// The type of its values.
+    type Value;
+
+    /// Which trigger it is.
+    fn id(&self) -> TriggerId;
+
+    /// Adds an event to its queue.
+    ///
+    /// # Errors
+    /// When the queue is full.
+    fn schedule(&mut self, value: Option<Self::Value>, moment: &Moment<'_>) -> Result<(), Full>;
+
+    /// The tag of its earliest pending event.
+    fn pending(&self) -> Option<Tag>;
+
+    /// How many events its queue holds.
+    fn capacity(&self) -> usize;
+}
+
+/// When something is scheduled.
+#[allow(missing_debug_implementations)]
+pub struct Moment<'a> {
+    pub(crate) timing: &'a ActionTiming,
+    pub(crate) offset: Interval,
+    pub(crate) bounds: Bounds,
+    pub(crate) outside: &'a dyn Outside,
+}
+
+/// The `ctx` of a reaction's body.
+#[allow(missing_debug_implementations)]
+pub struct ReactionContext<'a> {
+    pub(crate) tables: &'static Tables,
+    pub(crate) settings: &'a Settings,
+    pub(crate) state: &'a mut State,
+    pub(crate) events: Events<'a>,
+    pub(crate) ready: Bits<'a>,
+    pub(crate) ports: Bits<'a>,
+    pub(crate) env: &'a mut (dyn Env + 'a),
+}
+
+impl ReactionContext<'_> {
+    /// The value of a port or action at this tag, or `None` when it is absent, or present without a value.
+    pub fn get<R>(&self, container: &R) -> Option<R::Value>
+    where
+        R: Readable + ?Sized,
+        R::Value: Copy,
+    {
+        container.value().copied()
+    }
+
+    /// Like [`get`](Self::get), for values that are not to be copied.
+    pub fn get_ref<'r, R: Readable + ?Sized>(&self, container: &'r R) -> Option<&'r R::Value> {
+        container.value()
+    }
+
+    /// Calls `action` with the value, or with `None` when it is absent, and gives what that gives.
+    pub fn use_ref<R: Readable + ?Sized, O>(&self, container: &R, action: impl FnOnce(Option<&R::Value>) -> O) -> O {
+        action(container.value())
+    }
+
+    /// Calls `action` with the value if there is one, and gives what that gives.
+    pub fn use_ref_opt<R: Readable + ?Sized, O>(
+        &self,
+        container: &R,
+        action: impl FnOnce(&R::Value) -> O,
+    ) -> Option<O> {
+        container.value().map(action)
+    }
+
+    /// Whether a port, action or timer has an event at this tag.
+    pub fn is_present<R: Readable + ?Sized>(&self, container: &R) -> bool {
+        container.is_present()
+    }
+
+    /// Sets a port at this tag. The last value that is set at a tag counts.
+    pub fn set<T>(&mut self, port: &mut Port<T>, value: T) {
+        port.value = Some(value);
+        if self.ports.insert(port.id.0) {
+            for reaction in self.tables.ports[usize::from(port.id.0)].reactions {
+                self.ready.insert(reaction.0);
+            }
+        }
+    }
+
+    /// Sets a port if there is a value.
+    pub fn set_opt<T>(&mut self, port: &mut Port<T>, value: Option<T>) {
+        if let Some(value) = value {
+            self.set(port, value);
+        }
+    }
+
+    /// Schedules an action without a value, later by `offset` on top of the action's minimum delay.
+    ///
+    /// A logical action counts from this tag, a physical action from physical time. Where the action's queue is full
+    /// the program ends with an error after this reaction.
+    pub fn schedule<A: Schedulable + ?Sized>(&mut self, action: &mut A, offset: Offset) {
+        self.schedule_with_v(action, None, offset);
+    }
+
+    /// Like [`schedule`](Self::schedule), with a value.
+    pub fn schedule_with_v<A: Schedulable + ?Sized>(
+        &mut self,
+        action: &mut A,
+        value: Option<A::Value>,
+        offset: Offset,
+    ) {
+        let id = action.id();
+        let info = &self.tables.triggers[usize::from(id.0)];
+        let (TriggerKind::Logical(timing) | TriggerKind::Physical(timing)) = &info.kind else { return };
+        let moment =
+            Moment { timing, offset: offset.to_interval(), bounds: self.state.bounds(), outside: self.env.outside() };
+        if let Err(Full { capacity }) = action.schedule(value, &moment) {
+            self.state.fail(ModelError::ActionFull { action: info.name, capacity });
+        }
+        self.events.set(id, action.pending());
+    }
+
+    /// Schedules a physical action the way other threads do.
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled.
+    pub fn schedule_physical<T>(&self, action: &PhysicalActionRef<T>, offset: Offset) -> Result<(), ScheduleError> {
+        action.post(self.env.outside(), None, offset)
+    }
+
+    /// Like [`schedule_physical`](Self::schedule_physical), with a value.
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled, and the value is dropped.
+    pub fn schedule_physical_with_v<T>(
+        &self,
+        action: &PhysicalActionRef<T>,
+        value: Option<T>,
+        offset: Offset,
+    ) -> Result<(), ScheduleError> {
+        action.post(self.env.outside(), value, offset)
+    }
+
+    /// Asks the program to stop: at the next microstep, or later by `offset`. In a federation all federates stop at
+    /// one tag, which is that or a later one.
+    pub fn request_stop(&mut self, offset: Offset) {
+        let tag = self.state.current.after(offset.to_interval());
+        self.state.request_stop(tag, self.settings.federated);
+    }
+
+    /// Whether this is the last tag.
+    pub fn is_shutdown(&self) -> bool {
+        self.state.current == self.state.stop
+    }
+
+    /// The threads that run reactions.
+    pub fn num_workers(&self) -> usize {
+        self.settings.workers
+    }
+
+    /// What a physical thread is given. `spawn_physical_thread`, from the platform's prelude, is built on it.
+    pub fn physical_link(&self) -> PhysicalLink {
+        PhysicalLink::new(self.env.outside(), self.state.start)
+    }
+
+    /// The current tag, relative to the start.
+    pub fn get_tag(&self) -> EventTag {
+        EventTag::relative(self.state.current, self.state.start)
+    }
+
+    /// The time at which the program started.
+    pub fn get_start_time(&self) -> Instant {
+        self.state.start
+    }
+
+    /// The current logical time.
+    pub fn get_logical_time(&self) -> Instant {
+        self.state.current.time
+    }
+
+    /// The physical time now.
+    pub fn get_physical_time(&self) -> Instant {
+        self.env.physical_time()
+    }
+
+    /// The logical time since the start.
+    pub fn get_elapsed_logical_time(&self) -> Duration {
+        self.state.current.time - self.state.start
+    }
+
+    /// The physical time since the start.
+    pub fn get_elapsed_physical_time(&self) -> Duration {
+        self.env.physical_time() - self.state.start
+    }
+}

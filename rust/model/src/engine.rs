@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The scheduler of one federate. It is driven by an event loop, and waits for nothing itself.
+//!
+//! Order of use: [`start`](Engine::start) once; then, as long as [`is_done`](Engine::is_done) is false,
+//! [`drain_physical`](Engine::drain_physical), [`next_tag`](Engine::next_tag), wait until physical time (and the RTI)
+//! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it says [`Progress::Complete`].
+//! [`deliver`](Engine::deliver) and [`set_stop_tag`](Engine::set_stop_tag) may come at any time between these.
+use crate::bits::Bits;
+use crate::context::ReactionContext;
+use crate::error::{DeliverError, ModelError};
+use crate::events::Events;
+use crate::program::{Bounds, Env, Outgoing, Program, SendError};
+use crate::queue::Full;
+use crate::storage::Storage;
+use crate::tables::{InputId, OutputId, PortId, ReactionId, ReactionKind, Tables, TriggerId, TriggerKind};
+use crate::time::{Instant, Interval, Tag};
+
+/// How a program runs: what the target properties say.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Whether other federates have a say in when it stops.
+    pub federated: bool,
+    /// The last tag is this long after the start.
+    pub timeout: Option<Interval>,
+    /// Without events, wait for some instead of stopping.
+    pub keepalive: bool,
+    /// Logical time does not wait for physical time. The event loop honours it.
+    pub fast: bool,
+    /// The threads that run reactions, for `ctx.num_workers()`.
+    pub workers: usize,
+}
+
+impl Settings {
+    /// Not federated, no timeout, ends without events, in real time, one worker.
+    pub const DEFAULT: Self = Self { federated: false, timeout: None, keepalive: false, fast: false, workers: 1 };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+/// How far [`Engine::advance`] came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// The tag is complete, and its ports are clear.
+    Complete,
+    /// A value for another federate found no room. The tag is still open; call again when there is room.
+    OutputFull {
+        /// The connection without room.
+        output: OutputId,
+    },
+    /// The next reaction has a level that is not allowed yet. The tag is still open; call again with a higher limit.
+    LevelLimit {
+        /// That reaction's level.
+        level: u16,
+    },
+    /// The program cannot go on.
+    Failed(ModelError),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    NotStarted,
+    BetweenTags,
+    InTag,
+    Done,
+}
+
+/// The engine's own variables, apart from its tables.
+#[derive(Debug)]
+pub(crate) struct State {
+    phase: Phase,
+    pub(crate) start: Instant,
+    /// The tag that is open, or the last one that was; before the first, the one before the start.
+    pub(crate) current: Tag,
+    pub(crate) stop: Tag,
+    stop_request: Option<Tag>,
+    error: Option<ModelError>,
+    network_input: bool,
+}
+
+impl State {
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds { start: self.start, current: self.current, stop: self.stop }
+    }
+
+    /// Remembers the first error, which ends the program after the reaction.
+    pub(crate) fn fail(&mut self, error: ModelError) {
+        self.error.get_or_insert(error);
+    }
+
+    pub(crate) fn request_stop(&mut self, tag: Tag, federated: bool) {
+        if !federated {
+            self.stop = self.stop.min(tag);
+        } else if tag < self.stop {
+            self.stop_request = Some(self.stop_request.map_or(tag, |earlier| earlier.min(tag)));
+        }
+    }
+}
+
+/// The scheduler of one federate. It borrows its storage, and exists once however many federates there are.
+#[derive(Debug)]
+pub struct Engine<'s> {
+    tables: &'static Tables,
+    settings: Settings,
+    state: State,
+    events: Events<'s>,
+    /// Timers and actions that have an event at this tag.
+    active: Bits<'s>,
+    /// Reactions that have been triggered at this tag, and have not run.
+    ready: Bits<'s>,
+    /// Ports that have been set at this tag.
+    ports: Bits<'s>,
+}
+
+impl<'s> Engine<'s> {
+    /// An engine for the program with these tables, in storage of their size.
+    pub fn new<
+        const TRIGGERS: usize,
+        const TRIGGER_WORDS: usize,
+        const REACTION_WORDS: usize,
+        const PORT_WORDS: usize,
+    >(
+        tables: &'static Tables,
+        storage: &'s mut Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>,
+        settings: Settings,
+    ) -> Self {
+        let mut engine = Self {
+            tables,
+            settings,
+            state: State {
+                phase: Phase::NotStarted,
+                start: Instant::NEVER,
+                current: Tag::NEVER,
+                stop: Tag::FOREVER,
+                stop_request: None,
+                error: None,
+                network_input: false,
+            },
+            events: Events { next: &mut storage.next, winners: &mut storage.winners },
+            active: Bits(&mut storage.active),
+            ready: Bits(&mut storage.ready),
+            ports: Bits(&mut storage.ports),
+        };
+        engine.events.reset();
+        engine.active.clear();
+        engine.ready.clear();
+        engine.ports.clear();
+        engine
+    }
+
+    // --- Questions ---
+
+    /// How the program runs.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The program's constant part.
+    pub fn tables(&self) -> &'static Tables {
+        self.tables
+    }
+
+    /// The time at which the program started.
+    pub fn start_time(&self) -> Instant {
+        self.state.start
+    }
+
+    /// The tag that is open, or the last that was complete; before the first, the one before the start.
+    pub fn current_tag(&self) -> Tag {
+        self.state.current
+    }
+
+    /// Whether a tag is open: [`begin`](Self::begin) was called, and [`advance`](Self::advance) has not completed it.
+    pub fn is_in_tag(&self) -> bool {
+        self.state.phase == Phase::InTag
+    }
+
+    /// Whether the open tag, or the last complete one, had messages from other federates.
+    pub fn had_network_input(&self) -> bool {
+        self.state.network_input
+    }
+
+    /// Whether the last tag of the program is complete.
+    pub fn is_done(&self) -> bool {
+        self.state.phase == Phase::Done
+    }
+
+    /// The last tag of the program, FOREVER as long as none is set.
+    pub fn stop_tag(&self) -> Tag {
+        self.state.stop
+    }
+
+    /// The next tag at which something happens: the earliest event, or the stop tag before it. `None`: nothing does.
+    pub fn next_tag(&self) -> Option<Tag> {
+        if self.is_done() {
+            return None;
+        }
+        let event = self.events.earliest().map_or(Tag::FOREVER, |(tag, _)| tag);
+        Some(event.min(self.state.stop)).filter(|tag| *tag != Tag::FOREVER)
+    }
+
+    /// The stop that a reaction or a thread of a federate has asked for since the last call; it is for the RTI to grant.
+    pub fn take_stop_request(&mut self) -> Option<Tag> {
+        self.state.stop_request.take()
+    }
+
+    /// Whether another message fits into the queue of an input; `false` for an input that does not exist.
+    pub fn has_room(&self, program: &mut dyn Program, input: InputId) -> bool {
+        let input = self.tables.inputs.get(usize::from(input.0));
+        input.and_then(|input| program.trigger(input.trigger)).is_some_and(|cell| cell.has_room())
+    }
+
+    // --- Commands ---
+
+    /// Sets the time of the first tag, and with it that of timers and timeout.
+    pub fn start(&mut self, start: Instant) {
+        self.state.start = start;
+        self.state.current = Tag::at(start).before();
+        self.state.phase = Phase::BetweenTags;
+        if let Some(timeout) = self.settings.timeout {
+            self.state.stop = self.state.stop.min(Tag::at(start + timeout));
+        }
+        for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
+            match trigger.kind {
+                TriggerKind::Startup => self.events.set(id, Some(Tag::at(start))),
+                TriggerKind::Timer { offset, .. } => self.events.set(id, Some(Tag::at(start + offset))),
+                _ => {}
+            }
+        }
+    }
+
+    /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never put off.
+    pub fn set_stop_tag(&mut self, tag: Tag) {
+        if self.state.current < self.state.stop {
+            self.state.stop = self.state.stop.min(tag.max(self.state.current.next_microstep()));
+        }
+    }
+
+    /// Makes the next microstep the last tag, when nothing can happen any more: no event is pending, no stop is set,
+    /// no physical thread has a link, and `keepalive` is not set. Gives whether it did. Not for federates, to which
+    /// messages may come: there the RTI's grant of FOREVER tells, and [`set_stop_tag`](Self::set_stop_tag) follows.
+    pub fn stop_if_idle(&mut self, env: &dyn Env) -> bool {
+        let links = env.outside().mailbox().links();
+        let idle = self.next_tag().is_none() && !self.is_done() && !self.settings.keepalive && links == 0;
+        if idle {
+            self.set_stop_tag(Tag::NEVER);
+        }
+        idle
+    }
+
+    /// Schedules what has come from other threads. Call it whenever the event loop was woken, before `next_tag`.
+    pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
+        let bounds = self.state.bounds();
+        for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
+            let TriggerKind::Physical(timing) = &trigger.kind else { continue };
+            if let Some(cell) = program.trigger(id) {
+                cell.drain(timing, &bounds);
+                self.events.set(id, cell.pending());
+            }
+        }
+        if let Some(time) = env.outside().mailbox().take_stop() {
+            let tag = Tag::at(time).max(self.state.current.next_microstep());
+            self.state.request_stop(tag, self.settings.federated);
+        }
+    }
+
+    /// Takes a message from another federate. What comes after the stop tag is dropped.
+    ///
+    /// # Errors
+    /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
+    pub fn deliver(
+        &mut self,
+        program: &mut dyn Program,
+        input: InputId,
+        tag: Tag,
+        bytes: &[u8],
+    ) -> Result<(), DeliverError> {
+        let info = self.tables.inputs.get(usize::from(input.0)).ok_or(DeliverError::NoSuchPort { port: input.0 })?;
+        if tag > self.state.stop {
+            return Ok(());
+        }
+        if tag <= self.state.current {
+            return Err(DeliverError::Late { input: info.name, tag, current: self.state.current });
+        }
+        program.deliver(input, tag, bytes).map_err(|error| error.at(info.name, input.0))?;
+        let pending = program.trigger(info.trigger).and_then(|cell| cell.pending());
+        self.events.set(info.trigger, pending);
+        Ok(())
+    }
+
+    /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs.
+    ///
+    /// # Errors
+    /// When it is not the time for this tag.
+    pub fn begin(&mut self, program: &mut dyn Program, tag: Tag) -> Result<(), ModelError> {
+        if self.state.phase != Phase::BetweenTags {
+            return Err(ModelError::NotReady { tag });
+        }
+        if tag <= self.state.current {
+            return Err(ModelError::TagOrder { tag, against: self.state.current });
+        }
+        if let Some(next) = self.next_tag().filter(|next| *next < tag) {
+            return Err(ModelError::TagOrder { tag, against: next });
+        }
+        self.state.phase = Phase::InTag;
+        self.state.current = tag;
+        self.state.network_input = false;
+        while let Some((_, trigger)) = self.events.earliest().filter(|(pending, _)| *pending == tag) {
+            self.activate(program, trigger);
+        }
+        if tag == self.state.stop {
+            for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
+                if trigger.kind == TriggerKind::Shutdown {
+                    self.trigger_reactions(id);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs reactions of the open tag in order, those below level `max_level` if that is given, until none is left or
+    /// one cannot run yet. Without an open tag it says [`Progress::Complete`].
+    pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
+        if self.state.phase != Phase::InTag {
+            return self.state.error.map_or(Progress::Complete, Progress::Failed);
+        }
+        while let Some(first) = self.ready.first_from(0) {
+            let info = &self.tables.reactions[usize::from(first)];
+            if max_level.is_some_and(|limit| info.level >= limit) {
+                return Progress::LevelLimit { level: info.level };
+            }
+            match info.kind {
+                ReactionKind::Send(output) => {
+                    if !self.send(program, env, output) {
+                        return Progress::OutputFull { output };
+                    }
+                    self.ready.remove(first);
+                }
+                ReactionKind::Body => {
+                    self.ready.remove(first);
+                    self.run(program, env, ReactionId(first), info.deadline);
+                }
+            }
+            if self.state.error.is_some() {
+                break;
+            }
+        }
+        self.complete(program);
+        self.state.error.map_or(Progress::Complete, Progress::Failed)
+    }
+
+    // --- Parts of begin and advance ---
+
+    fn activate(&mut self, program: &mut dyn Program, id: TriggerId) {
+        let tag = self.state.current;
+        let mut next = program.trigger(id).and_then(|cell| cell.activate(tag));
+        match self.tables.triggers[usize::from(id.0)].kind {
+            TriggerKind::Startup | TriggerKind::Shutdown => {}
+            TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
+                self.active.insert(id.0);
+            }
+            TriggerKind::Timer { period, .. } => {
+                self.active.insert(id.0);
+                next = (period > Interval::ZERO).then(|| Tag::at(tag.time + period));
+            }
+            TriggerKind::Delay { fills, .. } => self.fill(fills),
+            TriggerKind::NetworkInput { fills } => {
+                self.state.network_input = true;
+                self.fill(fills);
+            }
+        }
+        self.events.set(id, next);
+        self.trigger_reactions(id);
+    }
+
+    fn trigger_reactions(&mut self, id: TriggerId) {
+        for reaction in self.tables.triggers[usize::from(id.0)].reactions {
+            self.ready.insert(reaction.0);
+        }
+    }
+
+    fn fill(&mut self, port: PortId) {
+        self.ports.insert(port.0);
+        for reaction in self.tables.ports[usize::from(port.0)].reactions {
+            self.ready.insert(reaction.0);
+        }
+    }
+
+    fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId, deadline: Option<Interval>) {
+        // A deadline of zero is always missed, as in the C runtime.
+        let missed = deadline.is_some_and(|deadline| {
+            deadline <= Interval::ZERO || env.physical_time() > self.state.current.time + deadline
+        });
+        let mut ctx = ReactionContext {
+            tables: self.tables,
+            settings: &self.settings,
+            state: &mut self.state,
+            events: Events { next: self.events.next, winners: self.events.winners },
+            ready: Bits(self.ready.0),
+            ports: Bits(self.ports.0),
+            env,
+        };
+        if missed {
+            program.miss_deadline(id, &mut ctx);
+        } else {
+            program.react(id, &mut ctx);
+        }
+    }
+
+    /// Whether the value is on its way, or has nowhere to go.
+    fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
+        let output = &self.tables.outputs[usize::from(id.0)];
+        let tag = self.state.current.delayed(output.delay);
+        if tag > self.state.stop {
+            return true;
+        }
+        match env.send(&Outgoing { output, tag, id, program }) {
+            Ok(()) => true,
+            Err(SendError::NoRoom) => false,
+            Err(SendError::Payload(error)) => {
+                self.state.fail(ModelError::Encode { output: output.name, error });
+                true
+            }
+        }
+    }
+
+    /// Closes the tag: delayed connections take their values, and what was present no longer is.
+    fn complete(&mut self, program: &mut dyn Program) {
+        while let Some(port) = self.ports.first_from(0) {
+            let info = &self.tables.ports[usize::from(port)];
+            for delay in info.delays {
+                self.capture(program, *delay);
+            }
+            self.ports.remove(port);
+            if let Some(cell) = program.port(PortId(port)) {
+                cell.clear();
+            }
+        }
+        while let Some(trigger) = self.active.pop_first() {
+            if let Some(cell) = program.trigger(TriggerId(trigger)) {
+                cell.clear();
+            }
+        }
+        let over = self.state.error.is_some() || self.state.current >= self.state.stop;
+        self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
+    }
+
+    fn capture(&mut self, program: &mut dyn Program, id: TriggerId) {
+        let info = &self.tables.triggers[usize::from(id.0)];
+        let TriggerKind::Delay { fills, delay } = info.kind else { return };
+        let tag = self.state.current.after(delay);
+        if tag > self.state.stop {
+            return;
+        }
+        if let Err(Full { capacity }) = program.capture(id, tag) {
+            let connection = self.tables.ports[usize::from(fills.0)].name;
+            self.state.fail(ModelError::DelayFull { connection, capacity });
+        }
+        self.events.set(id, program.trigger(id).and_then(|cell| cell.pending()));
+    }
+}

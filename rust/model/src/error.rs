@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What can go wrong, each with a sentence that says what to do.
+use core::fmt;
+
+use crate::payload::PayloadError;
+use crate::time::Tag;
+
+/// The program cannot go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModelError {
+    /// An action was scheduled while its queue was full.
+    ActionFull {
+        /// The action's path in the program.
+        action: &'static str,
+        /// How many pending events it can hold.
+        capacity: usize,
+    },
+    /// A delayed connection had to carry a value while its queue was full.
+    DelayFull {
+        /// The path of the port at the end of the connection.
+        connection: &'static str,
+        /// How many values it can hold on their way.
+        capacity: usize,
+    },
+    /// A value for another federate could not be written as bytes.
+    Encode {
+        /// The connection to the other federate.
+        output: &'static str,
+        /// Why.
+        error: PayloadError,
+    },
+    /// The event loop began a tag that is not later than the last one, or later than a pending event.
+    TagOrder {
+        /// The tag that was to begin.
+        tag: Tag,
+        /// The last tag, or the pending event's.
+        against: Tag,
+    },
+    /// The event loop began a tag while another one was not complete, before the start, or after the end.
+    NotReady {
+        /// The tag that was to begin.
+        tag: Tag,
+    },
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ActionFull { action, capacity } => write!(
+                f,
+                "action {action} was scheduled while it held {capacity} pending events, which is all it has room for: \
+                 write @capacity(n) with a larger n before its declaration, or schedule it less often"
+            ),
+            Self::DelayFull { connection, capacity } => write!(
+                f,
+                "the connection with `after` to {connection} held {capacity} values on their way, which is all it has \
+                 room for: write @capacity(n) with a larger n before the connection, or send less often"
+            ),
+            Self::Encode { output, error } => write!(f, "a value cannot be sent over {output}: {error}"),
+            Self::TagOrder { tag, against } => {
+                write!(
+                    f,
+                    "tag {tag} cannot begin, because tag {against} comes first: this is an error of the event loop"
+                )
+            }
+            Self::NotReady { tag } => write!(
+                f,
+                "tag {tag} cannot begin, because the program is not between two tags: this is an error of the event loop"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ModelError {}
+
+/// A message from another federate was not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeliverError {
+    /// No room now: keep the message, and do not read the connection until [`Engine::has_room`](crate::Engine::has_room).
+    Full {
+        /// The connection.
+        input: &'static str,
+        /// How many messages it can hold.
+        capacity: usize,
+    },
+    /// The payload is not what the port's type needs.
+    Payload {
+        /// The connection.
+        input: &'static str,
+        /// Why.
+        error: PayloadError,
+    },
+    /// The tag has passed.
+    Late {
+        /// The connection.
+        input: &'static str,
+        /// The message's tag.
+        tag: Tag,
+        /// The current tag.
+        current: Tag,
+    },
+    /// The program has no such input.
+    NoSuchPort {
+        /// The port number on the wire.
+        port: u16,
+    },
+}
+
+impl fmt::Display for DeliverError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Full { input, capacity } => write!(
+                f,
+                "{input} holds {capacity} messages, which is all it has room for: read no more until one has been handled"
+            ),
+            Self::Payload { input, error } => {
+                write!(f, "a message for {input} does not fit its type: {error}; build all federates from one program")
+            }
+            Self::Late { input, tag, current } => write!(
+                f,
+                "a message for {input} came with tag {tag}, but this federate is at {current} already: \
+                 check that all federates run the same program"
+            ),
+            Self::NoSuchPort { port } => {
+                write!(
+                    f,
+                    "a message came for input {port}, which this federate does not have: build all federates from one program"
+                )
+            }
+        }
+    }
+}
+
+impl core::error::Error for DeliverError {}
+
+/// A physical action was not scheduled: as many of its events wait to be taken by the event loop as there is room for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ScheduleError {
+    /// How many events can wait.
+    pub capacity: usize,
+}
+
+impl fmt::Display for ScheduleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} events of this physical action wait already, which is all it has room for: write @capacity(n) with a \
+             larger n before its declaration, or schedule it less often",
+            self.capacity
+        )
+    }
+}
+
+impl core::error::Error for ScheduleError {}

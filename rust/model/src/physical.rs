@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Physical actions: events from other threads and interrupts.
+//!
+//! A thread puts an event with its time-stamp into the action's [`PhysicalInbox`], a static of the generated crate,
+//! and wakes the event loop, which moves it to the action's own queue. The inbox is guarded by a critical section of a
+//! few instructions, so it can be used from interrupts, keeps the order, and never spins. Nothing here makes threads:
+//! `spawn_physical_thread` is an extension trait of the host's and Zephyr's crates over
+//! [`ReactionContext::physical_link`](crate::ReactionContext::physical_link), which can be generic over the thread's
+//! closure and so need neither a heap nor type erasure; it is in their `prelude`, where bodies find it.
+use core::cell::{Cell, RefCell};
+use core::fmt;
+use core::ops::Deref;
+use core::sync::atomic::{AtomicUsize, Ordering};
+use core::time::Duration;
+
+use critical_section::Mutex;
+use heapless::Deque;
+use heapless::vec::VecStorage;
+
+use crate::action::{LogicalAction, LogicalActionQueue, physical_tag};
+use crate::context::{Moment, Readable, Schedulable};
+use crate::error::ScheduleError;
+use crate::program::{Bounds, TriggerCell};
+use crate::queue::{Event, Full, Owned, View};
+use crate::tables::{ActionTiming, TriggerId};
+use crate::time::{Instant, Offset, Tag};
+
+/// What other threads may use of a participant: its clock and the wake-up of its event loop. One static per program.
+pub trait Outside: Sync {
+    /// Physical time on the federation's clock. It never runs backwards.
+    fn physical_time(&self) -> Instant;
+
+    /// Makes the event loop look for new events, now or when it next waits. Callable from interrupts on Zephyr.
+    fn wake(&self);
+
+    /// Where threads leave what concerns the whole program.
+    fn mailbox(&self) -> &Mailbox;
+}
+
+/// What threads leave for the event loop besides events, and how many could still leave something.
+#[derive(Debug)]
+pub struct Mailbox {
+    links: AtomicUsize,
+    stop: Mutex<Cell<Option<Instant>>>,
+}
+
+impl Mailbox {
+    /// An empty one.
+    pub const fn new() -> Self {
+        Self { links: AtomicUsize::new(0), stop: Mutex::new(Cell::new(None)) }
+    }
+
+    /// How many [`PhysicalLink`]s live: as long as one does, an unfederated program without events does not end.
+    pub fn links(&self) -> usize {
+        self.links.load(Ordering::Acquire)
+    }
+
+    /// The time at which a thread asked the program to stop, if one did since the last call.
+    pub(crate) fn take_stop(&self) -> Option<Instant> {
+        critical_section::with(|cs| self.stop.borrow(cs).take())
+    }
+
+    fn request_stop(&self, time: Instant) {
+        critical_section::with(|cs| {
+            let stop = self.stop.borrow(cs);
+            stop.set(Some(stop.get().map_or(time, |other| other.min(time))));
+        });
+    }
+}
+
+impl Default for Mailbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// An event on its way from a thread to the event loop.
+#[derive(Debug)]
+pub struct Posted<T> {
+    time: Instant,
+    value: Option<T>,
+}
+
+/// What is common to the inboxes of all capacities. Only [`PhysicalInbox`] implements it.
+pub trait Inbox<T>: Sync {
+    /// Puts an event in.
+    ///
+    /// # Errors
+    /// When there is no room.
+    fn post(&self, posted: Posted<T>) -> Result<(), ScheduleError>;
+
+    /// Takes the oldest event out.
+    fn take(&self) -> Option<Posted<T>>;
+}
+
+/// Events of a physical action that the event loop has not seen yet, at most `N`.
+///
+/// Generated code makes a `static` per physical action, with the action's capacity from the plan.
+pub struct PhysicalInbox<T, const N: usize>(Mutex<RefCell<Deque<Posted<T>, N>>>);
+
+impl<T, const N: usize> PhysicalInbox<T, N> {
+    /// An empty inbox.
+    pub const fn new() -> Self {
+        Self(Mutex::new(RefCell::new(Deque::new())))
+    }
+}
+
+impl<T, const N: usize> Default for PhysicalInbox<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<T, const N: usize> fmt::Debug for PhysicalInbox<T, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "PhysicalInbox<{N}>")
+    }
+}
+
+impl<T: Send, const N: usize> Inbox<T> for PhysicalInbox<T, N> {
+    fn post(&self, posted: Posted<T>) -> Result<(), ScheduleError> {
+        // The value that did not fit is dropped outside the critical section, because it may be the user's code.
+        let rejected = critical_section::with(|cs| self.0.borrow_ref_mut(cs).push_back(posted).err());
+        if rejected.is_some() { Err(ScheduleError { capacity: N }) } else { Ok(()) }
+    }
+
+    fn take(&self) -> Option<Posted<T>> {
+        critical_section::with(|cs| self.0.borrow_ref_mut(cs).pop_front())
+    }
+}
+
+/// A physical action that other threads can be given: `let act = act.clone();`.
+pub struct PhysicalActionRef<T: 'static> {
+    inbox: &'static dyn Inbox<T>,
+}
+
+impl<T> Clone for PhysicalActionRef<T> {
+    fn clone(&self) -> Self {
+        Self { inbox: self.inbox }
+    }
+}
+
+impl<T> fmt::Debug for PhysicalActionRef<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("PhysicalActionRef")
+    }
+}
+
+impl<T> PhysicalActionRef<T> {
+    pub(crate) fn post(&self, outside: &dyn Outside, value: Option<T>, offset: Offset) -> Result<(), ScheduleError> {
+        let time = outside.physical_time() + offset.to_interval();
+        self.inbox.post(Posted { time, value })?;
+        outside.wake();
+        Ok(())
+    }
+}
+
+/// A physical action with room for `N` pending events. Generated code makes one per trigger of this kind, with the
+/// capacity from the plan, and gives it to reactions as `&PhysicalAction<T>`, or as effect `&mut PhysicalAction<T>`.
+pub type PhysicalActionQueue<T, const N: usize> = PhysicalAction<T, Owned<Option<T>, N>>;
+
+/// A physical action, as bodies see it. It derefs to the [`PhysicalActionRef`] that other threads use.
+pub struct PhysicalAction<T: 'static, S: VecStorage<Event<Option<T>>> + ?Sized = View<Option<T>>> {
+    handle: PhysicalActionRef<T>,
+    action: LogicalAction<T, S>,
+}
+
+impl<T, const N: usize> PhysicalActionQueue<T, N> {
+    /// An action with nothing pending, and the inbox through which threads reach it.
+    pub const fn new(id: TriggerId, inbox: &'static dyn Inbox<T>) -> Self {
+        Self { handle: PhysicalActionRef { inbox }, action: LogicalActionQueue::new(id) }
+    }
+}
+
+impl<T: fmt::Debug, S: VecStorage<Event<Option<T>>> + ?Sized> fmt::Debug for PhysicalAction<T, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("PhysicalAction").field(&&self.action).finish()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Deref for PhysicalAction<T, S> {
+    type Target = PhysicalActionRef<T>;
+    fn deref(&self) -> &PhysicalActionRef<T> {
+        &self.handle
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Readable for PhysicalAction<T, S> {
+    type Value = T;
+    fn is_present(&self) -> bool {
+        Readable::is_present(&self.action)
+    }
+    fn value(&self) -> Option<&T> {
+        self.action.value()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for PhysicalAction<T, S> {
+    type Value = T;
+    fn id(&self) -> TriggerId {
+        self.action.id()
+    }
+    fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
+        let time = moment.outside.physical_time() + moment.offset;
+        let tag = physical_tag(time, moment.timing, moment.bounds.start);
+        self.action.insert(tag, value, moment.timing, &moment.bounds)
+    }
+    fn pending(&self) -> Option<Tag> {
+        Schedulable::pending(&self.action)
+    }
+    fn capacity(&self) -> usize {
+        self.action.capacity()
+    }
+}
+
+impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for PhysicalAction<T, S> {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        self.action.activate(tag)
+    }
+    fn clear(&mut self) {
+        self.action.clear();
+    }
+    fn pending(&self) -> Option<Tag> {
+        TriggerCell::pending(&self.action)
+    }
+    fn has_room(&self) -> bool {
+        self.action.has_room()
+    }
+    fn drain(&mut self, timing: &ActionTiming, bounds: &Bounds) {
+        while self.action.has_room() {
+            let Some(Posted { time, value }) = self.handle.inbox.take() else { return };
+            let tag = physical_tag(time, timing, bounds.start);
+            // There is room: it was just asked for, and nobody else fills this queue.
+            let _ = self.action.insert(tag, value, timing, bounds);
+        }
+    }
+}
+
+/// What a physical thread has of the program that started it: it can schedule physical actions and ask to stop.
+///
+/// As long as one lives, an unfederated program without events waits for what it may still do.
+pub struct PhysicalLink {
+    outside: &'static dyn Outside,
+    start: Instant,
+}
+
+impl PhysicalLink {
+    pub(crate) fn new(outside: &'static dyn Outside, start: Instant) -> Self {
+        outside.mailbox().links.fetch_add(1, Ordering::AcqRel);
+        Self { outside, start }
+    }
+
+    /// Schedules an event of a physical action, now or later by `offset`, and later by the action's minimum delay.
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled.
+    pub fn schedule_physical<T>(&self, action: &PhysicalActionRef<T>, offset: Offset) -> Result<(), ScheduleError> {
+        action.post(self.outside, None, offset)
+    }
+
+    /// Like [`schedule_physical`](Self::schedule_physical), with a value.
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled, and the value is dropped.
+    pub fn schedule_physical_with_v<T>(
+        &self,
+        action: &PhysicalActionRef<T>,
+        value: Option<T>,
+        offset: Offset,
+    ) -> Result<(), ScheduleError> {
+        action.post(self.outside, value, offset)
+    }
+
+    /// Asks the program to stop, at the physical time now or later by `offset`.
+    pub fn request_stop(&self, offset: Offset) {
+        self.outside.mailbox().request_stop(self.get_physical_time() + offset.to_interval());
+        self.outside.wake();
+    }
+
+    /// The time at which the program started.
+    pub fn get_start_time(&self) -> Instant {
+        self.start
+    }
+
+    /// The time now.
+    pub fn get_physical_time(&self) -> Instant {
+        self.outside.physical_time()
+    }
+
+    /// The time since the program started.
+    pub fn get_elapsed_physical_time(&self) -> Duration {
+        self.get_physical_time() - self.start
+    }
+}
+
+impl Clone for PhysicalLink {
+    fn clone(&self) -> Self {
+        Self::new(self.outside, self.start)
+    }
+}
+
+impl Drop for PhysicalLink {
+    fn drop(&mut self) {
+        self.outside.mailbox().links.fetch_sub(1, Ordering::AcqRel);
+        // The event loop may have been waiting for this thread alone.
+        self.outside.wake();
+    }
+}
+
+impl fmt::Debug for PhysicalLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PhysicalLink").field("start", &self.start).finish_non_exhaustive()
+    }
+}

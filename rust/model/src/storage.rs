@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The memory that an engine borrows, of the size that its program's tables need.
+use crate::time::Tag;
+
+/// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.
+#[derive(Debug)]
+pub struct Storage<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+> {
+    pub(crate) next: [Tag; TRIGGERS],
+    pub(crate) winners: [u16; TRIGGERS],
+    pub(crate) active: [u32; TRIGGER_WORDS],
+    pub(crate) ready: [u32; REACTION_WORDS],
+    pub(crate) ports: [u32; PORT_WORDS],
+}
+
+impl<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>
+    Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>
+{
+    /// Empty storage.
+    ///
+    /// # Panics
+    /// When the sizes contradict each other, which `storage_for!` rules out.
+    pub const fn new() -> Self {
+        assert!(TRIGGERS <= TRIGGER_WORDS * 32, "one bit per trigger: use storage_for!");
+        Self {
+            next: [Tag::FOREVER; TRIGGERS],
+            winners: [0; TRIGGERS],
+            active: [0; TRIGGER_WORDS],
+            ready: [0; REACTION_WORDS],
+            ports: [0; PORT_WORDS],
+        }
+    }
+}
+
+impl<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize> Default
+    for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The [`Storage`] type for a program: `pub type Storage = storage_for!(TABLES);`, where `TABLES` is a `const`.
+#[macro_export]
+macro_rules! storage_for {
+    ($tables:expr) => {
+        $crate::Storage<
+            { $tables.triggers.len() },
+            { $crate::words($tables.triggers.len()) },
+            { $crate::words($tables.reactions.len()) },
+            { $crate::words($tables.ports.len()) },
+        >
+    };
+}

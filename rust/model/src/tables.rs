@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the compiler knows of a program: reactions, triggers, ports and network connections as constant tables.
+//!
+//! The generator writes one `const TABLES: Tables` per federate, and `const _: () = TABLES.check();` beside it, so
+//! that a table that contradicts itself does not compile. The engine then trusts the tables.
+use crate::time::Interval;
+
+/// A reaction: its index in [`Tables::reactions`], which is also its place in the order of execution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ReactionId(pub u16);
+
+/// A trigger: its index in [`Tables::triggers`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TriggerId(pub u16);
+
+/// A port that stores a value: its index in [`Tables::ports`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PortId(pub u16);
+
+/// A connection to another federate: its index in [`Tables::outputs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct OutputId(pub u16);
+
+/// A connection from another federate: its index in [`Tables::inputs`], which is its port number on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct InputId(pub u16);
+
+/// Everything about a program that does not change while it runs.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables {
+    /// The reactions in the order in which they run within a tag: by level, then by instantiation.
+    pub reactions: &'static [ReactionInfo],
+    /// Everything that can put an event into the queue.
+    pub triggers: &'static [TriggerInfo],
+    /// The ports that store a value. An input that is connected without delay is the port that feeds it.
+    pub ports: &'static [PortInfo],
+    /// What leaves for other federates.
+    pub outputs: &'static [NetworkOutput],
+    /// What arrives from other federates.
+    pub inputs: &'static [NetworkInput],
+}
+
+/// A reaction in its place in the order of execution.
+#[derive(Clone, Copy, Debug)]
+pub struct ReactionInfo {
+    /// For people: `unit_a.sensor.reaction_1`.
+    pub name: &'static str,
+    /// Reactions of one level do not depend on each other; a lower level runs before a higher one.
+    pub level: u16,
+    /// How late, after the tag's time, the body may begin; later, the deadline's handler runs in its place.
+    pub deadline: Option<Interval>,
+    /// What it runs.
+    pub kind: ReactionKind,
+}
+
+/// What a reaction runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReactionKind {
+    /// A body of the program, through [`Program::react`](crate::Program::react).
+    Body,
+    /// Sending a port's value to another federate; it stands among the reactions that the port triggers.
+    Send(OutputId),
+}
+
+/// A source of events.
+#[derive(Clone, Copy, Debug)]
+pub struct TriggerInfo {
+    /// For people: `unit_a.sensor.sample`, `startup`.
+    pub name: &'static str,
+    /// What it is.
+    pub kind: TriggerKind,
+    /// The reactions that an event triggers. None for a trigger that fills a port: there, the port has them.
+    pub reactions: &'static [ReactionId],
+}
+
+/// The kinds of triggers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TriggerKind {
+    /// Once, at the first tag.
+    Startup,
+    /// Once, at the last tag.
+    Shutdown,
+    /// At the start plus `offset`, then every `period`; a period of zero means once.
+    Timer {
+        /// From the start to the first event.
+        offset: Interval,
+        /// From event to event.
+        period: Interval,
+    },
+    /// An action whose events count from the tag at which they are scheduled.
+    Logical(ActionTiming),
+    /// An action whose events count from the physical time at which they are scheduled, by any thread.
+    Physical(ActionTiming),
+    /// A connection with `after` inside the federate.
+    Delay {
+        /// The port that it fills.
+        fills: PortId,
+        /// The delay; zero is the next microstep.
+        delay: Interval,
+    },
+    /// Messages from another federate.
+    NetworkInput {
+        /// The port that it fills.
+        fills: PortId,
+    },
+}
+
+/// The timing of an action.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ActionTiming {
+    /// Added to the offset of every event.
+    pub min_delay: Interval,
+    /// The least time from one event to the next; `None` for none.
+    pub min_spacing: Option<Interval>,
+    /// What happens to an event that comes closer than that.
+    pub policy: Policy,
+}
+
+impl ActionTiming {
+    /// No delay and no spacing, as for `logical action a`.
+    pub const NONE: Self = Self { min_delay: Interval::ZERO, min_spacing: None, policy: Policy::Defer };
+}
+
+/// What happens to an event that is scheduled closer than the minimum spacing to the one before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Policy {
+    /// It happens later, when the spacing is kept.
+    Defer,
+    /// It does not happen.
+    Drop,
+    /// Its value takes the place of the pending event's; if that one has happened, it is deferred.
+    Replace,
+    /// The pending event does not happen, and this one does; it is deferred where it would come too close to another.
+    Update,
+}
+
+/// A port that stores a value.
+#[derive(Clone, Copy, Debug)]
+pub struct PortInfo {
+    /// For people: `unit_a.sensor.voltage`.
+    pub name: &'static str,
+    /// The reactions that a value triggers, those that send it included, in order of execution.
+    pub reactions: &'static [ReactionId],
+    /// The [`TriggerKind::Delay`] triggers that carry a value on.
+    pub delays: &'static [TriggerId],
+}
+
+/// A connection to another federate, at its source.
+#[derive(Clone, Copy, Debug)]
+pub struct NetworkOutput {
+    /// For people: `unit_a.out -> unit_b.in`.
+    pub name: &'static str,
+    /// The port whose values are sent.
+    pub source: PortId,
+    /// The federate that receives.
+    pub federate: u16,
+    /// The port number on the wire.
+    pub port: u16,
+    /// The connection's `after`; `None` without one.
+    pub delay: Option<Interval>,
+    /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
+    pub max_len: usize,
+}
+
+/// A connection from another federate, at its destination.
+#[derive(Clone, Copy, Debug)]
+pub struct NetworkInput {
+    /// For people: `unit_a.out -> unit_b.in`.
+    pub name: &'static str,
+    /// The trigger that holds what has arrived, of kind [`TriggerKind::NetworkInput`].
+    pub trigger: TriggerId,
+    /// The federate that sends.
+    pub federate: u16,
+    /// The connection's `after`; `None` without one.
+    pub delay: Option<Interval>,
+    /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
+    pub max_len: usize,
+}
+
+/// How many 32-bit words hold `bits` bits.
+pub const fn words(bits: usize) -> usize {
+    bits.div_ceil(32)
+}
+
+impl Tables {
+    /// Checks that ids are in range, levels rise with the order of execution, and the parts agree with each other.
+    ///
+    /// # Panics
+    /// When they do not, with a sentence that says which table is wrong. It is meant for `const _: () = …`.
+    pub const fn check(&self) {
+        assert!(self.reactions.len() <= u16::MAX as usize, "more reactions than a ReactionId can number");
+        assert!(self.triggers.len() <= u16::MAX as usize / 2, "more triggers than the event queue can number");
+        assert!(self.ports.len() <= u16::MAX as usize, "more ports than a PortId can number");
+        self.check_reactions();
+        self.check_triggers();
+        self.check_ports();
+        self.check_network();
+    }
+
+    const fn check_reactions(&self) {
+        let mut i = 0;
+        while i < self.reactions.len() {
+            let reaction = &self.reactions[i];
+            assert!(i == 0 || self.reactions[i - 1].level <= reaction.level, "reactions are not in order of level");
+            if let ReactionKind::Send(output) = reaction.kind {
+                assert!((output.0 as usize) < self.outputs.len(), "a reaction sends to an output that does not exist");
+            }
+            i += 1;
+        }
+    }
+
+    const fn check_triggers(&self) {
+        let mut i = 0;
+        while i < self.triggers.len() {
+            let trigger = &self.triggers[i];
+            self.check_reaction_ids(trigger.reactions);
+            if let TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills } = trigger.kind {
+                assert!((fills.0 as usize) < self.ports.len(), "a trigger fills a port that does not exist");
+                assert!(trigger.reactions.is_empty(), "a trigger that fills a port has reactions of its own");
+            }
+            i += 1;
+        }
+    }
+
+    const fn check_ports(&self) {
+        let mut i = 0;
+        while i < self.ports.len() {
+            self.check_reaction_ids(self.ports[i].reactions);
+            let delays = self.ports[i].delays;
+            let mut j = 0;
+            while j < delays.len() {
+                let delay = delays[j].0 as usize;
+                assert!(delay < self.triggers.len(), "a port is delayed by a trigger that does not exist");
+                assert!(
+                    matches!(self.triggers[delay].kind, TriggerKind::Delay { .. }),
+                    "a port is delayed by a trigger of another kind"
+                );
+                j += 1;
+            }
+            i += 1;
+        }
+    }
+
+    const fn check_network(&self) {
+        let mut i = 0;
+        while i < self.outputs.len() {
+            assert!((self.outputs[i].source.0 as usize) < self.ports.len(), "an output's source does not exist");
+            i += 1;
+        }
+        let mut i = 0;
+        while i < self.inputs.len() {
+            let trigger = self.inputs[i].trigger.0 as usize;
+            assert!(trigger < self.triggers.len(), "an input's trigger does not exist");
+            assert!(
+                matches!(self.triggers[trigger].kind, TriggerKind::NetworkInput { .. }),
+                "an input's trigger is of another kind"
+            );
+            i += 1;
+        }
+    }
+
+    const fn check_reaction_ids(&self, ids: &[ReactionId]) {
+        let mut i = 0;
+        while i < ids.len() {
+            assert!((ids[i].0 as usize) < self.reactions.len(), "a reaction that does not exist is triggered");
+            i += 1;
+        }
+    }
+}
