@@ -45,20 +45,36 @@ pub(super) fn type_tokens(plan: &Plan, ty: &Type) -> Result<TokenStream, EmitErr
     Ok(quote!(#parsed))
 }
 
+/// An integer with its digits in groups of three.
+pub(super) fn integer(value: i64) -> TokenStream {
+    let digits = value.unsigned_abs().to_string();
+    let mut grouped = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            grouped.push('_');
+        }
+        grouped.push(digit);
+    }
+    let sign = (value < 0).then(|| quote!(-));
+    // Digits and underscores always are a literal.
+    let literal = grouped.parse::<TokenStream>().unwrap_or_default();
+    quote!(#sign #literal)
+}
+
 /// A duration as an expression.
 pub(super) fn duration(ns: i64) -> TokenStream {
     // LF's times are not negative; the front end has said so where they were.
-    let ns = ns.unsigned_abs();
+    let ns = ns.max(0);
     let (amount, constructor) = match ns {
-        _ if ns.is_multiple_of(1_000_000_000) => (ns / 1_000_000_000, "from_secs"),
-        _ if ns.is_multiple_of(1_000_000) => (ns / 1_000_000, "from_millis"),
-        _ if ns.is_multiple_of(1_000) => (ns / 1_000, "from_micros"),
+        _ if ns % 1_000_000_000 == 0 => (ns / 1_000_000_000, "from_secs"),
+        _ if ns % 1_000_000 == 0 => (ns / 1_000_000, "from_millis"),
+        _ if ns % 1_000 == 0 => (ns / 1_000, "from_micros"),
         _ => (ns, "from_nanos"),
     };
     if ns == 0 {
         return quote!(core::time::Duration::ZERO);
     }
-    let (amount, constructor) = (proc_macro2::Literal::u64_unsuffixed(amount), format_ident!("{constructor}"));
+    let (amount, constructor) = (integer(amount), format_ident!("{constructor}"));
     quote!(core::time::Duration::#constructor(#amount))
 }
 

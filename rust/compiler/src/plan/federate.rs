@@ -39,8 +39,6 @@ pub struct Federate {
     /// The least delay in nanoseconds on a path from a physical action, its minimum delay included, to an output to
     /// another federate; `None` when there is no such path.
     pub physical_delay_ns: Option<i64>,
-    /// How many events the queue must hold at the same time.
-    pub event_capacity: usize,
 }
 
 /// An instance of a reactor.

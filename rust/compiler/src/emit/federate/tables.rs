@@ -2,11 +2,11 @@
 //! The constant part of a federate: numbers of its parts, tables, and the description for the event loop.
 
 use proc_macro2::{Literal, TokenStream};
-use quote::{ToTokens, quote};
+use quote::quote;
 
 use super::Module;
 use crate::emit::EmitError;
-use crate::emit::reactor::type_tokens;
+use crate::emit::reactor::{integer, type_tokens};
 use crate::plan::{
     ClockSync, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti, SpacingPolicy, Trigger,
     TriggerIndex, TriggerKind, Type,
@@ -48,7 +48,7 @@ impl Module<'_> {
         let (outputs, inputs) = (self.output_table()?, self.input_table()?);
         Ok(quote! {
             /// What the engine knows of this program.
-            pub static TABLES: Tables = Tables {
+            pub const TABLES: Tables = Tables {
                 reactions: &[#(#reactions),*],
                 triggers: &[#(#triggers),*],
                 ports: &[#(#ports),*],
@@ -56,6 +56,8 @@ impl Module<'_> {
                 inputs: &[#(#inputs),*],
             };
             const _: () = TABLES.check();
+            /// The memory that the engine needs for it.
+            pub type Storage = lf::model::storage_for!(TABLES);
         })
     }
 
@@ -218,8 +220,7 @@ impl Module<'_> {
         let (federation_id, host, port) = (&rti.federation_id, &rti.host, Literal::u16_unsuffixed(rti.port));
         let upstream = federate.upstream.iter().map(|upstream| {
             let id = Literal::u16_unsuffixed(upstream.federate);
-            let number = |ns| Literal::i64_unsuffixed(ns).to_token_stream();
-            let delay = upstream.delay_ns.map_or_else(|| quote!(lf::runtime::DELAY_NONE), number);
+            let delay = upstream.delay_ns.map_or_else(|| quote!(lf::runtime::DELAY_NONE), integer);
             quote!((#id, #delay))
         });
         let downstream = federate.downstream.iter().map(|id| Literal::u16_unsuffixed(*id));
@@ -291,8 +292,8 @@ fn interval(ns: i64) -> TokenStream {
     if ns == 0 {
         return quote!(Interval::ZERO);
     }
-    let ns = Literal::i64_unsuffixed(ns);
-    quote!(Interval(#ns))
+    let ns = integer(ns);
+    quote!(Interval::from_nanos(#ns))
 }
 
 fn optional_interval(ns: Option<i64>) -> TokenStream {
