@@ -7,6 +7,7 @@
 //! need not. So a NET in a recording is passed over if the NET before it, with or without other messages between the
 //! two, is the same; and our federate never sends such a one. Everything else has to be there, in the same order, and
 //! nothing more.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;
 

@@ -37,6 +37,11 @@ impl ConnectRetry {
         Self { next: now, give_up: now + time_out, pause }
     }
 
+    /// When the last attempt is over, whatever its outcome.
+    pub const fn give_up(&self) -> Instant {
+        self.give_up
+    }
+
     /// What to do now. `Attempt` is given once per attempt that is due.
     pub fn poll(&mut self, now: Instant) -> ConnectStep {
         if now >= self.give_up {

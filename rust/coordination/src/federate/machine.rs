@@ -179,9 +179,10 @@ impl<'a> Federate<'a> {
     ///
     /// After at most eleven calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
-        let message = self.outbox.next(&self.config).filter(|message| message.encoded_len() <= room)?;
+        let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         self.outbox.remove(&message);
         match message {
+            Message::NextEventTag(_) => self.net.transmitted(),
             Message::T3 { .. } => self.sync.t3_leaves(),
             Message::Resign => self.phase = Phase::Ended,
             _ => {}
@@ -191,7 +192,7 @@ impl<'a> Federate<'a> {
 
     /// Whether [`Federate::poll_transmit`] has a message, given room.
     pub fn has_transmit(&self) -> bool {
-        self.outbox.next(&self.config).is_some()
+        self.next_transmit().is_some()
     }
 
     /// All that [`Federate::poll_transmit`] gave has been written to the socket; `now` is the time after that.
@@ -211,6 +212,12 @@ impl<'a> Federate<'a> {
         if !matches!(self.phase, Phase::Ended | Phase::Failed) {
             self.end_failed(self.phase != Phase::Disconnected);
         }
+    }
+
+    fn next_transmit(&self) -> Option<Message<'a>> {
+        // Once failed, a federate has nothing to promise.
+        let net = if self.phase == Phase::Failed { None } else { self.net.due() };
+        self.outbox.next(&self.config, net)
     }
 
     pub(super) fn unexpected(&self, message: &Message<'_>) -> FederateError {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which next event tags (NET) the RTI has to be told, given its grants and downstream next event tags (DNET).
 //!
-//! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI has been told last is not
-//! told again. A DNET says that no NET up to and including it matters to anybody downstream.
+//! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again. A
+//! DNET says that no NET up to and including it matters to anybody downstream.
+//!
+//! One NET at most is due. A later one replaces it, for it says all that the earlier one said.
 
 use lf_model::time::Tag;
 
@@ -16,8 +18,12 @@ pub(super) struct NetRules {
     /// The last DNET, lowered by the messages that this federate has sent since.
     dnet: Tag,
     any_dnet: bool,
-    /// The last NET sent.
+    /// The last NET that was due, or what the RTI made of it: it lowers a NET when it forwards an earlier message.
     sent: Tag,
+    /// What the RTI knows for certain to be the last NET: transmitted, and not lowered.
+    told: Option<Tag>,
+    /// The NET to be transmitted.
+    due: Option<Tag>,
     /// The NET that was left out since.
     skipped: Option<Tag>,
 }
@@ -31,6 +37,8 @@ impl NetRules {
             dnet: Tag::NEVER,
             any_dnet: false,
             sent: Tag::NEVER,
+            told: None,
+            due: None,
             skipped: None,
         }
     }
@@ -55,8 +63,18 @@ impl NetRules {
         later
     }
 
-    /// The next event is at `tag`; returns the NET to send, if any.
-    pub(super) fn next_event(&mut self, tag: Tag) -> Option<Tag> {
+    /// The NET to be transmitted.
+    pub(super) fn due(&self) -> Option<Tag> {
+        self.due
+    }
+
+    /// The NET has been transmitted.
+    pub(super) fn transmitted(&mut self) {
+        self.told = self.due.take();
+    }
+
+    /// The next event is at `tag`.
+    pub(super) fn next_event(&mut self, tag: Tag) {
         let needed = if tag <= self.granted {
             // This federate needs no further grant; those downstream may need its NET, if they have not had one that
             // is later than what they asked for.
@@ -64,21 +82,29 @@ impl NetRules {
         } else {
             self.dnet < tag || self.has_upstream
         };
-        self.announce(tag, needed)
+        self.announce(tag, needed);
     }
 
     /// Before `bound` this federate will do nothing, but a physical action may come then, before its next event.
-    pub(super) fn bounded(&mut self, bound: Tag) -> Option<Tag> {
+    pub(super) fn bounded(&mut self, bound: Tag) {
         let needed = self.dnet < bound || (self.has_upstream && self.granted < bound);
-        self.announce(bound, needed)
+        self.announce(bound, needed);
     }
 
-    /// A DNET; returns the NET to send, if one was left out that is needed now.
-    pub(super) fn handle_dnet(&mut self, dnet: Tag) -> Option<Tag> {
+    /// A DNET. A NET that was left out may be needed now.
+    pub(super) fn handle_dnet(&mut self, dnet: Tag) {
         self.any_dnet = true;
         self.dnet = dnet;
-        let due = self.skipped.filter(|skipped| dnet < *skipped)?;
-        self.announce(due, true)
+        if let Some(skipped) = self.skipped.filter(|skipped| dnet < *skipped) {
+            self.announce(skipped, true);
+        }
+    }
+
+    /// A message for this federate has come. If it is earlier than this federate's NET, the RTI takes its tag for the NET
+    /// until it is told another one, be it the same as before.
+    pub(super) fn message_received(&mut self, tag: Tag) {
+        self.sent = self.sent.min(tag);
+        self.told = self.told.filter(|told| *told <= tag);
     }
 
     /// A message with this tag goes out: its receiver's next event is not later, whatever the RTI has said before.
@@ -86,25 +112,38 @@ impl NetRules {
         self.dnet = self.dnet.min(tag);
     }
 
-    /// The end: the NET to send before resigning, if any.
-    pub(super) fn finish(&mut self) -> Option<Tag> {
-        self.announce(Tag::FOREVER, true)
+    /// This tag has been begun: the NET of an earlier one would tell of an event that is over.
+    pub(super) fn begun(&mut self, tag: Tag) {
+        self.due = self.due.filter(|due| *due >= tag);
+        self.skipped = self.skipped.filter(|skipped| *skipped >= tag);
     }
 
-    fn announce(&mut self, tag: Tag, needed: bool) -> Option<Tag> {
+    /// The RTI is about to be told that this tag is complete.
+    pub(super) fn completed(&mut self, tag: Tag) {
+        self.due = self.due.filter(|due| *due > tag);
+        self.skipped = self.skipped.filter(|skipped| *skipped > tag);
+    }
+
+    /// The end: nothing will come from this federate any more.
+    pub(super) fn finish(&mut self) {
+        self.announce(Tag::FOREVER, true);
+    }
+
+    fn announce(&mut self, tag: Tag, needed: bool) {
         if !(self.has_upstream || self.has_downstream) {
             // Nobody waits for a federate without neighbors, and it waits for nobody.
-            return None;
+            return;
         }
         self.skipped = None;
-        if tag == self.sent {
-            return None;
-        }
-        if !needed {
+        if self.told == Some(tag) {
+            self.due = None;
+            self.sent = tag;
+        } else if needed || self.due.is_some() {
+            // A NET that is still due must not go out any more: it may promise more than this one.
+            self.due = Some(tag);
+            self.sent = tag;
+        } else {
             self.skipped = Some(tag);
-            return None;
         }
-        self.sent = tag;
-        Some(tag)
     }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The control messages that are due.
 //!
-//! Not a queue, but one place per kind of message: a later NET or LTC replaces one that has not gone out yet, for it says
-//! all that the earlier one said. So the outbox is bounded however rarely it is emptied.
+//! Not a queue, but one place per kind of message: a later LTC replaces one that has not gone out yet, for it says all that
+//! the earlier one said. So the outbox is bounded however rarely it is emptied. The NET has its place in `net_rules`.
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
@@ -22,15 +22,14 @@ pub(super) struct Outbox {
     pub(super) timestamp: Option<Instant>,
     pub(super) stop_request: Option<Tag>,
     pub(super) stop_reply: Option<Tag>,
-    ltc: Option<Tag>,
-    net: Option<Tag>,
+    pub(super) ltc: Option<Tag>,
     pub(super) resign: bool,
     pub(super) failed: bool,
 }
 
 impl Outbox {
-    /// The next message, without taking it out.
-    pub(super) fn next<'a>(&self, config: &Config<'a>) -> Option<Message<'a>> {
+    /// The next message, without taking it out; `net` is the NET that is due.
+    pub(super) fn next<'a>(&self, config: &Config<'a>, net: Option<Tag>) -> Option<Message<'a>> {
         if self.fed_ids {
             return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });
         }
@@ -59,7 +58,7 @@ impl Outbox {
         if let Some(tag) = self.ltc {
             return Some(Message::LatestTagComplete(to_wire(tag)));
         }
-        if let Some(tag) = self.net {
+        if let Some(tag) = net {
             return Some(Message::NextEventTag(to_wire(tag)));
         }
         if self.resign {
@@ -79,28 +78,11 @@ impl Outbox {
             Message::StopRequest(_) => self.stop_request = None,
             Message::StopReply(_) => self.stop_reply = None,
             Message::LatestTagComplete(_) => self.ltc = None,
-            Message::NextEventTag(_) => self.net = None,
             Message::Resign => self.resign = false,
             Message::Failed => self.failed = false,
-            // No other message is ever given.
+            // The NET is not here, and no other message is ever given.
             _ => {}
         }
-    }
-
-    /// A NET is due; it replaces one that has not gone out.
-    pub(super) fn set_net(&mut self, tag: Tag) {
-        self.net = Some(tag);
-    }
-
-    /// This tag has been begun: a NET of an earlier one that has not gone out would tell of an event that is over.
-    pub(super) fn forget_net_before(&mut self, tag: Tag) {
-        self.net = self.net.filter(|net| *net >= tag);
-    }
-
-    /// An LTC is due; it replaces one that has not gone out, and a NET that is not later.
-    pub(super) fn set_ltc(&mut self, tag: Tag) {
-        self.ltc = Some(tag);
-        self.net = self.net.filter(|net| *net > tag);
     }
 
     /// Nothing is due any more.

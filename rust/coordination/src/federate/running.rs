@@ -45,7 +45,7 @@ impl Federate<'_> {
         }
         self.current = tag;
         self.open = true;
-        self.outbox.forget_net_before(tag);
+        self.net.begun(tag);
         self.next = None;
         self.renewal = Deadline::Never;
         Ok(())
@@ -58,7 +58,8 @@ impl Federate<'_> {
     pub fn complete(&mut self, had_network_input: bool) {
         let was_open = core::mem::take(&mut self.open);
         if self.phase == Phase::Running && was_open && had_network_input {
-            self.outbox.set_ltc(self.current);
+            self.net.completed(self.current);
+            self.outbox.ltc = Some(self.current);
         }
     }
 
@@ -93,9 +94,7 @@ impl Federate<'_> {
             Phase::Running => {
                 self.next = None;
                 self.renewal = Deadline::Never;
-                if let Some(net) = self.net.finish() {
-                    self.outbox.set_net(net);
-                }
+                self.net.finish();
                 self.outbox.resign = true;
                 self.phase = Phase::Resigning;
             }
@@ -121,9 +120,7 @@ impl Federate<'_> {
                 Ok(Event::GrantedProvisionally(tag))
             }
             Message::DownstreamNextEventTag(tag) => {
-                if let Some(net) = self.net.handle_dnet(from_wire(tag)) {
-                    self.outbox.set_net(net);
-                }
+                self.net.handle_dnet(from_wire(tag));
                 Ok(Event::None)
             }
             Message::StopRequest(tag) => Ok(match self.stop.asked(from_wire(tag), self.earliest_stop()) {
@@ -151,31 +148,29 @@ impl Federate<'_> {
     /// Tells the RTI the next event, if the rules say so.
     pub(super) fn announce(&mut self, now: Instant) {
         let Some(tag) = self.next else { return };
-        let net = match self.physical_bound(now, tag) {
+        match self.physical_bound(now, tag) {
             None => {
                 self.renewal = Deadline::Never;
-                self.net.next_event(tag)
+                self.net.next_event(tag);
             }
             // Told a short while ago, and not renewed yet, so as not to flood the RTI.
-            Some(_) if matches!(self.renewal, Deadline::At(_)) && !self.renewal.is_due(now) => None,
+            Some(_) if matches!(self.renewal, Deadline::At(_)) && !self.renewal.is_due(now) => {}
             Some(bound) => {
                 self.renewal = Deadline::At(self.renewal_time(now, tag));
-                self.net.bounded(bound)
+                self.net.bounded(bound);
             }
-        };
-        if let Some(net) = net {
-            self.outbox.set_net(net);
         }
     }
 
     fn handle_tagged<'m>(
-        &self,
+        &mut self,
         port: u16,
         federate: FederateId,
         tag: Tag,
         payload: &'m [u8],
     ) -> Result<Event<'m>, FederateError> {
         self.check_destination(federate)?;
+        self.net.message_received(tag);
         let start = self.start.map_or(Tag::NEVER, Tag::at);
         if tag <= self.current || tag < start {
             let (tag, current) = (self.relative(tag), self.relative(self.current.max(start)));

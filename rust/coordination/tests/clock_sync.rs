@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the clock synchronization promises, whatever the network and the clocks do.
+
+use lf_coordination::clock_sync::{ClockCorrection, Estimator, Exchange, SLEW_PPB_MAX};
+use lf_model::time::{Instant, Interval};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// An exchange that begins at `t1` of the RTI's clock, which is `ahead` of the federate's.
+fn exchange(t1: i64, ahead: i64, there: i64, hold: i64, back: i64) -> Exchange {
+    let t2 = t1 - ahead + there;
+    let t4 = t1 + there + hold + back;
+    Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t2 + hold), t4: Instant(t4) }
+}
+
+#[test]
+fn a_few_true_exchanges_win_over_many_disturbed_ones() {
+    // Jitter of 0 to 4 ms, with which the stock federate discards all it has measured; two exchanges got through.
+    let ahead = 1_790_000_000_000_000_000;
+    let mut estimator = Estimator::new();
+    assert_eq!(estimator.estimate(), None);
+    for (index, jitter) in [4_000, 900, 0, 3_100, 2_000, 10, 3_900, 1_500, 2_500, 700].into_iter().enumerate() {
+        let t1 = 1_790_000_000_000_000_000 + 10_000_000 * i64::try_from(index).unwrap();
+        estimator.record(exchange(t1, ahead, 40_000 + 1_000 * jitter, 5_000, 40_000));
+    }
+    let estimate = estimator.estimate().unwrap();
+    assert_eq!((estimate.used, estimate.seen), (2, 10));
+    assert_eq!(estimate.round_trip, Interval(80_000));
+    let error = estimate.offset.as_nanos() - ahead;
+    assert!((-5_000..=0).contains(&error), "{error}");
+}
+
+#[test]
+fn an_interruption_after_the_write_does_not_pass_for_a_quick_exchange() {
+    let mut estimator = Estimator::new();
+    let good = exchange(0, 0, 40_000, 5_000, 40_000);
+    let interrupted = Exchange { t3: good.t3 + Interval(60_000), ..good };
+    assert!(interrupted.round_trip() < good.round_trip());
+    estimator.record(interrupted);
+    estimator.record(good);
+    assert_eq!(estimator.estimate().unwrap().offset, Interval(0));
+}
+
+#[test]
+fn an_impossible_exchange_is_used_only_when_there_is_no_other() {
+    let good = exchange(0, 7, 1_000_000, 0, 1_000_000);
+    let impossible = Exchange { t4: Instant(-5), ..exchange(0, 7, 10, 0, 10) };
+    let mut estimator = Estimator::new();
+    estimator.record(impossible);
+    assert!(estimator.estimate().is_some());
+    estimator.record(good);
+    assert_eq!(estimator.estimate().unwrap().offset, Interval(7));
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Change {
+    Slew(i64),
+    Drift(i32),
+    Read,
+}
+
+fn any_change() -> impl Strategy<Value = Change> {
+    prop_oneof![
+        prop_oneof![-1_000_000..1_000_000i64, any::<i64>()].prop_map(Change::Slew),
+        prop_oneof![-100_000..100_000i32, any::<i32>()].prop_map(Change::Drift),
+        Just(Change::Read),
+    ]
+}
+
+proptest! {
+    /// The offset is wrong by no more than half of what the exchanges that were used took.
+    #[test]
+    fn the_estimate_is_as_good_as_the_quickest_exchange(
+        ahead in -2_000_000_000_000_000_000..2_000_000_000_000_000_000i64,
+        delays in vec((0..5_000_000i64, 0..1_000_000i64, 0..5_000_000i64), 1..30),
+    ) {
+        let mut estimator = Estimator::new();
+        for (there, hold, back) in &delays {
+            estimator.record(exchange(0, ahead, *there, *hold, *back));
+        }
+        let quickest = delays.iter().map(|(there, hold, back)| there + 2 * hold + back).min().unwrap();
+        let estimate = estimator.estimate().unwrap();
+        let error = (estimate.offset.as_nanos() - ahead).abs();
+        prop_assert!(error <= quickest / 4 * 3 + 4, "{error} {quickest}");
+        prop_assert!(estimate.used >= 1 && estimate.used <= estimate.seen);
+        prop_assert_eq!(usize::from(estimate.seen), delays.len());
+    }
+
+    /// Clocks that show anything at all give an estimate, and no panic.
+    #[test]
+    fn any_instants_are_survived(instants in vec(any::<[i64; 4]>(), 1..20)) {
+        let mut estimator = Estimator::new();
+        for [t1, t2, t3, t4] in instants {
+            estimator.record(Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t3), t4: Instant(t4) });
+        }
+        prop_assert!(estimator.estimate().is_some());
+    }
+
+    /// Physical time never runs backwards, whatever was learnt about the clock, and does not stand still for long.
+    #[test]
+    fn physical_time_never_runs_backwards(
+        offset in -2_000_000_000_000_000_000..2_000_000_000_000_000_000i64,
+        changes in vec((0..10_000_000_000i64, any_change()), 1..60),
+    ) {
+        let mut clock = ClockCorrection::with_offset(Interval(offset));
+        let mut local = Instant(0);
+        let mut last = clock.physical(local);
+        for (elapsed, change) in changes {
+            local = local + Interval(elapsed);
+            let physical = clock.physical(local);
+            prop_assert!(physical.since(last).as_nanos() >= elapsed / 10 * 8, "{:?} -> {:?}", last, physical);
+            match change {
+                Change::Slew(error) => clock.slew(local, Interval(error)),
+                Change::Drift(ppb) => clock.set_drift(local, ppb),
+                Change::Read => {}
+            }
+            prop_assert_eq!(clock.physical(local), physical, "a change of rate is no step");
+            last = physical;
+        }
+    }
+
+    /// Waiting until `local`, looking again and waiting again ends, and not too late.
+    #[test]
+    fn waiting_for_a_physical_time_ends(
+        (error, drift) in (-1_000_000_000..1_000_000_000i64, -SLEW_PPB_MAX..SLEW_PPB_MAX),
+        ahead in 0..100_000_000_000i64,
+    ) {
+        let mut clock = ClockCorrection::with_offset(Interval(1_790_000_000_000_000_000));
+        clock.slew(Instant(0), Interval(error));
+        clock.set_drift(Instant(0), drift);
+        let target = clock.physical(Instant(0)) + Interval(ahead);
+        let mut now = Instant(0);
+        let mut rounds = 0;
+        while clock.physical(now) < target {
+            // An event loop that is told to wait for less than its timer's resolution waits for that.
+            let until = clock.local(target).max(now + Interval(1));
+            prop_assert!(clock.physical(until + Interval(-2)) < target, "too late");
+            now = until;
+            clock.slew(now, Interval(0));
+            rounds += 1;
+            prop_assert!(rounds < 20);
+        }
+    }
+
+    /// An error is made up for in full, and no more.
+    #[test]
+    fn an_error_is_made_up_for(error in -1_000_000_000..1_000_000_000i64) {
+        let mut clock = ClockCorrection::with_offset(Interval(5));
+        clock.slew(Instant(100), Interval(error));
+        // 20 s per second of error, at 50 ms in a second.
+        let later = Instant(100) + Interval(error.abs() * 20 + 100);
+        prop_assert_eq!(clock.physical(later), later + Interval(5 + error));
+    }
+}

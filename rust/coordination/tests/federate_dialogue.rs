@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Dialogues with the federate's state machine that no recording shows, each named after what it proves.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+use lf_coordination::federate::{
+    CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
+    Federate, FederateError, Phase,
+};
+use lf_coordination::{Deadline, FederateId};
+use lf_model::time::{Instant, Interval, Microstep, Tag};
+use lf_wire::june_2026::{DELAY_NONE, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
+
+const NOW: Instant = Instant(1_000_000);
+const START: Instant = Instant(10_000_000_000);
+const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
+const DOWNSTREAM: &[u16] = &[2];
+
+fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
+    let mut config = Config::new(FederateId(1), b"federation");
+    (config.upstream, config.downstream, config.clock_sync) = (upstream, downstream, ClockSync::Off);
+    config
+}
+
+/// The tag so many ms after the start.
+fn ms(ms: i64) -> Tag {
+    Tag::at(START + Interval::from_millis(ms))
+}
+
+fn wire(tag: Tag) -> lf_wire::Tag {
+    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
+}
+
+fn net(tag: Tag) -> Message<'static> {
+    Message::NextEventTag(wire(tag))
+}
+
+fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
+    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
+}
+
+/// A federate that has been started, with nothing left to transmit.
+fn running(config: Config<'static>) -> Federate<'static> {
+    let mut federate = Federate::new(config).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
+    drain(&mut federate);
+    let started = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));
+    assert_eq!(started, Ok(Event::Started(START)));
+    federate
+}
+
+fn grant(federate: &mut Federate<'_>, tag: Tag) {
+    assert_eq!(federate.handle_message(NOW, Message::TagGrant(wire(tag))), Ok(Event::Granted(tag)));
+}
+
+fn tagged(tag: Tag, payload: &[u8]) -> Message<'_> {
+    Message::TaggedMessage { port: 3, federate: 1, tag: wire(tag), payload }
+}
+
+#[test]
+fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
+    let mut federate = Federate::new(config(UPSTREAM, DOWNSTREAM)).unwrap();
+    assert_eq!(drain(&mut federate), []);
+    federate.handle_connected(NOW);
+    assert_eq!(federate.poll_timeout(), Deadline::At(NOW + CONNECT_TIME_OUT));
+    assert_eq!(federate.poll_transmit(13), None);
+    assert_eq!(federate.poll_transmit(14), Some(Message::FedIds { federate: 1, federation_id: b"federation" }));
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    let names: Vec<_> = drain(&mut federate).iter().map(Message::name).collect();
+    assert_eq!(names, ["NEIGHBOR_STRUCTURE", "UDP_PORT", "TIMESTAMP"]);
+    assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Starting, Deadline::Never));
+}
+
+#[test]
+fn every_rejection_says_what_to_do() {
+    let mut sentences = std::collections::BTreeSet::new();
+    for byte in 0..=8 {
+        let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+        federate.handle_connected(NOW);
+        drain(&mut federate);
+        let error = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(byte))).unwrap_err();
+        assert_eq!(error, FederateError::Rejected(RejectCode::from_byte(byte)));
+        assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Failed, vec![]));
+        let sentence = error.to_string();
+        let advice = sentence.split_once(". ").map_or("", |(_, advice)| advice);
+        assert!(["Start", "End", "Use", "Check", "See"].iter().any(|verb| advice.starts_with(verb)), "{sentence}");
+        sentences.insert(sentence);
+    }
+    assert_eq!(sentences.len(), 9, "{sentences:#?}");
+}
+
+#[test]
+fn a_connection_that_ends_before_the_ack_is_made_again_until_the_time_is_over() {
+    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+    let mut retry = ConnectRetry::new(NOW);
+    let mut now = NOW;
+    let mut attempts = 0;
+    loop {
+        match retry.poll(now) {
+            ConnectStep::Attempt => {
+                attempts += 1;
+                federate.handle_connected(now);
+                assert_eq!(drain(&mut federate).len(), 1);
+                assert_eq!(federate.handle_disconnected(), Ok(Disconnected::ConnectAgain));
+                assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Disconnected, Deadline::Never));
+            }
+            ConnectStep::WaitUntil(time) => {
+                assert!(time > now && time <= now + CONNECT_RETRY);
+                now = time;
+            }
+            ConnectStep::GiveUp => break,
+        }
+    }
+    assert_eq!((attempts, now), (120, NOW + CONNECT_TIME_OUT));
+}
+
+#[test]
+fn an_rti_that_does_not_answer_is_given_up() {
+    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    assert_eq!(federate.handle_timeout(NOW), Ok(Event::None));
+    assert_eq!(federate.handle_timeout(NOW + CONNECT_TIME_OUT), Err(FederateError::NoAnswer));
+    assert_eq!(drain(&mut federate), [Message::Failed]);
+}
+
+#[test]
+fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
+    for exchanges in 0..3 {
+        let mut config = config(&[], DOWNSTREAM);
+        config.clock_sync = ClockSync::Init { trials: 5 };
+        let time_out = config.clock_sync_time_out;
+        let mut federate = Federate::new(config).unwrap();
+        federate.handle_connected(NOW);
+        drain(&mut federate);
+        federate.handle_message(NOW, Message::Ack).unwrap();
+        assert_eq!(drain(&mut federate)[1], Message::UdpPort(0));
+        for _ in 0..exchanges {
+            federate.handle_message(NOW, Message::T1(500)).unwrap();
+            assert_eq!(drain(&mut federate), [Message::T3 { federate: 1 }]);
+            federate.handle_written(NOW);
+            assert_eq!(federate.handle_message(NOW, Message::T4(600)), Ok(Event::None));
+        }
+        let late = NOW + time_out;
+        assert_eq!(federate.poll_timeout(), Deadline::At(late));
+        match federate.handle_timeout(late) {
+            Err(error) => assert_eq!((error, exchanges), (FederateError::NoClockSync, 0)),
+            Ok(Event::ClockCorrected(estimate)) => {
+                assert_eq!((estimate.seen, estimate.offset), (exchanges, Interval(50 + 500 - NOW.as_nanos())));
+                let time = late.as_nanos() + estimate.offset.as_nanos();
+                assert_eq!(drain(&mut federate), [Message::Timestamp(time)]);
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn an_rti_that_makes_more_exchanges_is_told_apart() {
+    let mut config = config(&[], DOWNSTREAM);
+    config.clock_sync = ClockSync::Init { trials: 1 };
+    let mut federate = Federate::new(config).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    drain(&mut federate);
+    federate.handle_message(NOW, Message::T1(0)).unwrap();
+    drain(&mut federate);
+    assert!(matches!(federate.handle_message(NOW, Message::T4(0)), Ok(Event::ClockCorrected(_))));
+    assert_eq!(federate.handle_message(NOW, Message::T1(0)), Err(FederateError::TrialsDiffer { trials: 1 }));
+}
+
+#[test]
+fn t4_without_t3_is_unexpected() {
+    let mut config = config(&[], DOWNSTREAM);
+    config.clock_sync = ClockSync::Init { trials: 1 };
+    let mut federate = Federate::new(config).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    federate.handle_message(NOW, Message::T1(0)).unwrap();
+    let expected = FederateError::Unexpected { message: "T4", phase: Phase::Synchronizing };
+    assert_eq!(federate.handle_message(NOW, Message::T4(0)), Err(expected));
+}
+
+#[test]
+fn without_clock_synchronization_the_rti_is_told_so() {
+    let mut federate = Federate::new(config(&[], &[])).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    federate.handle_message(NOW, Message::Ack).unwrap();
+    let sent = drain(&mut federate);
+    assert_eq!(sent[1..], [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF), Message::Timestamp(NOW.as_nanos())]);
+}
+
+#[test]
+fn losing_the_rti_says_when_it_happened() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let error = federate.handle_disconnected().unwrap_err();
+    assert_eq!(error, FederateError::RtiLost { phase: Phase::Running });
+    assert_eq!(
+        error.to_string(),
+        "the connection to the RTI ended while this federate was running: check that the RTI is running and see its \
+         output for the reason"
+    );
+    assert_eq!(drain(&mut federate), []);
+}
+
+#[test]
+fn a_tag_needs_its_grant_and_is_begun_once() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    assert!(!federate.next_event(NOW, ms(0)));
+    assert_eq!(drain(&mut federate), [net(ms(0))]);
+    grant(&mut federate, ms(5));
+    assert!(federate.next_event(NOW, ms(0)));
+    federate.begin(ms(0)).unwrap();
+    federate.complete(false);
+    assert_eq!(drain(&mut federate), []);
+    assert!(matches!(federate.clone().begin(ms(0)), Err(FederateError::NotLater { .. })));
+    let error = federate.begin(ms(6)).unwrap_err();
+    assert!(error.to_string().contains("6 ms"), "{error}");
+    assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Failed, vec![Message::Failed]));
+}
+
+#[test]
+fn a_message_for_a_tag_that_was_begun_is_late() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    grant(&mut federate, ms(5));
+    federate.begin(ms(5)).unwrap();
+    let payload = [1, 2];
+    let next = ms(5).next_microstep();
+    let event = Event::Message { port: 3, tag: next, payload: &payload };
+    assert_eq!(federate.handle_message(NOW, tagged(next, &payload)), Ok(event));
+    let error = federate.handle_message(NOW, tagged(ms(5), &payload)).unwrap_err();
+    assert!(matches!(error, FederateError::LateMessage { port: 3, .. }));
+    assert!(error.to_string().contains("5 ms"), "{error}");
+}
+
+#[test]
+fn a_message_from_before_the_start_is_late_and_one_for_another_federate_is_an_error() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    let late = federate.clone().handle_message(NOW, tagged(Tag::at(START).before(), &[]));
+    assert!(matches!(late, Err(FederateError::LateMessage { .. })));
+    let message = Message::TaggedMessage { port: 0, federate: 9, tag: wire(ms(1)), payload: &[] };
+    let wrong = FederateError::WrongDestination { federate: FederateId(9) };
+    assert_eq!(federate.handle_message(NOW, message), Err(wrong));
+}
+
+#[test]
+fn a_message_after_the_last_tag_is_passed_over() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    federate.limit_stop(ms(5));
+    let tag = ms(5).next_microstep();
+    let event = Event::MessageAfterStop { port: 3, tag };
+    assert_eq!(federate.handle_message(NOW, tagged(tag, &[])), Ok(event));
+    assert!(federate.may_send(ms(5)) && !federate.may_send(tag));
+    // What comes later counts as the last tag.
+    federate.next_event(NOW, ms(7));
+    assert_eq!(drain(&mut federate), [net(ms(5))]);
+}
+
+#[test]
+fn ltc_is_sent_once_and_only_after_an_input_and_before_the_next_net() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    grant(&mut federate, ms(9));
+    federate.begin(ms(1)).unwrap();
+    federate.complete(false);
+    assert_eq!(drain(&mut federate), []);
+    federate.begin(ms(2)).unwrap();
+    federate.complete(true);
+    federate.complete(true);
+    federate.next_event(NOW, ms(20));
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(2))), net(ms(20))]);
+}
+
+#[test]
+fn what_was_not_transmitted_is_replaced_by_what_says_more() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    grant(&mut federate, ms(1000));
+    for time in 0..500 {
+        federate.next_event(NOW, ms(time));
+        federate.begin(ms(time)).unwrap();
+        federate.sent(ms(time));
+        federate.complete(true);
+    }
+    federate.next_event(NOW, ms(500));
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(499))), net(ms(500))]);
+}
+
+#[test]
+fn a_dnet_at_the_skipped_net_is_not_earlier() {
+    let mut federate = running(config(&[], DOWNSTREAM));
+    let dnet = |tag| Message::DownstreamNextEventTag(wire(tag));
+    federate.handle_message(NOW, dnet(Tag::FOREVER)).unwrap();
+    assert!(federate.next_event(NOW, ms(10)));
+    assert_eq!(drain(&mut federate), []);
+    federate.handle_message(NOW, dnet(ms(10))).unwrap();
+    assert_eq!(drain(&mut federate), []);
+    federate.handle_message(NOW, dnet(ms(10).before())).unwrap();
+    assert_eq!(drain(&mut federate), [net(ms(10))]);
+    federate.handle_message(NOW, dnet(Tag::NEVER)).unwrap();
+    assert_eq!(drain(&mut federate), []);
+}
+
+#[test]
+fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
+    let mut federate = running(config(&[], DOWNSTREAM));
+    federate.begin(ms(0)).unwrap();
+    federate.request_stop(ms(0));
+    federate.complete(false);
+    let named = ms(0).next_microstep();
+    assert_eq!(drain(&mut federate), [Message::StopRequest(wire(named))]);
+    let request = Message::StopRequest(wire(ms(3)));
+    assert_eq!(federate.handle_message(NOW, request), Ok(Event::None));
+    assert_eq!(drain(&mut federate), []);
+    // Neither the named tag nor a later one, until the RTI has decided.
+    assert!(!federate.may_advance(named) && !federate.may_advance(ms(1)));
+    let granted = Message::StopGranted(wire(ms(3)));
+    assert_eq!(federate.handle_message(NOW, granted), Ok(Event::StopGranted(ms(3))));
+    assert!(federate.may_advance(ms(3)) && !federate.may_advance(ms(3).next_microstep()));
+    federate.request_stop(ms(3));
+    assert_eq!(drain(&mut federate), []);
+}
+
+#[test]
+fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
+    let mut federate = running(config(&[], DOWNSTREAM));
+    let event = federate.handle_message(NOW, Message::StopRequest(wire(ms(3))));
+    assert_eq!(event, Ok(Event::StopRequested(ms(3))));
+    assert_eq!(drain(&mut federate), [Message::StopReply(wire(ms(3)))]);
+    assert!(federate.may_advance(ms(3).before()) && !federate.may_advance(ms(3)));
+    federate.request_stop(ms(1));
+    assert_eq!(drain(&mut federate), []);
+}
+
+#[test]
+fn a_stop_in_the_past_is_taken_as_soon_as_possible() {
+    let mut federate = running(config(&[], DOWNSTREAM));
+    federate.begin(ms(8)).unwrap();
+    let granted = Message::StopGranted(wire(ms(3)));
+    let last = ms(8).next_microstep();
+    assert_eq!(federate.handle_message(NOW, granted), Ok(Event::StopGranted(last)));
+    assert_eq!(federate.stop_tag(), Some(last));
+}
+
+#[test]
+fn a_provisional_grant_is_kept_until_the_grant_comes_and_allows_nothing_yet() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let provisional = Message::ProvisionalTagGrant(wire(ms(4)));
+    assert_eq!(federate.handle_message(NOW, provisional), Ok(Event::GrantedProvisionally(ms(4))));
+    assert_eq!((federate.granted_provisionally(), federate.granted()), (Some(ms(4)), Tag::NEVER));
+    assert!(!federate.may_advance(ms(4)));
+    grant(&mut federate, ms(4));
+    assert_eq!(federate.granted_provisionally(), None);
+    assert!(federate.may_advance(ms(4)));
+}
+
+#[test]
+fn physical_actions_bound_the_net_and_it_is_renewed() {
+    let mut config = config(&[], DOWNSTREAM);
+    config.physical_delay = Some(Interval::from_millis(3));
+    let mut federate = running(config);
+    let at = |after_ms| START + Interval::from_millis(after_ms);
+    let bound = |after_ms| Tag::new(START + Interval::from_millis(after_ms) + Interval(-1), Microstep(0));
+    federate.begin(ms(0)).unwrap();
+    federate.complete(false);
+    assert!(federate.next_event(at(0), ms(25)));
+    assert_eq!(drain(&mut federate), [net(bound(3))]);
+    assert_eq!(federate.poll_timeout(), Deadline::At(at(10)));
+    // Asked again before the interval is over: silence.
+    federate.next_event(at(5), ms(25));
+    assert_eq!(drain(&mut federate), []);
+    federate.handle_timeout(at(10)).unwrap();
+    assert_eq!(drain(&mut federate), [net(bound(13))]);
+    federate.handle_timeout(at(20)).unwrap();
+    assert_eq!(drain(&mut federate), [net(bound(23))]);
+    // Two ms later nothing can come before the next event any more.
+    assert_eq!(federate.poll_timeout(), Deadline::At(at(22)));
+    federate.handle_timeout(at(22)).unwrap();
+    assert_eq!(drain(&mut federate), [net(ms(25))]);
+    assert_eq!(federate.poll_timeout(), Deadline::Never);
+}
+
+#[test]
+fn a_federate_without_neighbors_only_resigns() {
+    let mut federate = running(config(&[], &[]));
+    assert!(federate.next_event(NOW, ms(0)));
+    federate.begin(ms(0)).unwrap();
+    federate.complete(false);
+    federate.finish();
+    assert_eq!(drain(&mut federate), [Message::Resign]);
+    assert_eq!((federate.phase(), federate.handle_disconnected()), (Phase::Ended, Ok(Disconnected::Ended)));
+}
+
+#[test]
+fn what_comes_after_the_end_is_ignored() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    federate.finish();
+    assert_eq!(federate.handle_message(NOW, tagged(Tag::NEVER, &[])), Ok(Event::None));
+    assert_eq!(drain(&mut federate), [net(Tag::FOREVER), Message::Resign]);
+    assert_eq!(federate.handle_message(NOW, Message::Failed), Ok(Event::None));
+    federate.fail();
+    assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Ended, vec![]));
+}
+
+#[test]
+fn address_replies_are_ignored_and_other_strangers_are_named() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let reply = Message::AddressQueryReply { port: -1, address: [0; 4] };
+    assert_eq!(federate.handle_message(NOW, reply), Ok(Event::None));
+    let error = federate.handle_message(NOW, Message::Resign).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "the RTI sent RESIGN while this federate was running: check that the RTI is one of the same release as this \
+         federate"
+    );
+}
+
+#[test]
+fn a_program_that_fails_says_so_instead_of_resigning() {
+    for federate in [running(config(UPSTREAM, &[])), Federate::new(config(UPSTREAM, &[])).unwrap()] {
+        let connected = federate.phase() != Phase::Disconnected;
+        let mut federate = federate;
+        federate.fail();
+        assert_eq!(federate.phase(), Phase::Failed);
+        assert_eq!(drain(&mut federate), if connected { vec![Message::Failed] } else { vec![] });
+    }
+    // Before the start a federate cannot leave in order: the others wait for it.
+    let mut federate = Federate::new(config(UPSTREAM, &[])).unwrap();
+    federate.handle_connected(NOW);
+    federate.finish();
+    assert_eq!(drain(&mut federate), [Message::Failed]);
+}
+
+#[test]
+fn what_cannot_work_is_refused_at_once() {
+    let long = [b'x'; 256];
+    let error = Federate::new(Config::new(FederateId(0), &long)).unwrap_err();
+    assert_eq!(error, ConfigError::FederationIdTooLong { bytes: 256 });
+    let mut none = config(&[], &[]);
+    none.clock_sync = ClockSync::Init { trials: 0 };
+    assert_eq!(Federate::new(none).unwrap_err(), ConfigError::NoTrials);
+    let mut never = config(&[], DOWNSTREAM);
+    (never.physical_delay, never.advance_interval) = (Some(Interval::ZERO), Interval::ZERO);
+    assert_eq!(Federate::new(never).unwrap_err(), ConfigError::AdvanceInterval);
+}
