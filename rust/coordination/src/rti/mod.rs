@@ -6,8 +6,8 @@
 //!
 //! - [`Rti::handle_connect`] for every new connection;
 //! - [`Rti::handle_input`] for what has been read, as long as it consumes something: at most one message per call;
-//! - [`Rti::handle_writable`] when what was pending on a connection has been sent, and for a connection for which
-//!   input is [`Verdict::Blocked`], as soon as there is more room; after it that input is offered again;
+//! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, input that is
+//!   [`Verdict::Blocked`] by that connection is offered again;
 //! - [`Rti::handle_disconnect`] when a connection has ended and all its input has been offered;
 //! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
 //!

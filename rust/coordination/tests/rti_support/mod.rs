@@ -2,6 +2,8 @@
 //! An RTI with its connections in memory, for tests.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses another part of it")]
 
+pub mod peer;
+
 use std::convert::Infallible;
 
 use lf_coordination::rti::{
@@ -120,6 +122,7 @@ impl World {
                 self.pump(connection);
             }
         }
+        self.resume();
     }
 
     pub fn message(&mut self, connection: ConnectionId, message: &Message<'_>) {
@@ -169,6 +172,17 @@ impl World {
         wire.outgoing.clear();
         if std::mem::take(&mut wire.open) {
             self.rti.handle_disconnect(self.now, connection, &mut self.outlet);
+        }
+        self.resume();
+    }
+
+    /// Offers input again that waits for connections which have been closed.
+    fn resume(&mut self) {
+        let wires = &self.outlet.wires;
+        let is_gone = |on: ConnectionId| wires[on.0].ended || !wires[on.0].open;
+        if let Some(index) = wires.iter().position(|wire| wire.blocked.is_some_and(is_gone)) {
+            self.pump(ConnectionId(index));
+            self.resume();
         }
     }
 }
