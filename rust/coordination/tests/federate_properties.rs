@@ -177,7 +177,7 @@ proptest! {
                 prop_assert!(!upstream || federate.current() <= federate.granted());
                 prop_assert!(before.2.is_none_or(|stop| federate.current() <= stop));
             }
-            prop_assert!(ok || federate.phase() == Phase::Failed);
+            prop_assert!(ok || federate.phase() >= Phase::Ended);
             prop_assert!(federate.phase() >= before.0 || federate.phase() == Phase::Disconnected);
             if before.0 >= Phase::Ended {
                 prop_assert_eq!(federate.phase(), before.0);
@@ -252,6 +252,8 @@ struct Loop {
     /// The last NET that went out, and the earliest message since.
     net: Tag,
     message: Tag,
+    /// What the RTI takes for the NET: the last one, lowered by earlier messages.
+    known: Tag,
     ltc: Tag,
 }
 
@@ -269,6 +271,7 @@ impl Loop {
             inputs: BTreeSet::new(),
             net: Tag::NEVER,
             message: Tag::FOREVER,
+            known: Tag::NEVER,
             ltc: Tag::NEVER,
         }
     }
@@ -287,6 +290,7 @@ impl Loop {
                     Ok(Event::Message { port: 0, tag, payload: &[] })
                 );
                 self.message = self.message.min(tag);
+                self.known = self.known.min(tag);
                 self.inputs.insert(tag);
             }
             Turn::Dnet(ns) => self.handle(Message::DownstreamNextEventTag(wire(after(current, ns)))),
@@ -326,7 +330,7 @@ impl Loop {
                     assert!(tag >= self.federate.current(), "a NET of the past");
                     let own = self.events.iter().all(|own| *own > tag);
                     assert!(tag > self.net || tag >= self.message || !own, "{tag:?} after {:?}", self.net);
-                    (self.net, self.message) = (tag, Tag::FOREVER);
+                    (self.net, self.message, self.known) = (tag, Tag::FOREVER, tag);
                 }
                 Message::LatestTagComplete(tag) => {
                     let tag = Tag::new(Instant(tag.time), Microstep(tag.microstep));
@@ -351,13 +355,11 @@ proptest! {
         let mut participant = Loop::new(upstream, downstream);
         for turn in &turns {
             participant.turn(turn);
-            let mut copy = participant.federate.clone();
-            while copy.poll_transmit(usize::MAX).is_some() {}
             let next = participant.next();
             let waits = upstream && next < Tag::FOREVER && !participant.federate.may_advance(next);
             if waits {
                 participant.drain();
-                prop_assert_eq!(participant.net, next, "it waits without having told for what");
+                prop_assert_eq!(participant.known, next, "it waits without having told for what");
             }
         }
         participant.drain();

@@ -233,6 +233,10 @@ impl<'a> Federate<'a> {
     }
 
     fn end_failed(&mut self, tell: bool) {
+        if self.phase == Phase::Ended {
+            // The RTI has been told already that this federate has ended in order.
+            return;
+        }
         self.phase = Phase::Failed;
         self.patience = Deadline::Never;
         self.renewal = Deadline::Never;
