@@ -8,7 +8,7 @@ use rustix::time::{ClockId, clock_gettime};
 ///
 /// The wall clock may be set while a program runs; so it is read once, and the monotonic clock counts from there.
 #[derive(Clone, Copy, Debug)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// Wall-clock time minus monotonic time, in nanoseconds.
     offset: i64,
 }
@@ -18,19 +18,19 @@ impl Clock {
     const READINGS: usize = 8;
 
     /// Reads the wall clock.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let reading = || {
             let before = nanoseconds(ClockId::Monotonic);
             let wall = nanoseconds(ClockId::Realtime);
             let after = nanoseconds(ClockId::Monotonic);
             (after - before, wall - (before + (after - before) / 2))
         };
-        let (_, offset) = (1..Self::READINGS).map(|_| reading()).fold(reading(), |best, next| best.min(next));
+        let (_, offset) = (1..Self::READINGS).map(|_| reading()).fold(reading(), Ord::min);
         Self { offset }
     }
 
     /// The time now.
-    pub fn now(&self) -> Instant {
+    pub(crate) fn now(self) -> Instant {
         Instant::from_nanos(nanoseconds(ClockId::Monotonic).saturating_add(self.offset))
     }
 }

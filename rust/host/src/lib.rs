@@ -1,3 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! See ARCHITECTURE.md.
+//! The Linux platform, and what generated programs for this computer link.
+//!
+//! Generated code names this crate `lf`, and its bodies see [`prelude`]. The crate also runs the RTI for the `lfz`
+//! program.
 #![forbid(unsafe_code)]
+
+mod arguments;
+mod clock;
+mod logger;
+mod main_program;
+mod outside;
+mod platform;
+pub mod rti;
+mod sockets;
+mod thread;
+mod wake;
+
+pub use arguments::unit_ns;
+pub use lf_model as model;
+pub use lf_runtime as runtime;
+pub use log;
+pub use logger::install as install_logger;
+pub use main_program::main;
+pub use platform::Host;
+pub use thread::SpawnPhysicalThread;
+
+/// What reaction bodies and preambles see without asking for it.
+pub mod prelude {
+    pub use crate::SpawnPhysicalThread;
+    pub use lf_model::prelude::*;
+    pub use log::{debug, error, info, trace, warn};
+}

@@ -7,10 +7,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use lf_coordination::Deadline;
+use lf_coordination::clock_sync::ClockCorrection;
+use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 use crate::clock::Clock;
+use crate::outside::HostOutside;
 use crate::sockets::Sockets;
 use crate::wake::WakeUp;
 
@@ -32,13 +35,21 @@ impl Host {
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
         let sockets = Sockets::new(wake_up.descriptor())?;
-        Ok(Self { clock: Clock::new(), sockets, wake_up })
+        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up })
     }
 }
 
 impl Platform for Host {
     fn now(&mut self) -> Instant {
         self.clock.now()
+    }
+
+    fn outside(&self) -> &'static dyn Outside {
+        HostOutside::of_program()
+    }
+
+    fn set_correction(&mut self, correction: ClockCorrection) {
+        HostOutside::of_program().set_correction(correction);
     }
 
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {

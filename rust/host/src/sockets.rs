@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The table of a program's sockets, and epoll over all of them.
 
+use std::fmt;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::Duration;
@@ -16,8 +17,7 @@ const WAKE_KEY: u64 = u64::MAX;
 const EVENTS: usize = 64;
 
 /// All sockets of one program.
-#[derive(Debug)]
-pub struct Sockets {
+pub(crate) struct Sockets {
     epoll: OwnedFd,
     places: Vec<Place>,
     events: Vec<epoll::Event>,
@@ -35,19 +35,25 @@ struct Socket {
     interest: Interest,
 }
 
+impl fmt::Debug for Sockets {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Sockets").field("epoll", &self.epoll).field("places", &self.places).finish_non_exhaustive()
+    }
+}
+
 impl Sockets {
     /// An empty table whose waits are also ended by `wake` becoming readable.
     ///
     /// # Errors
     /// When the system has no descriptor left.
-    pub fn new(wake: &impl AsFd) -> std::io::Result<Self> {
+    pub(crate) fn new(wake: &impl AsFd) -> std::io::Result<Self> {
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
         epoll::add(&epoll, wake, epoll::EventData::new_u64(WAKE_KEY), epoll::EventFlags::IN)?;
         Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS) })
     }
 
     /// See [`lf_runtime::platform::Platform::connect`].
-    pub fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    pub(crate) fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
         let descriptor = stream_socket()?;
         sockopt::set_tcp_nodelay(&descriptor, true).map_err(error)?;
         match rustix::net::connect(&descriptor, &SocketAddr::V4(address)) {
@@ -57,12 +63,12 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::connected`].
-    pub fn connected(&self, id: SocketId) -> Result<(), NetError> {
+    pub(crate) fn connected(&self, id: SocketId) -> Result<(), NetError> {
         sockopt::socket_error(self.descriptor(id)?).map_err(error)?.map_err(error)
     }
 
     /// See [`lf_runtime::platform::Platform::listen`].
-    pub fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
+    pub(crate) fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
         let descriptor = stream_socket()?;
         sockopt::set_socket_reuseaddr(&descriptor, true).map_err(error)?;
         let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
@@ -72,13 +78,13 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::local_port`].
-    pub fn local_port(&self, id: SocketId) -> Result<u16, NetError> {
+    pub(crate) fn local_port(&self, id: SocketId) -> Result<u16, NetError> {
         let address = rustix::net::getsockname(self.descriptor(id)?).map_err(error)?;
         SocketAddr::try_from(address).map(|address| address.port()).map_err(error)
     }
 
     /// See [`lf_runtime::platform::Platform::accept`].
-    pub fn accept(&mut self, id: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    pub(crate) fn accept(&mut self, id: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
         let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
         let (descriptor, peer) = match rustix::net::acceptfrom_with(self.descriptor(id)?, flags) {
             Ok(accepted) => accepted,
@@ -94,19 +100,19 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::read`].
-    pub fn read(&self, id: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+    pub(crate) fn read(&self, id: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
         let descriptor = self.descriptor(id)?;
         transfer(|| rustix::net::recv(descriptor, &mut *buffer, RecvFlags::empty()).map(|(_, count)| count))
     }
 
     /// See [`lf_runtime::platform::Platform::write`].
-    pub fn write(&self, id: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
+    pub(crate) fn write(&self, id: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
         let descriptor = self.descriptor(id)?;
         transfer(|| rustix::net::send(descriptor, bytes, SendFlags::NOSIGNAL))
     }
 
     /// See [`lf_runtime::platform::Platform::shut_down_writing`].
-    pub fn shut_down_writing(&self, id: SocketId) {
+    pub(crate) fn shut_down_writing(&self, id: SocketId) {
         if let Ok(descriptor) = self.descriptor(id) {
             // It fails only when the connection is gone already, which is what was asked for.
             let _ = rustix::net::shutdown(descriptor, Shutdown::Write);
@@ -114,7 +120,7 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::close`].
-    pub fn close(&mut self, id: SocketId) {
+    pub(crate) fn close(&mut self, id: SocketId) {
         if let Some(place) = self.places.get_mut(usize::from(id.index))
             && place.generation == id.generation
             && place.socket.take().is_some()
@@ -125,7 +131,7 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::set_interest`].
-    pub fn set_interest(&mut self, id: SocketId, interest: Interest) {
+    pub(crate) fn set_interest(&mut self, id: SocketId, interest: Interest) {
         let Some(Place { generation, socket: Some(socket) }) = self.places.get_mut(usize::from(id.index)) else {
             return;
         };
@@ -143,7 +149,7 @@ impl Sockets {
     }
 
     /// Waits until `time_out` has passed, a socket is ready or the wake-up is; `true` means the wake-up.
-    pub fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+    pub(crate) fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
         // A time that no timespec holds is as good as for ever.
         let time_out = time_out.and_then(|time_out| Timespec::try_from(time_out).ok());
         self.events.clear();

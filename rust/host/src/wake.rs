@@ -13,7 +13,7 @@ static WAKE_UP: OnceLock<Arc<WakeUp>> = OnceLock::new();
 ///
 /// The signal handlers write to it too, so a signal that comes just before a wait ends that wait.
 #[derive(Debug)]
-pub struct WakeUp {
+pub(crate) struct WakeUp {
     reader: UnixStream,
     writer: UnixStream,
     interrupted: Arc<AtomicBool>,
@@ -24,7 +24,7 @@ impl WakeUp {
     ///
     /// # Errors
     /// When the system has no descriptor left, or refuses a signal handler.
-    pub fn of_program() -> std::io::Result<Arc<Self>> {
+    pub(crate) fn of_program() -> std::io::Result<Arc<Self>> {
         if let Some(wake_up) = WAKE_UP.get() {
             return Ok(Arc::clone(wake_up));
         }
@@ -40,7 +40,7 @@ impl WakeUp {
     }
 
     /// Ends the wait of the event loop, now or at its next start; a no-op before the program has an event loop.
-    pub fn wake_program() {
+    pub(crate) fn wake_program() {
         if let Some(wake_up) = WAKE_UP.get() {
             // It fails only when the socket is full, and then the loop is being woken anyway.
             let _ = (&wake_up.writer).write(&[1]);
@@ -48,17 +48,17 @@ impl WakeUp {
     }
 
     /// What becomes readable.
-    pub fn descriptor(&self) -> &UnixStream {
+    pub(crate) fn descriptor(&self) -> &UnixStream {
         &self.reader
     }
 
     /// Takes the wake-ups back, so that the next wait waits.
-    pub fn clear(&self) {
+    pub(crate) fn clear(&self) {
         while matches!((&self.reader).read(&mut [0_u8; 64]), Ok(count) if count > 0) {}
     }
 
     /// Whether SIGINT or SIGTERM has come.
-    pub fn interrupted(&self) -> bool {
+    pub(crate) fn interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)
     }
 }

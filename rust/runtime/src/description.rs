@@ -2,6 +2,7 @@
 //! What generated code tells the event loop about its program. All of it is constant.
 
 use lf_coordination::federate::ClockSync;
+use lf_model::Settings;
 use lf_model::time::Interval;
 use log::LevelFilter;
 
@@ -22,6 +23,19 @@ pub struct Description {
     pub logging: LevelFilter,
     /// The part in a federation; `None` for an unfederated program.
     pub federation: Option<Federation>,
+}
+
+impl Description {
+    /// What the engine is told of it.
+    pub const fn settings(&self) -> Settings {
+        Settings {
+            federated: self.federation.is_some(),
+            timeout: self.timeout,
+            keepalive: self.keepalive,
+            fast: self.fast,
+            workers: 1,
+        }
+    }
 }
 
 /// A federate's part in its federation.
@@ -58,13 +72,15 @@ pub struct Federation {
 /// longest of the handshake is the neighbor structure, for which a buffer is larger by `neighbors`.
 pub const CONTROL_BYTES: usize = 128;
 
+/// Bytes of a tagged message before its payload: type, port, federate, length and tag.
+pub const TAGGED_MESSAGE_HEADER_BYTES: usize = 21;
+
 /// The smallest buffer that carries messages with payloads up to `payload_bytes_max`, beside the control messages and
 /// a handshake that names `neighbors` upstream and downstream federates.
 pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
-    const TAGGED_MESSAGE_HEADER: usize = 21;
     const NEIGHBOR: usize = 10;
     const FEDERATION_ID_MAX: usize = 255;
-    let message = TAGGED_MESSAGE_HEADER + payload_bytes_max;
+    let message = TAGGED_MESSAGE_HEADER_BYTES + payload_bytes_max;
     let handshake = FEDERATION_ID_MAX + NEIGHBOR * neighbors;
     CONTROL_BYTES + if message > handshake { message } else { handshake }
 }

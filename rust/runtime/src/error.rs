@@ -6,7 +6,7 @@ use core::net::SocketAddrV4;
 
 use lf_coordination::federate::{ConfigError, FederateError};
 use lf_coordination::rti::SetupError;
-use lf_model::ModelError;
+use lf_model::{DeliverError, ModelError};
 use lf_wire::DecodeError;
 
 use crate::platform::NetError;
@@ -29,18 +29,8 @@ pub enum RunError {
     Model(ModelError),
     /// The RTI sent bytes that are no message.
     Decode(DecodeError),
-    /// A message came for an input that this federate does not have, or with a payload of another type.
-    Payload {
-        /// The input's number on the wire.
-        port: u16,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
-    /// A message of this federate is longer than its output buffer.
-    OutputTooLong {
-        /// The connection.
-        output: &'static str,
-    },
+    /// A message cannot be used.
+    Deliver(DeliverError),
     /// Somebody asked this program to end (^C, SIGTERM).
     Interrupted,
     /// The RTI's TCP port cannot be listened on.
@@ -70,15 +60,7 @@ impl fmt::Display for RunError {
             Self::Decode(error) => {
                 write!(f, "the RTI sent bytes that are no message: {error}; check that an RTI listens at this address")
             }
-            Self::Payload { port, reason } => write!(
-                f,
-                "a message for input {port} cannot be used: {reason}; check that all federates are built from the same \
-                 program",
-            ),
-            Self::OutputTooLong { output } => write!(
-                f,
-                "a message on {output} is longer than the output buffer: raise CONFIG_LF_OUTPUT_BUFFER_SIZE, or send less",
-            ),
+            Self::Deliver(error) => error.fmt(f),
             Self::Interrupted => f.write_str("interrupted"),
             Self::Listen { port, error } => {
                 write!(f, "cannot listen on TCP port {port}: {error}; choose another one with -p")
@@ -111,5 +93,11 @@ impl From<ModelError> for RunError {
 impl From<DecodeError> for RunError {
     fn from(error: DecodeError) -> Self {
         Self::Decode(error)
+    }
+}
+
+impl From<DeliverError> for RunError {
+    fn from(error: DeliverError) -> Self {
+        Self::Deliver(error)
     }
 }

@@ -7,4 +7,19 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod connection;
+mod description;
+mod error;
+mod federate;
 pub mod platform;
+mod rti;
+mod unfederated;
+
+pub use connection::Buffers;
+pub use description::{CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes};
+pub use error::RunError;
+pub use federate::{Join, run_federate};
+pub use lf_coordination::federate::ClockSync;
+pub use lf_wire::june_2026::DELAY_NONE;
+pub use rti::{Inlet, Outgoing, RtiSetup, run_rti};
+pub use unfederated::run_unfederated;

@@ -78,7 +78,10 @@ impl<'s> Link<'s> {
                     self.attempt(platform).map(|()| false)
                 }
             },
-            State::Connecting(_, false) | State::Open(_) | State::Closed => Ok(false),
+            State::Connecting(..) if platform.now() >= self.retry.give_up() => {
+                Err(RunError::RtiUnreachable { address: self.address, last: self.last_error })
+            }
+            State::Connecting(..) | State::Open(_) | State::Closed => Ok(false),
         }
     }
 
@@ -117,6 +120,13 @@ impl<'s> Link<'s> {
             return false;
         }
         self.buffers.output.is_empty()
+    }
+
+    /// Closes our direction; what was written still reaches the RTI.
+    pub(super) fn shut_down_writing<P: Platform>(&mut self, platform: &mut P) {
+        if let State::Open(socket) = self.state {
+            platform.shut_down_writing(socket);
+        }
     }
 
     /// Closes the connection for good.

@@ -4,8 +4,8 @@
 //! The two sides are separate, because a message is handled while it still lies in the input buffer of its connection,
 //! and goes straight from there into the output buffers of others.
 
-use lf_coordination::rti::{ConnectionId, Notice, Outlet};
 use lf_coordination::Deadline;
+use lf_coordination::rti::{ConnectionId, Notice, Outlet};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::Message;
 use lf_wire::{InBuffer, OutBuffer};
@@ -16,7 +16,7 @@ use crate::platform::{Interest, Platform, SocketId, Transfer};
 ///
 /// A socket that is closed while bytes of the peer are unread resets the connection, and the last message, such as the
 /// reason of a rejection, may be lost. So the peer is read until it closes, but not for longer than this.
-const LINGER: Interval = Interval::secs(2);
+const LINGER: Interval = Interval::from_secs(2);
 
 /// The receiving side of one connection.
 #[derive(Debug)]
@@ -124,12 +124,11 @@ impl<'s> Outgoing<'s> {
     pub(super) fn advance_closing<P: Platform>(&mut self, platform: &mut P, ended: bool) {
         let Some(socket) = self.socket else { return };
         match self.state {
-            State::Open | State::HalfClosed => {}
             State::HalfClosing if self.buffer.is_empty() => {
                 platform.shut_down_writing(socket);
                 self.state = State::HalfClosed;
             }
-            State::HalfClosing => {}
+            State::Open | State::HalfClosing | State::HalfClosed => {}
             State::Closing(None) => {
                 self.state = State::Closing(Some(platform.now() + LINGER));
                 self.advance_closing(platform, ended);

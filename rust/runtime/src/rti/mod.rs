@@ -3,8 +3,8 @@
 
 mod connections;
 
-use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
 use lf_coordination::Deadline;
+use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
 
 pub use connections::{Inlet, Outgoing};
 

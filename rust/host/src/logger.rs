@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the `log` macros write on a computer: to standard error.
+
+use std::io::Write as _;
+
+use log::LevelFilter;
+
+/// The environment variable that overrides the program's own level, in `env_logger`'s syntax.
+const VARIABLE: &str = "LF_LOG";
+
+/// Sends what is logged to standard error. Harmless when a logger has been installed before.
+pub fn install(level: LevelFilter) {
+    let mut builder = env_logger::Builder::new();
+    builder.filter_level(level).parse_env(VARIABLE);
+    builder.format(|line, record| {
+        let level = record.level().as_str().to_lowercase();
+        writeln!(line, "{level}: {}", record.args())
+    });
+    // A test may have installed one; the first is as good.
+    let _ = builder.try_init();
+}

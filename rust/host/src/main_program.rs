@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The `main` of a generated program.
+
+use std::fmt;
+use std::net::{SocketAddr, SocketAddrV4, ToSocketAddrs};
+use std::process::ExitCode;
+
+use lf_model::{Engine, Program, Storage};
+use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
+
+use crate::arguments::{Arguments, Invocation, usage};
+use crate::platform::Host;
+
+/// The exit status of a program that a signal asked to end, as a shell reports SIGINT.
+const INTERRUPTED: u8 = 130;
+/// The exit status for a command line that makes no sense.
+const USAGE: u8 = 2;
+
+/// Runs a generated program with this process's command line.
+pub fn main<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>(
+    description: &'static Description,
+    mut program: impl Program,
+    mut storage: Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>,
+) -> ExitCode {
+    let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
+        Ok(Invocation::Run(arguments)) => arguments,
+        Ok(Invocation::Help) => {
+            println!("{}", usage(description));
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("error: {error}; see --help");
+            return ExitCode::from(USAGE);
+        }
+    };
+    crate::logger::install(description.logging);
+    let tables = program.tables();
+    let engine = Engine::new(tables, &mut storage, arguments.settings(description.settings()));
+    match run(description, &arguments, &mut program, engine) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(if error.is_interruption() { INTERRUPTED } else { 1 })
+        }
+    }
+}
+
+fn run(
+    description: &Description,
+    arguments: &Arguments,
+    program: &mut dyn Program,
+    engine: Engine<'_>,
+) -> Result<(), MainError> {
+    let mut host = Host::new().map_err(MainError::System)?;
+    let Some(federation) = &description.federation else {
+        return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
+    };
+    let rti = rti_address(arguments, federation)?;
+    let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
+    let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
+    let buffers = Buffers::new(&mut input, &mut output);
+    let join = Join { federation_id: federation_id.as_bytes(), rti };
+    run_federate(&mut host, program, engine, federation, &join, buffers).map_err(MainError::Run)
+}
+
+/// Where the RTI listens: as the command line says, else as the program does.
+fn rti_address(arguments: &Arguments, federation: &Federation) -> Result<SocketAddrV4, MainError> {
+    let host = arguments.rti_host.as_deref().unwrap_or(federation.rti_host);
+    let port = arguments.rti_port.unwrap_or(federation.rti_port);
+    let unknown = |reason: String| MainError::Resolve { host: host.to_owned(), reason };
+    let addresses = (host, port).to_socket_addrs().map_err(|error| unknown(error.to_string()))?;
+    let ipv4 = addresses.filter_map(|address| match address {
+        SocketAddr::V4(address) => Some(address),
+        SocketAddr::V6(_) => None,
+    });
+    ipv4.into_iter().next().ok_or_else(|| unknown("it has no IPv4 address".to_owned()))
+}
+
+/// Why a program ends early.
+#[derive(Debug)]
+enum MainError {
+    /// The system refuses what every program needs.
+    System(std::io::Error),
+    /// The RTI's host is unknown.
+    Resolve { host: String, reason: String },
+    /// The event loop ended early.
+    Run(RunError),
+}
+
+impl MainError {
+    fn is_interruption(&self) -> bool {
+        matches!(self, Self::Run(RunError::Interrupted))
+    }
+}
+
+impl fmt::Display for MainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
+            Self::Resolve { host, reason } => {
+                write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")
+            }
+            Self::Run(error) => error.fmt(f),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI as a program of this computer.
+
+use std::fmt;
+
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, Outcome, PathDelay};
+use lf_coordination::rti::{RtiStorage, Slot, Upstream};
+use lf_model::time::{Interval, Tag};
+use lf_runtime::platform::{NetError, Platform as _};
+use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
+
+use crate::platform::Host;
+
+/// Connections beyond one per federate, for those that are told why they are refused.
+const SPARE_CONNECTIONS: usize = 16;
+/// How many different tags of messages to one federate are remembered exactly while they are on their way.
+const IN_TRANSIT: usize = 1024;
+
+/// What the user tells the RTI.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How many federates the federation has, at least 1.
+    pub federates: u16,
+    /// The federation's id.
+    pub federation_id: String,
+    /// The TCP port; 0 lets the system choose.
+    pub port: u16,
+    /// Initial clock synchronization: how many exchanges; `None` for off.
+    pub clock_sync_trials: Option<u32>,
+    /// Rounds the start time up to a multiple of this.
+    pub start_time_multiple: Option<Interval>,
+    /// Whether DNETs are sent.
+    pub dnet: bool,
+    /// Whether the others go on when a federate is lost; otherwise the federation is stopped.
+    pub go_on_after_loss: bool,
+    /// The longest message payload that is forwarded, in bytes.
+    pub payload_bytes_max: usize,
+}
+
+/// Why there is no RTI, or none any more.
+#[derive(Debug)]
+pub enum RtiError {
+    /// The system refuses what every program needs.
+    System(std::io::Error),
+    /// The port cannot be listened on.
+    Listen {
+        /// The port.
+        port: u16,
+        /// Why not.
+        error: NetError,
+    },
+    /// The event loop ended early.
+    Run(RunError),
+}
+
+impl fmt::Display for RtiError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => write!(f, "the system has no resources for the RTI: {error}"),
+            Self::Listen { port, error } => {
+                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one with -p")
+            }
+            Self::Run(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for RtiError {}
+
+/// Runs the RTI of one federation until it is over. `listening` is told the port once federates can connect.
+///
+/// # Errors
+/// Why there is no RTI.
+pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
+    let mut host = Host::new().map_err(RtiError::System)?;
+    let listen = |error| RtiError::Listen { port: options.port, error };
+    let listener = host.listen(options.port).map_err(listen)?;
+    listening(host.local_port(listener).map_err(listen)?);
+
+    let count = usize::from(options.federates);
+    let connections = count + SPARE_CONNECTIONS;
+    let config = Config {
+        clock_sync: options.clock_sync_trials.map_or(ClockSync::Off, |trials| ClockSync::Init { trials }),
+        start_time_multiple: options.start_time_multiple,
+        dnet: options.dnet,
+        after_loss: if options.go_on_after_loss { AfterLoss::GoOn } else { AfterLoss::StopAll },
+        ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
+    };
+    // The longest of all messages: a payload, or the neighbors of a federate that is connected with all others.
+    let buffer_bytes = 512 + options.payload_bytes_max.max(12 * count);
+    let mut memory: Vec<(Vec<u8>, Vec<u8>)> =
+        (0..connections).map(|_| (vec![0; buffer_bytes], vec![0; 2 * buffer_bytes])).collect();
+    let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
+        memory.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+    let setup = RtiSetup {
+        config,
+        storage: RtiStorage {
+            slots: &mut vec![Slot::default(); count],
+            nodes: &mut vec![Node::default(); count],
+            connections: &mut vec![Connection::default(); connections],
+            delays: &mut vec![PathDelay::default(); count * count],
+            upstream: &mut vec![Upstream::default(); count * count],
+            in_transit: &mut vec![Tag::NEVER; count * IN_TRANSIT],
+        },
+        inlets: &mut inlets,
+        outgoings: &mut outgoings,
+    };
+    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Run)
+}
+
+/// Logs a notice at the level of its importance.
+fn log_notice(notice: Notice<'_>) {
+    match notice {
+        Notice::Lost { .. } | Notice::Rejected { .. } | Notice::Late { .. } => log::error!("{notice}"),
+        Notice::HandshakeAbandoned { .. } | Notice::UnknownType { .. } | Notice::InTransitFull(_) => {
+            log::warn!("{notice}");
+        }
+        Notice::Dropped { .. } => log::debug!("{notice}"),
+        Notice::Joined(_)
+        | Notice::Started(_)
+        | Notice::Resigned(_)
+        | Notice::StopRequested(_)
+        | Notice::StopGranted(_) => log::info!("{notice}"),
+    }
+}
