@@ -3,7 +3,8 @@
 
 use std::fmt;
 
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, Outcome, PathDelay};
+pub use lf_coordination::rti::Outcome;
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathDelay};
 use lf_coordination::rti::{RtiStorage, Slot, Upstream};
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform as _};
