@@ -19,7 +19,6 @@ const FUNCTIONS: &[&str] = &[
     "k_mutex_(init|lock|unlock)",
     "k_condvar_(init|wait|signal|broadcast)",
     "k_cycle_get_(32|64)",
-    "sys_clock_hw_cycles_per_sec",
     "k_(sleep|usleep|msleep|busy_wait|yield|str_out|is_in_isr)",
     "lf_.*",
 ];
@@ -30,9 +29,8 @@ const ITEMS: &[&str] = &[
     "lf_console_lock",
     "ZSOCK_(POLL|SHUT).*",
     "ZVFS_(F_SETFL|O_NONBLOCK|EFD_NONBLOCK)",
+    "(zvfs_pollfd|sockaddr_in|net_sock_type|net_ip_protocol)",
     "AF_INET",
-    "SOCK_STREAM",
-    "IPPROTO_TCP",
     "TCP_NODELAY",
     "SOL_SOCKET",
     "SO_(ERROR|REUSEADDR)",
@@ -76,8 +74,10 @@ fn write_bindings(to: &Path) -> Outcome<()> {
     let wrapper = variable("WRAPPER_FILE")?;
     // Without the file the image cannot be linked, even if nothing else has changed.
     println!("cargo::rerun-if-changed={wrapper}");
+    // The wrapper includes the header by the name that is given here, from another folder.
+    let header = format!("{}/wrapper.h", variable("CARGO_MANIFEST_DIR")?);
     let mut builder = bindgen::Builder::default()
-        .header("wrapper.h")
+        .header(header)
         .use_core()
         .wrap_static_fns(true)
         .wrap_static_fns_path(&wrapper)
@@ -99,19 +99,25 @@ fn write_bindings(to: &Path) -> Outcome<()> {
 
 fn clang_arguments() -> Outcome<Vec<String>> {
     let target = variable("TARGET")?;
-    // clang's names for these targets differ from Rust's, but not the layout of types.
-    let clang_target = match target.split('-').next() {
-        Some(cpu) if cpu.starts_with("riscv32") => "riscv32-unknown-none-elf",
-        Some(cpu) if cpu.starts_with("riscv64") => "riscv64-unknown-none-elf",
-        _ => &target,
-    };
-    let mut arguments = vec![format!("--target={clang_target}"), "-DLF_BINDGEN".to_owned()];
+    let mut arguments = vec!["-DLF_BINDGEN".to_owned()];
     for (prefix, name) in [("-I", "INCLUDE_DIRS"), ("-D", "INCLUDE_DEFINES")] {
         let values = variable(name)?;
         let values = values.split([' ', ';']).filter(|value| !value.is_empty());
         arguments.extend(values.map(|value| format!("{prefix}{value}")));
     }
-    // For <inttypes.h>, which clang has only together with a C library.
+    if Kconfig::read()?.is_set("ARCH_POSIX") {
+        // native_sim is compiled with the headers of the build computer's C library, which clang finds by itself.
+        arguments.push(format!("--target={}", variable("HOST")?));
+        return Ok(arguments);
+    }
+    // clang's names for some targets differ from Rust's, but not the layout of types.
+    let clang_target = match target.split('-').next() {
+        Some(cpu) if cpu.starts_with("riscv32") => "riscv32-unknown-none-elf",
+        Some(cpu) if cpu.starts_with("riscv64") => "riscv64-unknown-none-elf",
+        _ => &target,
+    };
+    arguments.push(format!("--target={clang_target}"));
+    // clang has no C library for a bare target. The types that are bound here do not depend on which one it is.
     arguments.push(format!("-I{}/lib/libc/minimal/include", variable("ZEPHYR_BASE")?));
     let resources = variable("LF_CLANG_RESOURCE_DIR")?;
     let arm_intrinsics = Path::new(&resources).join("include/arm_acle.h");
@@ -124,24 +130,38 @@ fn clang_arguments() -> Outcome<Vec<String>> {
     Ok(arguments)
 }
 
+/// The image's configuration.
+struct Kconfig(String);
+
+impl Kconfig {
+    fn read() -> Outcome<Self> {
+        let path = variable("DOTCONFIG")?;
+        println!("cargo::rerun-if-changed={path}");
+        Ok(Self(fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?))
+    }
+
+    fn value_of(&self, symbol: &str) -> Option<&str> {
+        self.0.lines().find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(symbol)?.strip_prefix('='))
+    }
+
+    fn is_set(&self, symbol: &str) -> bool {
+        self.value_of(symbol) == Some("y")
+    }
+}
+
 fn write_kconfig(to: &Path) -> Outcome<()> {
-    let path = variable("DOTCONFIG")?;
-    println!("cargo::rerun-if-changed={path}");
-    let text = fs::read_to_string(&path).map_err(|error| format!("{path}: {error}"))?;
-    let value_of = |symbol: &str| {
-        let assignment = text.lines().find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(symbol)?.strip_prefix('='));
-        assignment.map(str::trim)
-    };
+    let kconfig = Kconfig::read()?;
     let mut source = String::new();
     for symbol in NUMBERS {
         // A symbol that is not set depends on one that is off, as the log level does on the log.
-        let value: u64 = value_of(symbol).unwrap_or("0").parse().map_err(|error| format!("CONFIG_{symbol}: {error}"))?;
+        let value = kconfig.value_of(symbol).unwrap_or("0");
+        let value: u64 = value.parse().map_err(|error| format!("CONFIG_{symbol}: {error}"))?;
         writeln!(source, "/// `CONFIG_{symbol}`.\npub const {symbol}: usize = {value};")?;
     }
     fs::write(to, source)?;
     for symbol in SWITCHES {
         println!("cargo::rustc-check-cfg=cfg(CONFIG_{symbol})");
-        if value_of(symbol) == Some("y") {
+        if kconfig.is_set(symbol) {
             println!("cargo::rustc-cfg=CONFIG_{symbol}");
         }
     }

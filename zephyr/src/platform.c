@@ -5,6 +5,7 @@
 
 #include <errno.h>
 
+#include <zephyr/irq.h>
 #include <zephyr/logging/log.h>
 #include <zephyr/logging/log_ctrl.h>
 #include <zephyr/sys/printk.h>
@@ -80,7 +81,30 @@ int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks)
 {
 	k_timeout_t timeout = timeout_ticks < 0 ? K_FOREVER : K_TICKS(timeout_ticks);
 
+#ifdef CONFIG_NET_NATIVE_OFFLOADED_SOCKETS
+	/*
+	 * The simulated driver looks at its sockets one simulated microsecond after a poll began, and simulated time
+	 * passes only while the processor waits. So a poll that does not wait would never find anything.
+	 */
+	timeout.ticks = timeout_ticks < 0 ? timeout.ticks : MAX(timeout.ticks, k_us_to_ticks_ceil64(2));
+#endif
+
 	return zvfs_poll_internal(sockets, count, timeout);
+}
+
+uint32_t lf_cycles_per_second(void)
+{
+	return (uint32_t)sys_clock_hw_cycles_per_sec();
+}
+
+uint32_t lf_interrupts_lock(void)
+{
+	return irq_lock();
+}
+
+void lf_interrupts_unlock(uint32_t key)
+{
+	irq_unlock(key);
 }
 
 /* The level selects a macro, not an argument, because Zephyr removes the messages of levels that are off. */

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the C side of an application calls. cbindgen makes `<lf/lf.h>` of this file.
+#![allow(unreachable_pub, reason = "C reaches it, and cbindgen takes only what is public")]
 
 use core::ffi::{CStr, c_char, c_int};
 use core::fmt;
 use core::sync::atomic::{AtomicPtr, Ordering};
 
+use log::LevelFilter;
+
+use crate::image::ImageError;
 use crate::platform::ZephyrPlatform;
 
 /// Called with a zero-terminated sentence when the federate ends early, before the program stops.
@@ -21,13 +25,18 @@ pub struct Federate<'a> {
 static FATAL_HOOK: AtomicPtr<()> = AtomicPtr::new(core::ptr::null_mut());
 
 impl Federate<'_> {
-    /// Runs the federate on Zephyr.
+    /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
-    pub fn run<E: fmt::Display>(self, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>) {
+    pub fn run<E: fmt::Display>(
+        self,
+        logging: LevelFilter,
+        run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
+    ) {
+        crate::logger::install(logging);
         let outcome = match ZephyrPlatform::new() {
             Ok(mut platform) => run(&mut platform).map_err(|error| report(format_args!("{error}"))),
-            Err(error) => Err(report(format_args!("no wake-up descriptor: {error}"))),
+            Err(error) => Err(report(format_args!("{}", ImageError::Platform(error)))),
         };
         *self.status = c_int::from(outcome.is_err());
     }
@@ -38,7 +47,6 @@ impl Federate<'_> {
 /// To be called once, from a thread whose stack the event loop and the reactions can use.
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_main() -> c_int {
-    crate::logger::install();
     let mut status = 1;
     // SAFETY: the symbol is defined by `main!` in the crate that is linked, with this signature.
     unsafe { lf_federate_of_image(Federate { status: &mut status }) };
@@ -71,7 +79,7 @@ fn report(reason: fmt::Arguments<'_>) {
     if cfg!(CONFIG_LOG) {
         log::error!("{reason}");
     } else {
-        crate::print_line(format_args!("lf: {reason}"));
+        crate::console::print_line(format_args!("lf: {reason}"));
     }
     call_fatal_hook(reason);
 }

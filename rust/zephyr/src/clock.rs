@@ -76,8 +76,7 @@ pub(crate) fn longest_wait_ns() -> i64 {
 /// Cycles per second.
 pub fn frequency() -> u32 {
     // SAFETY: it has no precondition.
-    let frequency = unsafe { raw::sys_clock_hw_cycles_per_sec() };
-    u32::try_from(frequency).unwrap_or(0)
+    unsafe { raw::lf_cycles_per_second() }
 }
 
 #[cfg(CONFIG_TIMER_HAS_64BIT_CYCLE_COUNTER)]

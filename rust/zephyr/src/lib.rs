@@ -5,15 +5,20 @@
 //! very headers that the image is compiled with. Nothing here allocates: sockets and threads have static places whose
 //! numbers Kconfig sets.
 //!
-//! A generated crate is linked as a static library. It says which function runs its federate with [`main!`]; the
-//! application's `main()` calls that through the C API of `c_api`.
+//! A generated crate names this one `lf`. It is linked as a static library, and says with [`main!`] which program it
+//! has; the application's `main()` runs that through the C API of `c_api`.
 #![no_std]
 
 mod c_api;
 pub mod clock;
-mod console;
+#[doc(hidden)]
+pub mod console;
+mod critical;
+#[doc(hidden)]
+pub mod image;
 mod logger;
 mod net;
+mod outside;
 mod panic;
 mod platform;
 mod raw;
@@ -23,10 +28,11 @@ mod turn;
 mod wake;
 
 pub use c_api::Federate;
-pub use console::{print, print_line};
+pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
 pub use platform::ZephyrPlatform;
+pub use thread::SpawnPhysicalThread;
 pub use wake::wake;
 
 /// Numbers that the image's Kconfig sets.
@@ -34,16 +40,36 @@ pub mod kconfig {
     include!(concat!(env!("OUT_DIR"), "/kconfig.rs"));
 }
 
-/// Names the function that runs the federate of this image: `fn(&mut ZephyrPlatform) -> Result<(), E>`, where `E` can
-/// be displayed.
+/// What reaction bodies and preambles see without asking for it.
+pub mod prelude {
+    pub use crate::SpawnPhysicalThread;
+    pub use crate::{eprint, eprintln, print, println};
+    pub use lf_model::prelude::*;
+    pub use log::{debug, error, info, trace, warn};
+}
+
+/// Makes a program that of the image, in the form in which generated code names it: by the description, the program
+/// and the engine's storage in one module.
 ///
-/// Its error is logged and makes the program's exit status 1.
+/// The program runs in static memory when the application calls `lf_main()`.
 #[macro_export]
 macro_rules! main {
-    ($run:path) => {
+    (&$module:ident::DESCRIPTION, $_1:ident::$program:ident::new() $(, $_2:ident::Storage::new())? $(,)?) => {
+        $crate::main!(|platform| {
+            static MEMORY: $crate::image::Memory<
+                $module::$program,
+                $module::Storage,
+                { $crate::image::input_bytes(&$module::DESCRIPTION) },
+                { $crate::image::output_bytes(&$module::DESCRIPTION) },
+            > = $crate::image::Memory::new();
+            MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
+        }, $module::DESCRIPTION.logging);
+    };
+    // A function of the platform, for tests that are no LF programs.
+    ($run:expr, $logging:expr) => {
         #[unsafe(no_mangle)]
         fn lf_federate_of_image(federate: $crate::Federate<'_>) {
-            federate.run($run)
+            federate.run($logging, $run)
         }
     };
 }
@@ -51,23 +77,23 @@ macro_rules! main {
 /// Prints to Zephyr's console like std's macro, without allocating.
 #[macro_export]
 macro_rules! print {
-    ($($argument:tt)*) => { $crate::print(::core::format_args!($($argument)*)) };
+    ($($argument:tt)*) => { $crate::console::print(::core::format_args!($($argument)*)) };
 }
 
 /// Prints a line to Zephyr's console like std's macro, without allocating. Lines of several threads do not mix.
 #[macro_export]
 macro_rules! println {
-    ($($argument:tt)*) => { $crate::print_line(::core::format_args!($($argument)*)) };
+    ($($argument:tt)*) => { $crate::console::print_line(::core::format_args!($($argument)*)) };
 }
 
 /// The same as [`print!`]: Zephyr has one console.
 #[macro_export]
 macro_rules! eprint {
-    ($($argument:tt)*) => { $crate::print(::core::format_args!($($argument)*)) };
+    ($($argument:tt)*) => { $crate::console::print(::core::format_args!($($argument)*)) };
 }
 
 /// The same as [`println!`]: Zephyr has one console.
 #[macro_export]
 macro_rules! eprintln {
-    ($($argument:tt)*) => { $crate::print_line(::core::format_args!($($argument)*)) };
+    ($($argument:tt)*) => { $crate::console::print_line(::core::format_args!($($argument)*)) };
 }

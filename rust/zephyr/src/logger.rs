@@ -15,9 +15,9 @@ struct Logger;
 static LOGGER: Logger = Logger;
 
 /// Makes Zephyr's log that of the `log` crate; a second time is a no-op.
-pub(crate) fn install() {
+pub(crate) fn install(level: LevelFilter) {
     if log::set_logger(&LOGGER).is_ok() {
-        log::set_max_level(most_detailed());
+        log::set_max_level(level.min(most_detailed()));
     }
 }
 

@@ -11,6 +11,8 @@ use crate::raw::{self, lf_network_error as error};
 /// The ports that a listener on "any port" is tried on where the network stack does not tell which one it has chosen.
 const DYNAMIC_PORTS: core::ops::RangeInclusive<u16> = 49_152..=u16::MAX;
 
+const TCP: u32 = raw::net_ip_protocol::IPPROTO_TCP;
+
 /// An open socket, closed when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Descriptor(c_int);
@@ -27,7 +29,7 @@ impl Descriptor {
     fn stream() -> Result<Self, NetError> {
         // SAFETY: it has no precondition.
         let number = unsafe {
-            raw::zsock_socket(integer(raw::AF_INET), constant(STREAM), constant(TCP))
+            raw::zsock_socket(integer(raw::AF_INET), integer(raw::net_sock_type::SOCK_STREAM), integer(TCP))
         };
         Self::adopt(number)
     }
@@ -158,7 +160,7 @@ impl Descriptor {
 
     /// Messages are collected before they are written, so TCP need not wait for more.
     fn send_at_once(&self) {
-        self.switch_on(constant_number(TCP), raw::TCP_NODELAY);
+        self.switch_on(TCP, raw::TCP_NODELAY);
     }
 
     /// Sets an option whose absence does no harm.
@@ -173,7 +175,7 @@ impl Descriptor {
 }
 
 /// Waits for descriptors; a negative number of ticks means for ever. Returns how many of them are ready.
-pub(crate) fn poll(set: &mut [raw::zsock_pollfd], timeout_ticks: i64) -> usize {
+pub(crate) fn poll(set: &mut [raw::zvfs_pollfd], timeout_ticks: i64) -> usize {
     let count = c_int::try_from(set.len()).unwrap_or(c_int::MAX);
     // SAFETY: pointer and length are those of a slice that may be written to.
     let ready = unsafe { raw::lf_poll(set.as_mut_ptr(), count, timeout_ticks) };

@@ -13,7 +13,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     // What was logged before comes first.
     // SAFETY: it has no precondition.
     unsafe { raw::lf_log_flush() };
-    crate::print_line(format_args!("lf: {info}"));
+    crate::console::print_line(format_args!("lf: {info}"));
     crate::c_api::call_fatal_hook(format_args!("{info}"));
     stop(STATUS)
 }

@@ -5,11 +5,14 @@ use core::ffi::c_int;
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::Deadline;
+use lf_coordination::clock_sync::ClockCorrection;
+use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
 use crate::net::{self, Descriptor};
+use crate::outside::ZephyrOutside;
 use crate::{clock, raw, wake};
 
 const READABLE: u32 = raw::ZSOCK_POLLIN;
@@ -70,8 +73,8 @@ impl ZephyrPlatform {
     /// Calls `ready` for each socket that is, after waiting for so many ticks; returns whether anything was.
     fn poll(&self, timeout_ticks: i64, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
         // The last entry is the wake-up; negative descriptors are ignored.
-        let mut set = [const { raw::zsock_pollfd { fd: -1, events: 0, revents: 0 } }; LF_SOCKETS + 1];
-        set[LF_SOCKETS] = raw::zsock_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
+        let mut set = [const { raw::zvfs_pollfd { fd: -1, events: 0, revents: 0 } }; LF_SOCKETS + 1];
+        set[LF_SOCKETS] = raw::zvfs_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
         for (entry, place) in set.iter_mut().zip(&self.places) {
             if let Some(Socket { descriptor, interest, .. }) = &place.socket
                 && *interest != Interest::NONE
@@ -104,6 +107,14 @@ impl Platform for ZephyrPlatform {
         clock::now()
     }
 
+    fn outside(&self) -> &'static dyn Outside {
+        ZephyrOutside::of_program()
+    }
+
+    fn set_correction(&mut self, correction: ClockCorrection) {
+        ZephyrOutside::of_program().set_correction(correction);
+    }
+
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
         if !self.has_place() {
             return Err(NetError::NoSocketLeft);
@@ -132,7 +143,7 @@ impl Platform for ZephyrPlatform {
         let descriptor = &self.socket(listener)?.descriptor;
         if !has_place {
             // Accepting would take a connection that then had to be closed; so it is only asked whether there is one.
-            let mut set = [raw::zsock_pollfd { fd: descriptor.number(), events: bits(READABLE), revents: 0 }];
+            let mut set = [raw::zvfs_pollfd { fd: descriptor.number(), events: bits(READABLE), revents: 0 }];
             return if net::poll(&mut set, 0) == 0 { Ok(None) } else { Err(NetError::NoSocketLeft) };
         }
         match descriptor.accept()? {

@@ -6,6 +6,8 @@ use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use lf_model::{PhysicalLink, ReactionContext};
+
 use crate::kconfig::{LF_USER_THREAD_CLOSURE_SIZE, LF_USER_THREADS};
 use crate::raw;
 
@@ -20,6 +22,24 @@ impl fmt::Display for NoThreadLeft {
 }
 
 impl core::error::Error for NoThreadLeft {}
+
+/// What reactions see of this module; it is in the prelude.
+pub trait SpawnPhysicalThread {
+    /// Runs `body` on a thread of its own, which can schedule physical actions through the link that it is given.
+    ///
+    /// # Panics
+    /// When `CONFIG_LF_USER_THREADS` threads are running already: the program counts on a thread that cannot be had.
+    fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F);
+}
+
+impl SpawnPhysicalThread for ReactionContext<'_> {
+    fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F) {
+        let mut link = self.physical_link();
+        if let Err(error) = spawn(move || body(&mut link)) {
+            panic!("spawn_physical_thread: {error}");
+        }
+    }
+}
 
 /// Room for a closure, aligned like the largest of Rust's usual types.
 type Room = MaybeUninit<[u64; LF_USER_THREAD_CLOSURE_SIZE.div_ceil(8)]>;

@@ -16,7 +16,7 @@ impl Turn {
         // SAFETY: the mutex is static and initialised by K_MUTEX_DEFINE; it is not locked from an interrupt, which is
         // the only precondition of k_mutex_lock. Waiting for ever, it returns with the mutex held.
         unsafe {
-            if raw::k_is_in_isr() || raw::k_mutex_lock(mutex.as_ptr(), raw::k_timeout_t { ticks: -1 }) != 0 {
+            if raw::k_is_in_isr() || raw::k_mutex_lock(mutex.as_ptr(), raw::k_timeout_t { ticks: !0 }) != 0 {
                 return None;
             }
         }

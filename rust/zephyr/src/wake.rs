@@ -12,12 +12,13 @@ use crate::raw;
 /// The descriptor, negative before there is one. It is never closed, so that any thread can use it at any time.
 static DESCRIPTOR: AtomicI32 = AtomicI32::new(-1);
 
-/// Ends the event loop's wait, now or at its next start. May be called from any thread, but not from an interrupt;
-/// a no-op before there is an event loop.
+/// Ends the event loop's wait, now or at its next start. May be called from any thread and from interrupts; a no-op
+/// before there is an event loop.
 pub fn wake() {
     let descriptor = DESCRIPTOR.load(Ordering::Acquire);
     if descriptor >= 0 {
-        // SAFETY: it takes any descriptor. It fails only when the counter is full: then the loop is being woken anyway.
+        // SAFETY: it takes any descriptor, and holds only a spin lock, because the descriptor does not block.
+        // It fails only when the counter is full: then the loop is being woken anyway.
         let _ = unsafe { raw::zvfs_eventfd_write(descriptor, 1) };
     }
 }

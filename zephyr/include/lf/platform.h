@@ -45,6 +45,13 @@ void lf_log(uint32_t level, const char *message);
 /* Writes out what the log still holds and makes it write at once from now on. */
 void lf_log_flush(void);
 
+/* How many times k_cycle_get_32() and k_cycle_get_64() count per second; a macro or a variable in Zephyr. */
+uint32_t lf_cycles_per_second(void);
+
+/* irq_lock() and irq_unlock(), which are macros. */
+uint32_t lf_interrupts_lock(void);
+void lf_interrupts_unlock(uint32_t key);
+
 /* Where println! and eprintln! take turns, so that lines of several threads do not mix. */
 extern struct k_mutex lf_console_lock;
 

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The program of an image: its static memory, and how it is run.
+
+use core::cell::UnsafeCell;
+use core::fmt;
+use core::mem::MaybeUninit;
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use lf_model::{Engine, Program, Settings, Storage, Tables};
+use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
+
+use crate::platform::ZephyrPlatform;
+use crate::settings::{self, SettingsError};
+
+/// Why the program of an image ends early.
+#[derive(Debug)]
+pub enum ImageError {
+    /// Zephyr has no descriptor left for the wake-up.
+    Platform(lf_runtime::platform::NetError),
+    /// A setting is of no use.
+    Settings(SettingsError),
+    /// The event loop ended early.
+    Run(RunError),
+    /// The program was started before, and its memory is in use.
+    Running,
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Platform(error) => {
+                write!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
+            }
+            Self::Settings(error) => error.fmt(f),
+            Self::Run(error) => error.fmt(f),
+            Self::Running => f.write_str("lf_main() can be called only once"),
+        }
+    }
+}
+
+impl core::error::Error for ImageError {}
+
+/// The memory of an engine, without the sizes in its type.
+pub trait EngineStorage {
+    /// Empty storage.
+    fn empty() -> Self;
+
+    /// An engine in this storage.
+    fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_>;
+}
+
+impl<const T: usize, const TW: usize, const RW: usize, const PW: usize> EngineStorage for Storage<T, TW, RW, PW> {
+    fn empty() -> Self {
+        Self::new()
+    }
+
+    fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_> {
+        Engine::new(tables, self, settings)
+    }
+}
+
+/// The static memory of a program `P` with its engine's storage `S` and buffers of so many bytes.
+///
+/// It is a static and not on the main thread's stack, so that the linker counts it.
+pub struct Memory<P, S, const INPUT: usize, const OUTPUT: usize> {
+    taken: AtomicBool,
+    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT>>>,
+}
+
+struct Parts<P, S, const INPUT: usize, const OUTPUT: usize> {
+    program: P,
+    storage: S,
+    input: [u8; INPUT],
+    output: [u8; OUTPUT],
+}
+
+// SAFETY: the cell is accessed only by the one call of `run` that has set `taken`, which is never unset.
+unsafe impl<P, S, const INPUT: usize, const OUTPUT: usize> Sync for Memory<P, S, INPUT, OUTPUT> {}
+
+impl<P, S, const INPUT: usize, const OUTPUT: usize> fmt::Debug for Memory<P, S, INPUT, OUTPUT> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Memory").field("taken", &self.taken).finish_non_exhaustive()
+    }
+}
+
+impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize> Memory<P, S, INPUT, OUTPUT> {
+    /// Memory that nothing is in yet.
+    #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
+    pub const fn new() -> Self {
+        Self { taken: AtomicBool::new(false), parts: UnsafeCell::new(MaybeUninit::uninit()) }
+    }
+
+    /// Runs the program in this memory, from its start to its end.
+    ///
+    /// # Errors
+    /// Why it ended early.
+    pub fn run(
+        &'static self,
+        platform: &mut ZephyrPlatform,
+        description: &'static Description,
+        program: impl FnOnce() -> P,
+    ) -> Result<(), ImageError> {
+        if self.taken.swap(true, Ordering::Acquire) {
+            return Err(ImageError::Running);
+        }
+        // SAFETY: this call alone has found `taken` unset, and nobody else accesses the cell.
+        let memory = unsafe { &mut *self.parts.get() };
+        let parts = Parts { program: program(), storage: S::empty(), input: [0; INPUT], output: [0; OUTPUT] };
+        let Parts { program, storage, input, output } = memory.write(parts);
+        let engine = storage.engine(program.tables(), description.settings());
+        let Some(federation) = &description.federation else {
+            return run_unfederated(platform, program, engine).map_err(ImageError::Run);
+        };
+        let join = join(federation).map_err(ImageError::Settings)?;
+        let buffers = Buffers::new(input, output);
+        run_federate(platform, program, engine, federation, &join, buffers).map_err(ImageError::Run)
+    }
+}
+
+fn join(federation: &Federation) -> Result<Join<'static>, SettingsError> {
+    let federation_id = match settings::federation_id()? {
+        "" => federation.federation_id,
+        other => other,
+    };
+    Ok(Join { federation_id: federation_id.as_bytes(), rti: settings::rti_address()? })
+}
+
+/// Bytes of the receive buffer that a program needs; Kconfig may ask for more.
+pub const fn input_bytes(description: &Description) -> usize {
+    match &description.federation {
+        Some(federation) => larger(federation.input_bytes, crate::kconfig::LF_RECEIVE_BUFFER_SIZE),
+        None => 0,
+    }
+}
+
+/// Bytes of the send buffer that a program needs; Kconfig may ask for more.
+pub const fn output_bytes(description: &Description) -> usize {
+    match &description.federation {
+        Some(federation) => larger(federation.output_bytes, crate::kconfig::LF_SEND_BUFFER_SIZE),
+        None => 0,
+    }
+}
+
+const fn larger(one: usize, other: usize) -> usize {
+    if one > other { one } else { other }
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The clock and waiting for it.
+
+use core::cell::Cell;
+
+use lf_coordination::Deadline;
+use lf_model::Interval;
+use lf_zephyr::clock::{self, Extension};
+use lf_zephyr::runtime::platform::Platform;
+
+use crate::{Outcome, ensure, platform};
+
+/// Frequencies of real counters: a slow one, native_sim's, ones that do not divide 10⁹, and the largest.
+const FREQUENCIES: [u32; 6] = [32_768, 1_000_000, 12_000_000, 996_000_000, 1_000_000_007, u32::MAX];
+
+pub(crate) fn clock_never_runs_backwards() -> Outcome {
+    let mut last = clock::now();
+    for _ in 0..10_000 {
+        let now = clock::now();
+        ensure!(now >= last);
+        last = now;
+    }
+    Ok(())
+}
+
+/// Compares with the definition in 128 bits, around each power of two and so around the wrap of 32 bits.
+pub(crate) fn conversion_is_exact() -> Outcome {
+    for frequency in FREQUENCIES {
+        for power in 0..64 {
+            for offset in [-2, -1, 0, 1, 2] {
+                let cycles = (1_u64 << power).wrapping_add_signed(offset);
+                let exact = u128::from(cycles) * 1_000_000_000 / u128::from(frequency);
+                let expected = i64::try_from(exact).unwrap_or(i64::MAX);
+                ensure!(clock::nanoseconds(cycles, frequency) == expected);
+            }
+        }
+    }
+    ensure!(clock::nanoseconds(u64::MAX, 1) == i64::MAX);
+    Ok(())
+}
+
+/// A counter that is read at uneven steps of less than half a turn, through several turns.
+pub(crate) fn extension_carries_over_the_wrap() -> Outcome {
+    const STEPS: [u64; 10] = [0, 1, 0x7fff_fffe, 1, 1, 0x7fff_fffe, 2, 0x4000_0000, 0x4000_0000, 0x7fff_ffff];
+    let extension = Extension::new();
+    let mut counter = 0_u64;
+    for step in core::iter::repeat_n(STEPS, 8).flatten() {
+        counter += step;
+        let low = u32::try_from(counter & 0xffff_ffff).unwrap_or(0);
+        ensure!(extension.extend(|| low) == counter);
+    }
+    ensure!(counter > 4 << 32);
+    Ok(())
+}
+
+/// Another reader sees the next half turn between this reader's two looks; this one must not jump ahead.
+pub(crate) fn extension_is_shared_by_readers() -> Outcome {
+    let extension = Extension::new();
+    let first = Cell::new(true);
+    let read = || {
+        if first.replace(false) {
+            // Interrupted right after reading: the interrupt reads 0x8000_0001.
+            let _ = extension.extend(|| 0x8000_0001);
+            0x7fff_ffff
+        } else {
+            0x8000_0002
+        }
+    };
+    ensure!(extension.extend(read) == 0x8000_0002);
+    Ok(())
+}
+
+pub(crate) fn wait_ends_at_its_time() -> Outcome {
+    let mut platform = platform()?;
+    for nanoseconds in [-1, 0, 1, 999, 1_000, 50_001, 3_000_000] {
+        let until = platform.now() + Interval::from_nanos(nanoseconds);
+        // A wait may end early, so it is repeated as the event loop repeats it; it must end at last.
+        while platform.now() < until {
+            platform.wait(Deadline::At(until), &mut |_, _| {});
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Threads, the wake-up, and the console that they share.
+
+use core::ffi::CStr;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use lf_coordination::Deadline;
+use lf_zephyr::kconfig::{LF_LINE_SIZE, LF_USER_THREADS};
+use lf_zephyr::runtime::platform::Platform;
+use lf_zephyr::thread::{NoThreadLeft, spawn};
+
+use crate::{Outcome, ensure, platform};
+
+const NO_THREAD: &CStr = c"there is no thread";
+
+pub(crate) fn another_thread_ends_a_wait() -> Outcome {
+    static BEGAN: AtomicBool = AtomicBool::new(false);
+    let mut platform = platform()?;
+    // The thread's priority is below this one's, so it runs when this one waits.
+    spawn(|| {
+        BEGAN.store(true, Ordering::Release);
+        lf_zephyr::wake();
+    })
+    .map_err(|_| NO_THREAD)?;
+    while !BEGAN.load(Ordering::Acquire) {
+        platform.wait(Deadline::Never, &mut |_, _| {});
+    }
+    Ok(())
+}
+
+pub(crate) fn a_wake_up_is_not_lost_before_a_wait() -> Outcome {
+    let mut platform = platform()?;
+    lf_zephyr::wake();
+    lf_zephyr::wake();
+    platform.wait(Deadline::Never, &mut |_, _| {});
+    Ok(())
+}
+
+pub(crate) fn threads_are_reused_and_limited() -> Outcome {
+    static ENDED: AtomicUsize = AtomicUsize::new(0);
+    let mut platform = platform()?;
+    for round in 1..=3 {
+        for number in 0..LF_USER_THREADS {
+            // What it captures has to arrive in the thread.
+            let captured = [number; 4];
+            let body = move || {
+                if captured == [number; 4] {
+                    ENDED.fetch_add(1, Ordering::AcqRel);
+                }
+                lf_zephyr::wake();
+            };
+            spawn(body).map_err(|_| NO_THREAD)?;
+        }
+        ensure!(spawn(|| {}) == Err(NoThreadLeft));
+        while ENDED.load(Ordering::Acquire) < round * LF_USER_THREADS {
+            platform.wait(Deadline::Never, &mut |_, _| {});
+        }
+        wait_for_a_free_thread(&mut platform);
+    }
+    Ok(())
+}
+
+/// A thread frees its place only after its body; so the next one may still find it taken.
+fn wait_for_a_free_thread(platform: &mut impl Platform) {
+    static FREE: AtomicUsize = AtomicUsize::new(0);
+    FREE.store(0, Ordering::Release);
+    let body = || {
+        FREE.fetch_add(1, Ordering::AcqRel);
+        lf_zephyr::wake();
+    };
+    while FREE.load(Ordering::Acquire) < 1 {
+        let soon = platform.now() + lf_model::Interval::from_micros(100);
+        let _ = spawn(body);
+        platform.wait(Deadline::At(soon), &mut |_, _| {});
+    }
+}
+
+/// A line whose characters lie across every border of the line's buffer; printing it must not panic or lose the end.
+pub(crate) fn long_lines_keep_whole_characters() -> Outcome {
+    for shift in 0..4 {
+        lf_zephyr::println!("{:shift$}{:→<width$}|", "", "", width = LF_LINE_SIZE);
+    }
+    Ok(())
+}
