@@ -6,8 +6,16 @@
 //! a [`plan`]. Nothing in here reads or writes files: texts come from a [`SourceProvider`].
 #![forbid(unsafe_code)]
 
+mod analysis;
+mod compilation;
 pub mod diagnostics;
+pub mod emit;
+mod federates;
+mod instances;
 pub mod plan;
+mod resolve;
 mod syntax;
 
+pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
+pub use resolve::SourceProvider;

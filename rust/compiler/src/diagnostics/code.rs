@@ -153,8 +153,6 @@ codes! {
     CType = "W004-c-type",
     /// Something that has no effect.
     NoEffect = "W005-no-effect",
-    /// A place given twice.
-    SameHost = "W006-same-host",
 }
 
 impl Code {

@@ -18,16 +18,14 @@ impl Parser<'_> {
             return Ok(None);
         }
         let mut value = self.expression()?;
-        let inner = match &value.kind {
-            ExpressionKind::List(items) if items.len() == 1 => Some(items[0].clone()),
-            _ => None,
-        };
-        let written = self.slice(inner.as_ref().map_or(value.span, |inner| inner.span)).to_owned();
-        let hint = format!("write ` = {written}`");
+        let written = self.slice(value.span);
+        let hint = format!("write ` = {}`", written[1..written.len() - 1].trim());
         let message = format!("the initial value of {what} is written in the older form");
         self.report(Diagnostic::new(Code::OldInitialiser, value.span, message).hint(hint));
-        if let Some(inner) = inner {
-            value = inner;
+        if let ExpressionKind::List(items) = &mut value.kind
+            && items.len() == 1
+        {
+            value = items.remove(0);
         }
         Ok(Some(Initialiser { value }))
     }
@@ -46,7 +44,10 @@ impl Parser<'_> {
             Kind::Code => ExpressionKind::Code(self.code()?),
             Kind::OpenBrace => self.list_expression(Kind::CloseBrace, "}")?,
             Kind::OpenBracket => self.list_expression(Kind::CloseBracket, "]")?,
-            Kind::OpenParenthesis => self.list_expression(Kind::CloseParenthesis, ")")?,
+            Kind::OpenParenthesis => match self.list_expression(Kind::CloseParenthesis, ")")? {
+                ExpressionKind::List(mut items) if items.len() == 1 => items.remove(0).kind,
+                list => list,
+            },
             _ => match self.literal_or_time()? {
                 Some(kind) => kind,
                 None => match self.word_ahead(0) {

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reactors as the plan describes them.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::{SourceMap, Span};
+use crate::instances::Tree;
+use crate::plan::{self, ClassIndex, Location, Type, Value};
+use crate::resolve::{Class, ClassId, PortRef, Variable, literal_ns, rust_text, signature};
+use crate::syntax::ast;
+
+/// Turns spans into locations.
+#[derive(Debug)]
+pub(super) struct Places<'s> {
+    sources: &'s SourceMap,
+}
+
+impl<'s> Places<'s> {
+    pub(super) fn new(sources: &'s SourceMap) -> Self {
+        Self { sources }
+    }
+
+    pub(super) fn at(&self, span: Span) -> Location {
+        let file = self.sources.iter().position(|(id, _)| id == span.file).unwrap_or_default();
+        let position = self.sources.get(span.file).map(|file| file.position(span.start));
+        let (line, column) = position.map_or((1, 1), |position| (position.line, position.column));
+        Location { file: plan::FileIndex(file), line, column }
+    }
+
+    pub(super) fn code(&self, code: &ast::Code) -> plan::Code {
+        plan::Code { text: code.text.clone(), at: self.at(code.span) }
+    }
+
+    pub(super) fn ty(&self, text: &str, span: Span) -> Type {
+        Type { text: text.to_owned(), at: self.at(span) }
+    }
+
+    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool) -> Value {
+        if let Some(ns) = literal_ns(value).filter(|_| is_time) {
+            return Value::Time { ns };
+        }
+        match &value.kind {
+            ast::ExpressionKind::Code(code) => Value::Rust(self.code(code)),
+            _ => Value::Rust(plan::Code { text: rust_text(value, ty), at: self.at(value.span) }),
+        }
+    }
+}
+
+/// The reactors that are instantiated.
+#[derive(Debug)]
+pub(super) struct Described {
+    pub(super) classes: Vec<plan::ReactorClass>,
+    /// Their positions in the plan.
+    pub(super) index: BTreeMap<ClassId, ClassIndex>,
+}
+
+/// Describes the instantiated reactors in the order of their first instances.
+pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, places: &Places<'_>) -> Described {
+    let mut order: Vec<ClassId> = Vec::new();
+    let mut index = BTreeMap::new();
+    for instance in &tree.instances {
+        index.entry(instance.class).or_insert_with(|| {
+            order.push(instance.class);
+            ClassIndex(order.len() - 1)
+        });
+    }
+    let classes = order.iter().map(|id| class(&classes[id.0], classes, &index, places)).collect();
+    Described { classes, index }
+}
+
+fn class(
+    class: &Class<'_>,
+    classes: &[Class<'_>],
+    index: &BTreeMap<ClassId, ClassIndex>,
+    places: &Places<'_>,
+) -> plan::ReactorClass {
+    let parameters = class.parameters.iter().map(|parameter| plan::Parameter {
+        name: parameter.name.text.clone(),
+        ty: places.ty(&parameter.ty, parameter.ty_span),
+        default: parameter.default.map(|value| places.value(value, &parameter.ty, parameter.is_time)),
+        at: places.at(parameter.name.span),
+    });
+    let state = class.states.iter().map(|state| plan::StateVariable {
+        name: state.name.text.clone(),
+        ty: places.ty(&state.ty, state.ty_span),
+        init: state.init.map(|value| places.value(value, &state.ty, state.is_time)),
+        at: places.at(state.name.span),
+    });
+    let ports = class.ports.iter().map(|port| plan::PortDeclaration {
+        name: port.name.text.clone(),
+        direction: match port.direction {
+            ast::Direction::Input => plan::PortDirection::Input,
+            ast::Direction::Output => plan::PortDirection::Output,
+        },
+        ty: places.ty(&port.ty, port.ty_span),
+        at: places.at(port.name.span),
+    });
+    let actions = class.actions.iter().map(|action| plan::ActionDeclaration {
+        name: action.ast.name.text.clone(),
+        physical: action.ast.physical,
+        ty: places.ty(&action.ty, action.ty_span),
+        at: places.at(action.ast.name.span),
+    });
+    let timers = class
+        .timers
+        .iter()
+        .map(|timer| plan::TimerDeclaration { name: timer.name.text.clone(), at: places.at(timer.name.span) });
+    let body = &class.ast.body;
+    plan::ReactorClass {
+        name: class.name.clone(),
+        at: places.at(class.ast.span()),
+        docs: class.ast.docs.clone(),
+        preambles: body.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
+        parameters: parameters.collect(),
+        state: state.collect(),
+        ports: ports.collect(),
+        actions: actions.collect(),
+        timers: timers.collect(),
+        children: children(class, classes, index, places),
+        reactions: reactions(class, classes, places),
+    }
+}
+
+fn children(
+    class: &Class<'_>,
+    classes: &[Class<'_>],
+    index: &BTreeMap<ClassId, ClassIndex>,
+    places: &Places<'_>,
+) -> Vec<plan::Child> {
+    let mut children = Vec::new();
+    for child in &class.children {
+        let Some((id, class_index)) = child.class.and_then(|id| index.get(&id).map(|index| (id, *index))) else {
+            continue;
+        };
+        let arguments = child
+            .arguments
+            .iter()
+            .zip(&classes[id.0].parameters)
+            .map(|(given, parameter)| given.map(|value| places.value(value, &parameter.ty, parameter.is_time)));
+        children.push(plan::Child {
+            name: child.ast.name.text.clone(),
+            class: class_index,
+            arguments: arguments.collect(),
+            at: places.at(child.ast.name.span),
+        });
+    }
+    children
+}
+
+fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> Vec<plan::Reaction> {
+    let mut reactions = Vec::new();
+    for (position, reaction) in class.reactions.iter().enumerate() {
+        let parameters = reaction.parameters.iter().filter_map(|parameter| {
+            Some(plan::ReactionParameter {
+                name: parameter.name.clone(),
+                kind: variable_kind(parameter.variable, class, classes, places)?,
+                triggers: parameter.triggers,
+                uses: parameter.uses,
+                effect: parameter.effect,
+                at: places.at(parameter.span),
+            })
+        });
+        let declared = reaction.ast;
+        let empty = || plan::Code { text: String::new(), at: places.at(declared.keyword) };
+        reactions.push(plan::Reaction {
+            number: position + 1,
+            name: declared.name.as_ref().map(|name| name.text.clone()),
+            signature: signature(declared),
+            parameters: parameters.collect(),
+            body: declared.code.as_ref().map_or_else(empty, |code| places.code(code)),
+            deadline: declared.deadline.as_ref().map(|deadline| places.code(&deadline.code)),
+            at: places.at(declared.keyword),
+        });
+    }
+    reactions
+}
+
+/// What a variable is; nothing for startup and shutdown, which bodies do not see.
+fn variable_kind(
+    variable: Variable,
+    class: &Class<'_>,
+    classes: &[Class<'_>],
+    places: &Places<'_>,
+) -> Option<plan::VariableKind> {
+    Some(match variable {
+        Variable::Startup | Variable::Shutdown => return None,
+        Variable::Timer(_) => plan::VariableKind::Timer,
+        Variable::Action(action) => {
+            let action = &class.actions[action];
+            let ty = places.ty(&action.ty, action.ty_span);
+            if action.ast.physical {
+                plan::VariableKind::PhysicalAction { ty }
+            } else {
+                plan::VariableKind::LogicalAction { ty }
+            }
+        }
+        Variable::Port(port) => {
+            let port = match port {
+                PortRef::Own(port) => &class.ports[port],
+                PortRef::Child(child, port) => &classes[class.children[child].class?.0].ports[port],
+            };
+            plan::VariableKind::Port { ty: places.ty(&port.ty, port.ty_span) }
+        }
+    })
+}

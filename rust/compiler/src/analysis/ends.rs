@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a federate sends and receives, and its neighbours.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::federate::Builder;
+use super::graph::{Link, Node};
+use super::triggers::Source;
+use crate::plan::{self, Type, Upstream};
+
+impl Builder<'_> {
+    fn federate_of(&self, node: Node) -> u16 {
+        let part = self.context.parts.of[self.context.graph.instance[node]].unwrap_or_default();
+        u16::try_from(part).unwrap_or(u16::MAX)
+    }
+
+    fn value_type(&self, link: &Link) -> Type {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        let class = &self.context.classes[tree.instances[graph.instance[link.from]].class.0];
+        let port = &class.ports[graph.port_of(link.from)];
+        self.context.places.ty(&port.ty, port.ty_span)
+    }
+
+    pub(super) fn outputs(&self) -> Vec<plan::NetworkOutput> {
+        let (graph, network) = (self.context.graph, self.context.network);
+        let mut outputs = Vec::new();
+        for position in &network.outputs[self.part] {
+            let link = &graph.links[*position];
+            let federate = self.federate_of(link.to);
+            let port = network.inputs[usize::from(federate)].iter().position(|input| input == position);
+            outputs.push(plan::NetworkOutput {
+                name: self.link_name(*position),
+                source: self.port(link.from),
+                federate,
+                port: port.and_then(|port| u16::try_from(port).ok()).unwrap_or(u16::MAX),
+                delay_ns: link.delay,
+                ty: self.value_type(link),
+                at: self.context.places.at(link.span),
+            });
+        }
+        outputs
+    }
+
+    pub(super) fn inputs(&self) -> Vec<plan::NetworkInput> {
+        let mut inputs = Vec::new();
+        for position in &self.context.network.inputs[self.part] {
+            let link = &self.context.graph.links[*position];
+            inputs.push(plan::NetworkInput {
+                name: self.link_name(*position),
+                trigger: self.sources[&Source::Link(*position)],
+                federate: self.federate_of(link.from),
+                delay_ns: link.delay,
+                ty: self.value_type(link),
+                at: self.context.places.at(link.span),
+            });
+        }
+        inputs
+    }
+
+    /// The least delay per sending federate; no `after` is less than `after 0`.
+    pub(super) fn upstream(&self) -> Vec<Upstream> {
+        let mut least: BTreeMap<u16, Option<i64>> = BTreeMap::new();
+        for position in &self.context.network.inputs[self.part] {
+            let link = &self.context.graph.links[*position];
+            let delay = least.entry(self.federate_of(link.from)).or_insert(link.delay);
+            *delay = (*delay).min(link.delay);
+        }
+        least.into_iter().map(|(federate, delay_ns)| Upstream { federate, delay_ns }).collect()
+    }
+
+    pub(super) fn downstream(&self) -> Vec<u16> {
+        let links = self.context.network.outputs[self.part].iter();
+        let federates: BTreeSet<u16> = links.map(|link| self.federate_of(self.context.graph.links[*link].to)).collect();
+        federates.into_iter().collect()
+    }
+}

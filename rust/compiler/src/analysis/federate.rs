@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The plan of one federate.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::classes::{Described, Places};
+use super::graph::{Graph, Node};
+use super::network::Network;
+use super::physical;
+use super::triggers::Source;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::federates::Parts;
+use crate::instances::Tree;
+use crate::plan::{self, Argument, InstanceIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
+use crate::resolve::{Class, Variable};
+
+/// What has been worked out for the whole program.
+pub(super) struct Context<'a> {
+    pub(super) classes: &'a [Class<'a>],
+    pub(super) tree: &'a Tree,
+    pub(super) parts: &'a Parts,
+    pub(super) graph: &'a Graph,
+    /// The level of each reaction of the graph.
+    pub(super) order: &'a [u16],
+    pub(super) network: &'a Network,
+    pub(super) places: &'a Places<'a>,
+    pub(super) described: &'a Described,
+}
+
+/// A federate while it is put together.
+pub(super) struct Builder<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) part: usize,
+    /// The instances of this federate.
+    pub(super) instances: BTreeMap<usize, InstanceIndex>,
+    /// The storing ports of this federate.
+    pub(super) ports: BTreeMap<Node, PortIndex>,
+    pub(super) triggers: Vec<plan::Trigger>,
+    pub(super) sources: BTreeMap<Source, TriggerIndex>,
+}
+
+/// Works out the plan of one federate.
+pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
+    let tree = context.tree;
+    let members = (0..tree.instances.len()).filter(|instance| context.parts.of[*instance] == Some(part));
+    let instances: BTreeMap<_, _> = members.enumerate().map(|(index, member)| (member, InstanceIndex(index))).collect();
+    let ports = BTreeMap::new();
+    let mut builder = Builder { context, part, instances, ports, triggers: Vec::new(), sources: BTreeMap::new() };
+    builder.number_ports();
+    builder.add_triggers(diagnostics);
+    let reactions = builder.reactions(diagnostics);
+    let ports = builder.join(&reactions);
+    builder.finish(reactions, ports, diagnostics)
+}
+
+impl Builder<'_> {
+    /// Whether an instance belongs to this federate.
+    pub(super) fn owns(&self, instance: usize) -> bool {
+        self.instances.contains_key(&instance)
+    }
+
+    /// The ports that something reads, writes or connects; others need no storage.
+    fn number_ports(&mut self) {
+        let graph = self.context.graph;
+        let mut used = BTreeSet::new();
+        for (node, root) in graph.root.iter().enumerate().filter(|(node, _)| self.owns(graph.instance[*node])) {
+            if !graph.writers[node].is_empty() || !graph.readers[node].is_empty() {
+                used.insert(*root);
+            }
+        }
+        for link in graph.links.iter().filter(|link| link.network || link.delay.is_some()) {
+            used.extend([graph.root[link.from], graph.root[link.to]].iter().filter(|n| self.owns(graph.instance[**n])));
+        }
+        self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();
+    }
+
+    pub(super) fn port(&self, node: Node) -> PortIndex {
+        self.ports[&self.context.graph.root[node]]
+    }
+
+    pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
+        self.instances[&instance]
+    }
+
+    /// All reactions and sends, by level, then in the order of instances.
+    fn reactions(&self, diagnostics: &mut Diagnostics) -> Vec<plan::ScheduledReaction> {
+        let Context { graph, tree, classes, order, .. } = *self.context;
+        let mut reactions = Vec::new();
+        for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
+            let reaction = &classes[tree.instances[step.instance].class.0].reactions[step.reaction];
+            let arguments = reaction.parameters.iter().filter_map(|parameter| {
+                Some(match parameter.variable {
+                    Variable::Startup | Variable::Shutdown => return None,
+                    Variable::Port(port) => Argument::Port(self.port(graph.node(tree, step.instance, port))),
+                    Variable::Timer(timer) => Argument::Trigger(self.sources[&Source::Timer(step.instance, timer)]),
+                    Variable::Action(action) => Argument::Trigger(self.sources[&Source::Action(step.instance, action)]),
+                })
+            });
+            let kind = plan::ReactionKind::Body {
+                instance: self.instance_index(step.instance),
+                reaction: step.reaction + 1,
+                arguments: arguments.collect(),
+            };
+            let deadline = reaction.ast.deadline.as_ref();
+            let deadline = deadline.and_then(|it| tree.time(step.instance, &it.value, classes, diagnostics));
+            reactions.push(plan::ScheduledReaction {
+                name: graph.step_name(position, tree, classes),
+                level: order[position],
+                deadline_ns: deadline.filter(|ns| *ns != i64::MAX),
+                kind,
+            });
+        }
+        for (output, link) in self.context.network.outputs[self.part].iter().enumerate() {
+            let writers = &graph.writers[graph.root[graph.links[*link].from]];
+            let level = writers.iter().map(|writer| order[*writer].saturating_add(1)).max().unwrap_or_default();
+            let kind = plan::ReactionKind::Send(OutputIndex(output));
+            reactions.push(plan::ScheduledReaction { name: self.link_name(*link), level, deadline_ns: None, kind });
+        }
+        // The sort is stable, so instances and declarations stay in order within a level.
+        reactions.sort_by_key(|reaction| reaction.level);
+        reactions
+    }
+
+    pub(super) fn link_name(&self, link: usize) -> String {
+        let Context { graph, tree, classes, .. } = *self.context;
+        let link = &graph.links[link];
+        format!("{} -> {}", graph.path(link.from, tree, classes), graph.path(link.to, tree, classes))
+    }
+
+    /// Fills in what ports and triggers trigger, now that the order of reactions is known.
+    fn join(&mut self, reactions: &[plan::ScheduledReaction]) -> Vec<plan::Port> {
+        let Context { graph, tree, classes, places, described, .. } = *self.context;
+        let mut ports: Vec<plan::Port> = Vec::new();
+        for node in self.ports.keys() {
+            let instance = &tree.instances[graph.instance[*node]];
+            let port = &classes[instance.class.0].ports[graph.port_of(*node)];
+            ports.push(plan::Port {
+                path: graph.path(*node, tree, classes),
+                ty: places.ty(&port.ty, port.ty_span),
+                reactions: Vec::new(),
+                delays: Vec::new(),
+                at: places.at(port.name.span),
+            });
+        }
+        for (index, reaction) in reactions.iter().enumerate() {
+            let index = ReactionIndex(index);
+            match &reaction.kind {
+                plan::ReactionKind::Send(output) => {
+                    let link = self.context.network.outputs[self.part][output.0];
+                    let port = self.port(graph.links[link].from);
+                    ports[port.0].reactions.push(index);
+                }
+                plan::ReactionKind::Body { instance, reaction, arguments } => {
+                    let class = self.class_of(*instance);
+                    let declared = &described.classes[described.index[&class].0].reactions[*reaction - 1];
+                    for (parameter, argument) in declared.parameters.iter().zip(arguments) {
+                        let list = match argument {
+                            Argument::Port(port) => &mut ports[port.0].reactions,
+                            Argument::Trigger(trigger) => &mut self.triggers[trigger.0].reactions,
+                        };
+                        if parameter.triggers && list.last() != Some(&index) {
+                            list.push(index);
+                        }
+                    }
+                    self.join_ends(class, *reaction, index);
+                }
+            }
+        }
+        for (position, trigger) in self.triggers.iter().enumerate() {
+            if let plan::TriggerKind::Delay { source, .. } = trigger.kind {
+                ports[source.0].delays.push(TriggerIndex(position));
+            }
+        }
+        ports
+    }
+
+    fn class_of(&self, instance: InstanceIndex) -> crate::resolve::ClassId {
+        let position = self.instances.iter().find(|(_, index)| **index == instance).map(|(position, _)| *position);
+        self.context.tree.instances[position.unwrap_or_default()].class
+    }
+
+    /// Startup and shutdown are triggers without a variable.
+    fn join_ends(&mut self, class: crate::resolve::ClassId, reaction: usize, index: ReactionIndex) {
+        for parameter in &self.context.classes[class.0].reactions[reaction - 1].parameters {
+            let source = match parameter.variable {
+                Variable::Startup => Source::Startup,
+                Variable::Shutdown => Source::Shutdown,
+                _ => continue,
+            };
+            if let Some(trigger) = self.sources.get(&source) {
+                self.triggers[trigger.0].reactions.push(index);
+            }
+        }
+    }
+
+    fn finish(
+        self,
+        reactions: Vec<plan::ScheduledReaction>,
+        ports: Vec<plan::Port>,
+        diagnostics: &mut Diagnostics,
+    ) -> plan::Federate {
+        let Context { tree, parts, places, described, .. } = *self.context;
+        let part = &parts.parts[self.part];
+        let mut instances = Vec::new();
+        for position in self.instances.keys() {
+            let instance = &tree.instances[*position];
+            instances.push(plan::Instance {
+                path: instance.path.clone(),
+                class: described.index[&instance.class],
+                parent: instance.parent.and_then(|parent| self.instances.get(&parent).copied()),
+                child: instance.child,
+                at: places.at(instance.span),
+            });
+        }
+        let longest = reactions.len().max(ports.len()).max(self.triggers.len());
+        if longest > usize::from(u16::MAX) {
+            let message = format!("`{}` has {longest} reactions, ports or triggers, and 65535 is the most", part.name);
+            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[part.top].span, message));
+        }
+        plan::Federate {
+            id: u16::try_from(self.part).unwrap_or(u16::MAX),
+            name: part.name.clone(),
+            at: places.at(tree.instances[part.top].span),
+            host: part.host.clone(),
+            outputs: self.outputs(),
+            inputs: self.inputs(),
+            upstream: self.upstream(),
+            downstream: self.downstream(),
+            physical_delay_ns: physical::least_delay(self.context, self.part),
+            instances,
+            ports,
+            triggers: self.triggers,
+            reactions,
+        }
+    }
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The ports and reactions of all instances, and how they are joined.
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::federates::Parts;
+use crate::instances::Tree;
+use crate::resolve::{Class, PortRef, Variable};
+
+/// A port of an instance, by its number in the whole program.
+pub(super) type Node = usize;
+
+/// A reaction of an instance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Step {
+    pub(super) instance: usize,
+    /// Its position in the class.
+    pub(super) reaction: usize,
+}
+
+/// A connection of two ports of instances.
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) from: Node,
+    pub(super) to: Node,
+    /// Nanoseconds; none without `after`.
+    pub(super) delay: Option<i64>,
+    pub(super) capacity: Option<usize>,
+    /// Whether it leaves a federate.
+    pub(super) network: bool,
+    pub(super) span: Span,
+}
+
+impl Link {
+    /// Whether the destination is the source's storage.
+    fn is_alias(&self) -> bool {
+        self.delay.is_none() && !self.network
+    }
+}
+
+/// All ports, connections and reactions of a program.
+#[derive(Debug)]
+pub(super) struct Graph {
+    /// The number of the first port of each instance.
+    base: Vec<usize>,
+    /// The instance of each port.
+    pub(super) instance: Vec<usize>,
+    /// All connections, in the order of the text within each container.
+    pub(super) links: Vec<Link>,
+    /// The connection into each port.
+    pub(super) into: Vec<Option<usize>>,
+    /// The port whose storage each port uses.
+    pub(super) root: Vec<Node>,
+    /// All reactions, in order of instances and then of declaration.
+    pub(super) steps: Vec<Step>,
+    /// Per storing port: the reactions that write it.
+    pub(super) writers: Vec<Vec<usize>>,
+    /// Per storing port: the reactions that read it, each with whether it triggers them.
+    pub(super) readers: Vec<Vec<(usize, bool)>>,
+}
+
+impl Graph {
+    /// Joins everything. Nothing if connections alone form a cycle.
+    pub(super) fn build(
+        classes: &[Class<'_>],
+        tree: &Tree,
+        parts: &Parts,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Self> {
+        let mut graph = Self {
+            base: Vec::new(),
+            instance: Vec::new(),
+            links: Vec::new(),
+            into: Vec::new(),
+            root: Vec::new(),
+            steps: Vec::new(),
+            writers: Vec::new(),
+            readers: Vec::new(),
+        };
+        for (position, instance) in tree.instances.iter().enumerate() {
+            graph.base.push(graph.instance.len());
+            graph.instance.extend(classes[instance.class.0].ports.iter().map(|_| position));
+        }
+        graph.link(classes, tree, parts, diagnostics);
+        graph.alias(classes, tree, diagnostics)?;
+        graph.place_reactions(classes, tree);
+        Some(graph)
+    }
+
+    /// The port that a reactor's reference means in an instance of it.
+    pub(super) fn node(&self, tree: &Tree, instance: usize, port: PortRef) -> Node {
+        match port {
+            PortRef::Own(port) => self.base[instance] + port,
+            PortRef::Child(child, port) => self.base[tree.instances[instance].children[child]] + port,
+        }
+    }
+
+    /// The position of a port in its class.
+    pub(super) fn port_of(&self, node: Node) -> usize {
+        node - self.base[self.instance[node]]
+    }
+
+    /// The path of a port: `unit_a.sensor.voltage`.
+    pub(super) fn path(&self, node: Node, tree: &Tree, classes: &[Class<'_>]) -> String {
+        let instance = &tree.instances[self.instance[node]];
+        let name = &classes[instance.class.0].ports[self.port_of(node)].name.text;
+        format!("{}.{name}", instance.path)
+    }
+
+    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts, diagnostics: &mut Diagnostics) {
+        self.into = vec![None; self.instance.len()];
+        for (position, instance) in tree.instances.iter().enumerate() {
+            for connection in &classes[instance.class.0].connections {
+                let delay = match connection.after {
+                    // A delay that is not known has been reported, and there will be no plan.
+                    Some(after) => Some(tree.time(position, after, classes, diagnostics).unwrap_or_default()),
+                    None => None,
+                };
+                let from = self.node(tree, position, connection.from);
+                let to = self.node(tree, position, connection.to);
+                let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
+                self.into[to] = Some(self.links.len());
+                let (capacity, span) = (connection.capacity, connection.span);
+                self.links.push(Link { from, to, delay, capacity, network, span });
+            }
+        }
+    }
+
+    /// Follows undelayed connections backwards to the port that stores the value.
+    fn alias(&mut self, classes: &[Class<'_>], tree: &Tree, diagnostics: &mut Diagnostics) -> Option<()> {
+        for node in 0..self.instance.len() {
+            let mut root = node;
+            let mut passed = Vec::new();
+            while let Some(link) = self.into[root].map(|link| &self.links[link]).filter(|link| link.is_alias()) {
+                if passed.contains(&link.from) {
+                    let start = passed.iter().position(|node| *node == link.from).unwrap_or_default();
+                    let mut names: Vec<_> = passed[start..].iter().map(|n| self.path(*n, tree, classes)).collect();
+                    names.reverse();
+                    names.push(names[0].clone());
+                    let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
+                    let diagnostic = Diagnostic::new(Code::CausalityLoop, link.span, message);
+                    diagnostics.push(diagnostic.hint("remove one of the connections"));
+                    return None;
+                }
+                root = link.from;
+                passed.push(root);
+            }
+            self.root.push(root);
+        }
+        Some(())
+    }
+
+    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree) {
+        self.writers = vec![Vec::new(); self.instance.len()];
+        self.readers = vec![Vec::new(); self.instance.len()];
+        for (position, instance) in tree.instances.iter().enumerate() {
+            for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
+                let step = self.steps.len();
+                self.steps.push(Step { instance: position, reaction: index });
+                for parameter in &reaction.parameters {
+                    let Variable::Port(port) = parameter.variable else { continue };
+                    let root = self.root[self.node(tree, position, port)];
+                    if parameter.effect {
+                        self.writers[root].push(step);
+                    } else {
+                        self.readers[root].push((step, parameter.triggers));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The name of a reaction: `unit_a.sensor.reaction_1`, or with its own name in place of the last part.
+    pub(super) fn step_name(&self, step: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+        let Step { instance, reaction } = self.steps[step];
+        let instance = &tree.instances[instance];
+        match &classes[instance.class.0].reactions[reaction].ast.name {
+            Some(name) => format!("{}.{}", instance.path, name.text),
+            None => format!("{}.reaction_{}", instance.path, reaction + 1),
+        }
+    }
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From instances and federates to the plan: storage of ports, levels, order of execution, delays and capacities.
+
+mod classes;
+mod cycles;
+mod ends;
+mod federate;
+mod graph;
+mod network;
+mod order;
+mod physical;
+mod rate;
+mod triggers;
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::federates::Parts;
+use crate::instances::Tree;
+use crate::plan::{self, Plan};
+use crate::resolve::{Class, Program, program_name};
+use classes::Places;
+use graph::Graph;
+
+/// The TCP port on which an RTI listens when the program says nothing.
+const RTI_PORT: u16 = 15_045;
+
+/// Works out the plan. Nothing if the diagnostics have errors.
+pub(crate) fn analyse(
+    program: &Program,
+    classes: &[Class<'_>],
+    tree: &Tree,
+    parts: &Parts,
+    target: plan::Target,
+    diagnostics: &mut Diagnostics,
+) -> Option<Plan> {
+    let graph = Graph::build(classes, tree, parts, diagnostics)?;
+    let order = order::order(&graph, tree, classes, diagnostics);
+    cycles::between_federates(&graph, parts, diagnostics);
+    idle_properties(program, parts, diagnostics);
+    if diagnostics.has_errors() {
+        return None;
+    }
+    let order = order?;
+    let sources = diagnostics.sources().clone();
+    let places = Places::new(&sources);
+    let described = classes::describe(classes, tree, &places);
+    let network = network::number(&graph, parts);
+    let mut federates = Vec::new();
+    for part in 0..parts.parts.len() {
+        let context = federate::Context {
+            classes,
+            tree,
+            parts,
+            graph: &graph,
+            order: &order,
+            network: &network,
+            places: &places,
+            described: &described,
+        };
+        federates.push(federate::plan(&context, part, diagnostics));
+    }
+    let files = program.units.iter().map(|unit| plan::SourceFile {
+        path: unit.path.clone(),
+        preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
+    });
+    let main = described.index[&tree.instances[0].class];
+    let name = program_name(program).to_owned();
+    let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, diagnostics));
+    Some(Plan { files: files.collect(), target, rti, main, classes: described.classes, federates, name })
+}
+
+fn rti(main: &Class<'_>, name: &str, diagnostics: &mut Diagnostics) -> plan::Rti {
+    let host = main.ast.host.as_ref();
+    if let Some(host) = host.filter(|host| host.user.is_some()) {
+        let message = "the user of the RTI's host has no effect";
+        let hint = format!("write `at {}`", host.address);
+        diagnostics.push(Diagnostic::new(Code::NoEffect, host.span, message).hint(hint));
+    }
+    plan::Rti {
+        host: host.map_or_else(|| "localhost".to_owned(), |host| host.address.clone()),
+        port: host.and_then(|host| host.port).unwrap_or(RTI_PORT),
+        federation_id: name.to_owned(),
+    }
+}
+
+/// Properties of federations say nothing in a program that is none.
+fn idle_properties(program: &Program, parts: &Parts, diagnostics: &mut Diagnostics) {
+    const FEDERATED: [&str; 3] = ["coordination", "clock-sync", "clock-sync-options"];
+    if parts.federated {
+        return;
+    }
+    let Some(target) = program.units.first().and_then(|unit| unit.ast.target.as_ref()) else { return };
+    for property in target.properties.iter().filter(|property| FEDERATED.contains(&property.key.text.as_str())) {
+        let message = format!("`{}` has no effect in a program that is not federated", property.key.text);
+        let hint = "remove it, or make the main reactor `federated`";
+        diagnostics.push(Diagnostic::new(Code::IdleProperty, property.key.span, message).hint(hint));
+    }
+}

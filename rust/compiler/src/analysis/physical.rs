@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How soon a physical action can cause a message to another federate.
+
+use super::federate::Context;
+use super::graph::Node;
+use crate::diagnostics::Diagnostics;
+use crate::resolve::{ReactionParameter, Variable};
+
+/// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
+/// sent to another federate; nothing if there is no such path.
+pub(super) fn least_delay(context: &Context<'_>, part: usize) -> Option<i64> {
+    let search = Search { context, part };
+    let count = context.graph.steps.len();
+    let mut least: Vec<Option<i64>> = (0..count).map(|step| search.from_physical(step)).collect();
+    // A shorter way to a reaction can shorten the ways behind it; each round settles at least one reaction.
+    let mut open: Vec<usize> = (0..count).filter(|step| least[*step].is_some()).collect();
+    let mut sent: Option<i64> = None;
+    while let Some(step) = open.pop() {
+        let Some(delay) = least[step] else { continue };
+        for effect in search.parameters(step).iter().filter(|parameter| parameter.effect) {
+            let mut reach = |to: usize, added: i64| {
+                let total = delay.saturating_add(added);
+                if least[to].is_none_or(|known| total < known) {
+                    least[to] = Some(total);
+                    open.push(to);
+                }
+            };
+            match effect.variable {
+                Variable::Port(port) => {
+                    let node = context.graph.root[context.graph.node(context.tree, search.instance(step), port)];
+                    for (root, added) in search.ports_behind(node) {
+                        for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
+                            reach(*reader, added);
+                        }
+                        if search.is_sent(root) {
+                            let total = delay.saturating_add(added);
+                            sent = Some(sent.map_or(total, |known| known.min(total)));
+                        }
+                    }
+                }
+                Variable::Action(action) => {
+                    let added = search.min_delay(search.instance(step), action);
+                    for to in search.triggered_by(search.instance(step), action) {
+                        reach(to, added);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    sent
+}
+
+struct Search<'a> {
+    context: &'a Context<'a>,
+    part: usize,
+}
+
+impl Search<'_> {
+    fn instance(&self, step: usize) -> usize {
+        self.context.graph.steps[step].instance
+    }
+
+    fn parameters(&self, step: usize) -> &[ReactionParameter] {
+        let class = &self.context.classes[self.context.tree.instances[self.instance(step)].class.0];
+        &class.reactions[self.context.graph.steps[step].reaction].parameters
+    }
+
+    fn min_delay(&self, instance: usize, action: usize) -> i64 {
+        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+        let value = class.actions[action].ast.min_delay.as_ref();
+        // What is not a time has been reported with the trigger.
+        let mut ignored = Diagnostics::default();
+        let time = |value| self.context.tree.time(instance, value, self.context.classes, &mut ignored);
+        value.and_then(time).unwrap_or_default()
+    }
+
+    /// The delay with which a reaction of this federate is triggered by a physical action directly.
+    fn from_physical(&self, step: usize) -> Option<i64> {
+        let instance = self.instance(step);
+        if self.context.parts.of[instance] != Some(self.part) {
+            return None;
+        }
+        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+        let triggers = self.parameters(step).iter().filter(|parameter| parameter.triggers);
+        let physical = triggers.filter_map(|parameter| match parameter.variable {
+            Variable::Action(action) if class.actions[action].ast.physical => Some(self.min_delay(instance, action)),
+            _ => None,
+        });
+        physical.min()
+    }
+
+    fn triggered_by(&self, instance: usize, action: usize) -> Vec<usize> {
+        let is_triggered = |step: &usize| {
+            self.instance(*step) == instance
+                && self.parameters(*step).iter().any(|it| it.triggers && it.variable == Variable::Action(action))
+        };
+        (0..self.context.graph.steps.len()).filter(is_triggered).collect()
+    }
+
+    /// A storing port and those that delayed connections fill from it, with the least added delay.
+    fn ports_behind(&self, root: Node) -> Vec<(Node, i64)> {
+        let graph = self.context.graph;
+        let mut found: Vec<(Node, i64)> = vec![(root, 0)];
+        let mut next = 0;
+        while let Some((from, delay)) = found.get(next).copied() {
+            next += 1;
+            for link in graph.links.iter().filter(|link| graph.root[link.from] == from && !link.network) {
+                let Some(added) = link.delay else { continue };
+                let (to, total) = (graph.root[link.to], delay.saturating_add(added));
+                // A port has one source, so there is one way to it.
+                if !found.iter().any(|(node, _)| *node == to) {
+                    found.push((to, total));
+                }
+            }
+        }
+        found
+    }
+
+    fn is_sent(&self, root: Node) -> bool {
+        let graph = self.context.graph;
+        self.context.network.outputs[self.part].iter().any(|link| graph.root[graph.links[*link].from] == root)
+    }
+}

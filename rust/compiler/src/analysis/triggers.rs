@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The triggers of a federate, with the capacities of their queues.
+//!
+//! | queue | capacity |
+//! |---|---|
+//! | timer, startup, shutdown | 1 |
+//! | action | what is on its way by its minimum delay, but at least [`ACTION_CAPACITY`]: bodies can delay more |
+//! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
+//! | connection between federates | what is on its way by the delay, but at least [`NETWORK_CAPACITY`] |
+//!
+//! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
+//! from the periods of timers and the minimum spacings of actions.
+
+use super::federate::Builder;
+use super::rate::{Rates, in_flight};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
+use crate::resolve::{CAPACITY_MAX, Variable};
+
+/// How many pending events an action holds at least.
+const ACTION_CAPACITY: usize = 8;
+
+/// How many messages a connection between federates holds at least. When they are used up, the sender waits.
+const NETWORK_CAPACITY: usize = 16;
+
+/// What a trigger is in the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Source {
+    Startup,
+    Shutdown,
+    /// Instance, and position in its class.
+    Timer(usize, usize),
+    /// Instance, and position in its class.
+    Action(usize, usize),
+    /// A connection of the graph.
+    Link(usize),
+}
+
+impl Builder<'_> {
+    /// Adds every trigger that a reaction names, every delayed connection and every network input.
+    pub(super) fn add_triggers(&mut self, diagnostics: &mut Diagnostics) {
+        let context = self.context;
+        let mut rates = Rates::new(context.graph, context.tree, context.classes);
+        self.add_ends();
+        let named = self.named_sources();
+        for source in named {
+            match source {
+                Source::Timer(instance, timer) => self.add_timer(instance, timer, diagnostics),
+                Source::Action(instance, action) => self.add_action(instance, action, &mut rates, diagnostics),
+                _ => {}
+            }
+        }
+        for (position, link) in context.graph.links.iter().enumerate() {
+            if link.delay.is_some() && !link.network && self.owns(context.graph.instance[link.to]) {
+                self.add_delay(position, &mut rates, diagnostics);
+            }
+        }
+        for (input, position) in context.network.inputs[self.part].iter().enumerate() {
+            self.add_network_input(InputIndex(input), *position, &mut rates, diagnostics);
+        }
+    }
+
+    fn add(&mut self, source: Source, trigger: plan::Trigger) {
+        self.sources.insert(source, TriggerIndex(self.triggers.len()));
+        self.triggers.push(trigger);
+    }
+
+    /// The variables of all reactions of this federate, with the instances.
+    fn variables(&self) -> Vec<(usize, Variable)> {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        let mut variables = Vec::new();
+        for step in graph.steps.iter().filter(|step| self.owns(step.instance)) {
+            let class = &self.context.classes[tree.instances[step.instance].class.0];
+            let parameters = &class.reactions[step.reaction].parameters;
+            variables.extend(parameters.iter().map(|parameter| (step.instance, parameter.variable)));
+        }
+        variables
+    }
+
+    fn add_ends(&mut self) {
+        let variables = self.variables();
+        for (variable, source, path, kind) in [
+            (Variable::Startup, Source::Startup, "startup", TriggerKind::Startup),
+            (Variable::Shutdown, Source::Shutdown, "shutdown", TriggerKind::Shutdown),
+        ] {
+            if variables.iter().any(|(_, used)| *used == variable) {
+                let reactions = Vec::new();
+                self.add(source, plan::Trigger { path: path.to_owned(), kind, capacity: 1, reactions, at: None });
+            }
+        }
+    }
+
+    /// The timers and actions that a reaction names, in the order of instances and declarations, timers first.
+    fn named_sources(&self) -> Vec<Source> {
+        let mut sources: Vec<_> = self
+            .variables()
+            .into_iter()
+            .filter_map(|(instance, variable)| match variable {
+                Variable::Timer(timer) => Some((instance, Source::Timer(instance, timer))),
+                Variable::Action(action) => Some((instance, Source::Action(instance, action))),
+                _ => None,
+            })
+            .collect();
+        sources.sort_unstable();
+        sources.dedup();
+        sources.into_iter().map(|(_, source)| source).collect()
+    }
+
+    fn add_timer(&mut self, instance: usize, timer: usize, diagnostics: &mut Diagnostics) {
+        let (tree, classes) = (self.context.tree, self.context.classes);
+        let declared = classes[tree.instances[instance].class.0].timers[timer];
+        let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
+        let offset_ns = time(declared.offset.as_ref()).unwrap_or_default();
+        let period = time(declared.period.as_ref());
+        let kind = TriggerKind::Timer {
+            instance: self.instance_index(instance),
+            offset_ns,
+            period_ns: period.filter(|ns| *ns > 0 && *ns != i64::MAX),
+        };
+        let path = format!("{}.{}", tree.instances[instance].path, declared.name.text);
+        let at = Some(self.context.places.at(declared.name.span));
+        let trigger = plan::Trigger { path, kind, capacity: 1, reactions: Vec::new(), at };
+        self.add(Source::Timer(instance, timer), trigger);
+    }
+
+    fn add_action(&mut self, instance: usize, action: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
+        let (tree, classes) = (self.context.tree, self.context.classes);
+        let class = &classes[tree.instances[instance].class.0];
+        let declared = &class.actions[action];
+        let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
+        let min_delay_ns = time(declared.ast.min_delay.as_ref()).unwrap_or_default();
+        let min_spacing_ns = time(declared.ast.min_spacing.as_ref()).filter(|ns| *ns > 0);
+        let policy = match declared.ast.policy.as_ref().map(|policy| policy.text.as_str()) {
+            Some("drop") => SpacingPolicy::Drop,
+            Some("replace") => SpacingPolicy::Replace,
+            Some("update") => SpacingPolicy::Update,
+            _ => SpacingPolicy::Defer,
+        };
+        let span = declared.ast.name.span;
+        let capacity = match declared.capacity {
+            Some(capacity) => capacity,
+            None => {
+                let steps = &self.context.graph.steps;
+                let schedules = |step: &usize| {
+                    let step = steps[*step];
+                    step.instance == instance
+                        && class.reactions[step.reaction]
+                            .parameters
+                            .iter()
+                            .any(|parameter| parameter.effect && parameter.variable == Variable::Action(action))
+                };
+                let schedulers: Vec<_> = (0..steps.len()).filter(schedules).collect();
+                let streams = if declared.ast.physical { None } else { rates.of_steps(&schedulers) };
+                let derived = streams.map_or(0, |streams| in_flight(&streams, min_delay_ns));
+                bounded(derived.max(ACTION_CAPACITY), span, diagnostics)
+            }
+        };
+        let kind = TriggerKind::Action {
+            instance: self.instance_index(instance),
+            physical: declared.ast.physical,
+            ty: self.context.places.ty(&declared.ty, declared.ty_span),
+            min_delay_ns,
+            min_spacing_ns,
+            policy,
+        };
+        let path = format!("{}.{}", tree.instances[instance].path, declared.ast.name.text);
+        let at = Some(self.context.places.at(span));
+        self.add(Source::Action(instance, action), plan::Trigger { path, kind, capacity, reactions: Vec::new(), at });
+    }
+
+    /// The capacity that the program gives to a connection, at itself or at its destination.
+    fn given_capacity(&self, link: usize) -> Option<usize> {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        let link = &graph.links[link];
+        let class = &self.context.classes[tree.instances[graph.instance[link.to]].class.0];
+        link.capacity.or(class.ports[graph.port_of(link.to)].capacity)
+    }
+
+    fn add_delay(&mut self, position: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
+        let graph = self.context.graph;
+        let link = &graph.links[position];
+        let delay_ns = link.delay.unwrap_or_default();
+        let capacity = match (self.given_capacity(position), rates.of_port(graph.root[link.from])) {
+            (Some(capacity), _) => capacity,
+            // One value waits for the next microstep while the one before it is there.
+            (None, _) if delay_ns == 0 => 2,
+            (None, Some(streams)) => bounded(in_flight(&streams, delay_ns), link.span, diagnostics),
+            (None, None) => {
+                let name = self.link_name(position);
+                let message = format!("how many values of `{name}` are on their way at the same time is not known");
+                let hint = "its source can be written at any rate: write `@capacity(n)` before the connection, \
+                            or give the action that causes it a minimum spacing";
+                diagnostics.push(Diagnostic::new(Code::UnboundedCapacity, link.span, message).hint(hint));
+                1
+            }
+        };
+        let kind = TriggerKind::Delay { source: self.port(link.from), fills: self.port(link.to), delay_ns };
+        self.add_link(position, kind, capacity);
+    }
+
+    fn add_network_input(
+        &mut self,
+        input: InputIndex,
+        position: usize,
+        rates: &mut Rates<'_>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let graph = self.context.graph;
+        let link = &graph.links[position];
+        let capacity = self.given_capacity(position).unwrap_or_else(|| {
+            let streams = rates.of_port(graph.root[link.from]);
+            let derived = streams.map_or(0, |streams| in_flight(&streams, link.delay.unwrap_or_default()));
+            bounded(derived.max(NETWORK_CAPACITY), link.span, diagnostics)
+        });
+        let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
+        self.add_link(position, kind, capacity);
+    }
+
+    fn add_link(&mut self, position: usize, kind: TriggerKind, capacity: usize) {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        let link = &graph.links[position];
+        let path = graph.path(link.to, tree, self.context.classes);
+        let at = Some(self.context.places.at(link.span));
+        self.add(Source::Link(position), plan::Trigger { path, kind, capacity, reactions: Vec::new(), at });
+    }
+}
+
+/// Reports a capacity that no queue can have.
+fn bounded(capacity: usize, span: Span, diagnostics: &mut Diagnostics) -> usize {
+    if capacity <= CAPACITY_MAX {
+        return capacity;
+    }
+    let count = if capacity == usize::MAX { "too many".to_owned() } else { capacity.to_string() };
+    let message = format!("{count} events can be on their way here at the same time, and {CAPACITY_MAX} is the most");
+    let hint = "shorten the delay, lengthen the period of what causes it, or write `@capacity(n)`";
+    diagnostics.push(Diagnostic::new(Code::UnboundedCapacity, span, message).hint(hint));
+    1
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The way of a program through all stages.
+
+use crate::diagnostics::{Code, Diagnostics};
+use crate::plan::Plan;
+use crate::resolve::{self, SourceProvider};
+use crate::{analysis, federates, instances};
+
+/// What came of a program.
+#[derive(Debug)]
+pub struct Compilation {
+    /// The plan; there is one exactly if the diagnostics have no error.
+    pub plan: Option<Plan>,
+    /// What was said about the program, with its texts.
+    pub diagnostics: Diagnostics,
+}
+
+/// Compiles the program whose main file is `main_path`, as far as the plan.
+///
+/// All errors of a stage are reported together; a stage is entered when the one before it left enough to go on.
+pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
+    let mut diagnostics = Diagnostics::default();
+    let plan = stages(main_path, sources, &mut diagnostics);
+    diagnostics.sort();
+    let plan = plan.filter(|_| !diagnostics.has_errors());
+    Compilation { plan, diagnostics }
+}
+
+fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {
+    let program = resolve::load(main_path, sources, diagnostics)?;
+    let incomplete = diagnostics.iter().any(|entry| leaves_gaps(entry.code));
+    let target = resolve::check_target(&program.units[0].ast, diagnostics);
+    // A declaration that could not be read would be missed at every use.
+    if incomplete {
+        return None;
+    }
+    let (classes, main) = resolve::check(&program, diagnostics);
+    let main = main?;
+    if diagnostics.has_errors() {
+        return None;
+    }
+    let tree = instances::build(&classes, main, diagnostics)?;
+    let parts = federates::cut(&tree, &classes, diagnostics);
+    analysis::analyse(&program, &classes, &tree, &parts, target, diagnostics)
+}
+
+/// Whether text was skipped at an error of this kind.
+fn leaves_gaps(code: Code) -> bool {
+    matches!(
+        code,
+        Code::Syntax
+            | Code::UnterminatedCode
+            | Code::UnterminatedComment
+            | Code::UnterminatedString
+            | Code::NestingTooDeep
+            | Code::MissingFile
+            | Code::MissingImport
+            | Code::ImportCycle
+    )
+}

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The cut of the instance tree: one federate per instance in the federated reactor.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::instances::Tree;
+use crate::resolve::Class;
+use crate::syntax::ast::{Host, ReactorKind};
+
+/// One participant.
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub(crate) name: String,
+    /// The position of its outermost instance in the tree.
+    pub(crate) top: usize,
+    pub(crate) host: Option<String>,
+}
+
+/// The participants of a program, and to which of them each instance belongs.
+#[derive(Debug)]
+pub(crate) struct Parts {
+    pub(crate) federated: bool,
+    pub(crate) parts: Vec<Part>,
+    /// Per instance of the tree; nothing for the federated reactor itself.
+    pub(crate) of: Vec<Option<usize>>,
+}
+
+/// Cuts the tree. A main reactor is one part.
+pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Parts {
+    let root = &tree.instances[0];
+    let class = &classes[root.class.0];
+    if class.ast.kind != ReactorKind::Federated {
+        let part = Part { name: root.path.clone(), top: 0, host: None };
+        return Parts { federated: false, parts: vec![part], of: vec![Some(0); tree.instances.len()] };
+    }
+    check_federated(class, diagnostics);
+    let mut parts = Vec::new();
+    for (child, top) in class.children.iter().zip(&root.children) {
+        let host = child.ast.host.as_ref();
+        if let Some(host) = host {
+            check_host(host, diagnostics);
+        }
+        let host = host.map(|host| host.address.clone());
+        parts.push(Part { name: child.ast.name.text.clone(), top: *top, host });
+    }
+    let mut of: Vec<Option<usize>> = Vec::new();
+    for (position, instance) in tree.instances.iter().enumerate() {
+        let part = match instance.parent {
+            None => None,
+            Some(0) => parts.iter().position(|part| part.top == position),
+            Some(parent) => of[parent],
+        };
+        of.push(part);
+    }
+    Parts { federated: true, parts, of }
+}
+
+/// Reports what a federated reactor cannot have, and what has no effect in it.
+fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
+    let body = &class.ast.body;
+    for reaction in &body.reactions {
+        let message = "a federated reactor has no reactions of its own yet";
+        let hint = "put the reaction into a reactor, and contain that: it becomes a federate";
+        diagnostics.push(Diagnostic::new(Code::FederatedReaction, reaction.keyword, message).hint(hint));
+    }
+    if class.children.is_empty() {
+        let message = "this federated reactor contains nothing, so there are no federates";
+        let hint = "each contained reactor is a federate: `a = new A()`";
+        diagnostics.push(Diagnostic::new(Code::NoFederates, class.ast.span(), message).hint(hint));
+    }
+    let states = body.states.iter().map(|state| (state.name.span, "state variable"));
+    let timers = body.timers.iter().map(|timer| (timer.name.span, "timer"));
+    let actions = body.actions.iter().map(|action| (action.name.span, "action"));
+    let preambles = body.preambles.iter().map(|preamble| (preamble.code.span, "preamble"));
+    for (span, what) in states.chain(timers).chain(actions).chain(preambles) {
+        let message = format!("this {what} has no effect: a federated reactor only contains and connects");
+        let hint = match what {
+            "preamble" => "put it at the top of the file, where all reactors see it",
+            _ => "put it into a contained reactor",
+        };
+        diagnostics.push(Diagnostic::new(Code::NoEffect, span, message).hint(hint));
+    }
+    let mut names: BTreeMap<String, Span> = BTreeMap::new();
+    for child in &class.children {
+        let name = &child.ast.name;
+        let lower = name.text.to_lowercase();
+        if lower == "rti" {
+            let message = format!("a federate cannot be called `{}`, because the RTI has this name", name.text);
+            diagnostics.push(Diagnostic::new(Code::FederateNameClash, name.span, message).hint("rename the instance"));
+        }
+        if let Some(first) = names.get(&lower) {
+            let message = format!("the files of federate `{}` would have the name of another one's", name.text);
+            let diagnostic = Diagnostic::new(Code::FederateNameClash, name.span, message)
+                .also(*first, "the other federate")
+                .hint("names of federates must differ in more than upper and lower case");
+            // Equal names have been reported as such.
+            if class.children.iter().filter(|other| other.ast.name.text == name.text).count() == 1 {
+                diagnostics.push(diagnostic);
+            }
+        } else {
+            names.insert(lower, name.span);
+        }
+    }
+}
+
+/// A federate's user and port are for tools that are not here.
+fn check_host(host: &Host, diagnostics: &mut Diagnostics) {
+    let idle = match (&host.user, host.port) {
+        (Some(_), Some(_)) => "the user and the port",
+        (Some(_), None) => "the user",
+        (None, Some(_)) => "the port",
+        (None, None) => return,
+    };
+    let message = format!("{idle} of a federate have no effect: only the RTI listens, and only on the RTI's own port");
+    let hint = format!("write `at {}`", host.address);
+    diagnostics.push(Diagnostic::new(Code::NoEffect, host.span, message).hint(hint));
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The files of a program: the main one and those that it imports.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use crate::syntax::ast::{Import, ImportSource, Name, SourceUnit};
+use crate::syntax::parse;
+
+/// Gives the texts of files, so that the compiler itself reads none.
+pub trait SourceProvider {
+    /// The text of the file at `path`.
+    ///
+    /// Paths are the main path as it was given, and imports relative to the importing file's folder, with `/` between
+    /// the parts.
+    ///
+    /// # Errors
+    /// Why there is no such text, as the end of a sentence: `it does not exist`.
+    fn read(&self, path: &str) -> Result<String, String>;
+}
+
+/// Texts by path.
+impl SourceProvider for BTreeMap<String, String> {
+    fn read(&self, path: &str) -> Result<String, String> {
+        self.get(path).cloned().ok_or_else(|| "it does not exist".to_owned())
+    }
+}
+
+/// The number of a reactor in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct ReactorId {
+    pub(crate) unit: usize,
+    pub(crate) reactor: usize,
+}
+
+/// A file of a program.
+#[derive(Debug)]
+pub(crate) struct Unit {
+    pub(crate) path: String,
+    pub(crate) ast: SourceUnit,
+    /// The reactors that can be instantiated in this file, by their names there.
+    pub(crate) scope: BTreeMap<String, ReactorId>,
+}
+
+/// All files of a program, the main one first; a unit's position is that of its text in the source map.
+#[derive(Debug)]
+pub(crate) struct Program {
+    pub(crate) units: Vec<Unit>,
+}
+
+/// Reads the main file and all imports. Nothing if the main file cannot be read.
+pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Program> {
+    let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_path: BTreeMap::new(), open: Vec::new() };
+    let path = normalize(path);
+    match loader.sources.read(&path) {
+        Ok(text) => {
+            loader.add(&path, text);
+            Some(Program { units: loader.units })
+        }
+        Err(reason) => {
+            let file = loader.diagnostics.sources_mut().add(path.clone(), String::new());
+            let message = format!("cannot read `{path}`: {reason}");
+            loader.diagnostics.push(Diagnostic::new(Code::MissingFile, Span::new(file, 0, 0), message));
+            None
+        }
+    }
+}
+
+struct Loader<'a> {
+    sources: &'a dyn SourceProvider,
+    diagnostics: &'a mut Diagnostics,
+    units: Vec<Unit>,
+    by_path: BTreeMap<String, usize>,
+    /// The files whose imports are being followed, outermost first.
+    open: Vec<usize>,
+}
+
+impl Loader<'_> {
+    /// Adds a file and what it imports; returns its position.
+    fn add(&mut self, path: &str, text: String) -> usize {
+        let file = self.diagnostics.sources_mut().add(path.to_owned(), text.clone());
+        let (ast, found) = parse(file, &text);
+        self.diagnostics.extend(found);
+        let unit = self.units.len();
+        let scope = self.own_reactors(unit, &ast);
+        let imports = ast.imports.clone();
+        self.units.push(Unit { path: path.to_owned(), ast, scope });
+        self.by_path.insert(path.to_owned(), unit);
+        self.open.push(unit);
+        for import in &imports {
+            self.import(unit, import);
+        }
+        self.open.pop();
+        unit
+    }
+
+    fn own_reactors(&mut self, unit: usize, ast: &SourceUnit) -> BTreeMap<String, ReactorId> {
+        let mut scope = BTreeMap::new();
+        for (reactor, declared) in ast.reactors.iter().enumerate() {
+            let Some(name) = &declared.name else { continue };
+            if let Some(ReactorId { reactor: first, .. }) = scope.get(&name.text) {
+                let first: &crate::syntax::ast::Reactor = &ast.reactors[*first];
+                self.duplicate(name, first.span());
+            } else {
+                scope.insert(name.text.clone(), ReactorId { unit, reactor });
+            }
+        }
+        scope
+    }
+
+    fn duplicate(&mut self, name: &Name, first: Span) {
+        let message = format!("there is already a reactor `{}` in this file", name.text);
+        self.diagnostics.push(
+            Diagnostic::new(Code::DuplicateName, name.span, message)
+                .also(first, "the first one")
+                .hint("rename one of them; an imported reactor can be renamed by `import X as Y from …`"),
+        );
+    }
+
+    fn import(&mut self, unit: usize, import: &Import) {
+        let name = match &import.source {
+            ImportSource::File(name) => name,
+            ImportSource::Package(name) => {
+                let diagnostic =
+                    Diagnostic::new(Code::Unsupported, name.span, "imports from packages are not supported yet")
+                        .hint("import from a file: `import X from \"path/to/File.lf\"`");
+                self.diagnostics.push(diagnostic);
+                return;
+            }
+        };
+        let path = join(&self.units[unit].path, &name.text);
+        let Some(from) = self.imported_unit(&path, name, import.span) else { return };
+        for imported in &import.reactors {
+            let found = self.units[from]
+                .ast
+                .reactors
+                .iter()
+                .position(|reactor| reactor.name.as_ref().is_some_and(|name| name.text == imported.name.text));
+            let Some(reactor) = found else {
+                let names = self.units[from].ast.reactors.iter().filter_map(|reactor| reactor.name.as_ref());
+                let message = format!("`{path}` has no reactor `{}`", imported.name.text);
+                let hint = did_you_mean(&imported.name.text, names.map(|name| name.text.as_str()));
+                self.diagnostics
+                    .push(Diagnostic::new(Code::MissingImport, imported.name.span, message).hint_maybe(hint));
+                continue;
+            };
+            let local = imported.alias.as_ref().unwrap_or(&imported.name);
+            let id = ReactorId { unit: from, reactor };
+            match self.units[unit].scope.get(&local.text).copied() {
+                Some(first) if first != id => {
+                    let first = self.units[first.unit].ast.reactors[first.reactor].span();
+                    self.duplicate(local, first);
+                }
+                _ => {
+                    self.units[unit].scope.insert(local.text.clone(), id);
+                }
+            }
+        }
+    }
+
+    fn imported_unit(&mut self, path: &str, name: &Name, span: Span) -> Option<usize> {
+        if let Some(known) = self.by_path.get(path).copied() {
+            if let Some(start) = self.open.iter().position(|open| *open == known) {
+                let mut files: Vec<_> = self.open[start..].iter().map(|unit| self.units[*unit].path.as_str()).collect();
+                files.push(path);
+                let message = format!("these files import each other: {}", files.join(" -> "));
+                let hint = "move what both need to a third file";
+                self.diagnostics.push(Diagnostic::new(Code::ImportCycle, span, message).hint(hint));
+                return None;
+            }
+            return Some(known);
+        }
+        match self.sources.read(path) {
+            Ok(text) => Some(self.add(path, text)),
+            Err(reason) => {
+                let message = format!("cannot read `{path}`: {reason}");
+                let hint = "the path is relative to the folder of this file";
+                self.diagnostics.push(Diagnostic::new(Code::MissingFile, name.span, message).hint(hint));
+                None
+            }
+        }
+    }
+}
+
+/// The path of an import: relative to the folder of the importing file.
+fn join(importing: &str, relative: &str) -> String {
+    if relative.starts_with('/') {
+        return normalize(relative);
+    }
+    let folder = importing.rsplit_once('/').map(|(folder, _)| folder);
+    match folder {
+        Some(folder) => normalize(&format!("{folder}/{relative}")),
+        None => normalize(relative),
+    }
+}
+
+/// Takes `.` and, where possible, `..` out of a path.
+fn normalize(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for (index, part) in path.split('/').enumerate() {
+        match part {
+            "." => {}
+            "" if index > 0 => {}
+            ".." if parts.last().is_some_and(|last| !matches!(*last, ".." | "")) => {
+                parts.pop();
+            }
+            _ => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
+
+/// The text of a unit in the source map.
+pub(crate) fn unit_of(file: FileId, diagnostics: &Diagnostics) -> usize {
+    diagnostics.sources().iter().position(|(id, _)| id == file).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::join;
+
+    #[test]
+    fn imports_are_relative_to_the_importing_file() {
+        assert_eq!(join("src/Main.lf", "lib/A.lf"), "src/lib/A.lf");
+        assert_eq!(join("Main.lf", "./A.lf"), "A.lf");
+        assert_eq!(join("src/lib/A.lf", "../B.lf"), "src/B.lf");
+        assert_eq!(join("A.lf", "../B.lf"), "../B.lf");
+        assert_eq!(join("/a/A.lf", "../../../B.lf"), "/../../B.lf");
+        assert_eq!(join("a/A.lf", "/b//B.lf"), "/b/B.lf");
+    }
+}

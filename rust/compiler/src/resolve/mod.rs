@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From files to checked reactors: imports, target properties, names, types, connections and reactions.
+//!
+//! Every reactor is checked by itself here, with what its contained reactors declare; what depends on the tree of
+//! instances comes later. Nothing here reads files: [`SourceProvider`] does.
+
+mod attributes;
+mod checker;
+mod class;
+mod connection;
+mod load;
+mod mains;
+mod model;
+mod names;
+mod reaction;
+mod target;
+mod time_value;
+mod types;
+mod unsupported;
+mod value;
+
+pub(crate) use attributes::CAPACITY_MAX;
+pub(crate) use checker::check;
+pub use load::SourceProvider;
+pub(crate) use load::{Program, load};
+pub(crate) use mains::program_name;
+pub(crate) use model::{Class, ClassId, Port, PortRef, ReactionParameter, Variable};
+pub(crate) use reaction::signature;
+pub(crate) use target::check as check_target;
+pub(crate) use time_value::literal_ns;
+pub(crate) use value::rust_text;

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checked reactors: the syntax tree with its names resolved.
+
+pub(crate) use super::load::ReactorId;
+use crate::diagnostics::Span;
+use crate::syntax::ast;
+
+/// The position of a checked reactor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct ClassId(pub(crate) usize);
+
+/// A checked reactor.
+#[derive(Debug)]
+pub(crate) struct Class<'p> {
+    pub(crate) id: ReactorId,
+    pub(crate) ast: &'p ast::Reactor,
+    pub(crate) name: String,
+    /// Whether it uses a feature that is not supported and that declares names which are not known here.
+    pub(crate) opaque: bool,
+    pub(crate) parameters: Vec<Parameter<'p>>,
+    pub(crate) states: Vec<State<'p>>,
+    pub(crate) ports: Vec<Port<'p>>,
+    pub(crate) timers: Vec<&'p ast::Timer>,
+    pub(crate) actions: Vec<Action<'p>>,
+    pub(crate) children: Vec<Child<'p>>,
+    pub(crate) connections: Vec<Connection<'p>>,
+    pub(crate) reactions: Vec<Reaction<'p>>,
+}
+
+/// A parameter with its type.
+#[derive(Debug)]
+pub(crate) struct Parameter<'p> {
+    pub(crate) name: &'p ast::Name,
+    /// In Rust's spelling.
+    pub(crate) ty: String,
+    pub(crate) ty_span: Span,
+    pub(crate) is_time: bool,
+    pub(crate) default: Option<&'p ast::Expression>,
+}
+
+/// A state variable with its type.
+#[derive(Debug)]
+pub(crate) struct State<'p> {
+    pub(crate) name: &'p ast::Name,
+    pub(crate) ty: String,
+    pub(crate) ty_span: Span,
+    pub(crate) is_time: bool,
+    pub(crate) init: Option<&'p ast::Expression>,
+}
+
+/// An input or output.
+#[derive(Debug)]
+pub(crate) struct Port<'p> {
+    pub(crate) name: &'p ast::Name,
+    pub(crate) direction: ast::Direction,
+    pub(crate) ty: String,
+    pub(crate) ty_span: Span,
+    /// Whether it is a multiport, which is not supported.
+    pub(crate) wide: bool,
+    pub(crate) capacity: Option<usize>,
+}
+
+/// An action.
+#[derive(Debug)]
+pub(crate) struct Action<'p> {
+    pub(crate) ast: &'p ast::Action,
+    pub(crate) ty: String,
+    pub(crate) ty_span: Span,
+    pub(crate) capacity: Option<usize>,
+}
+
+/// A contained reactor.
+#[derive(Debug)]
+pub(crate) struct Child<'p> {
+    pub(crate) ast: &'p ast::Instantiation,
+    /// Nothing if there is no such reactor.
+    pub(crate) class: Option<ClassId>,
+    /// One per parameter of its class.
+    pub(crate) arguments: Vec<Option<&'p ast::Expression>>,
+}
+
+/// A port as a reactor sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum PortRef {
+    /// One of its own.
+    Own(usize),
+    /// One of a contained reactor: the child, and the port of its class.
+    Child(usize, usize),
+}
+
+/// One source connected to one destination.
+#[derive(Debug)]
+pub(crate) struct Connection<'p> {
+    pub(crate) from: PortRef,
+    pub(crate) to: PortRef,
+    pub(crate) after: Option<&'p ast::Expression>,
+    pub(crate) capacity: Option<usize>,
+    /// The whole connection statement.
+    pub(crate) span: Span,
+}
+
+/// What a reaction's dependency stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Variable {
+    Startup,
+    Shutdown,
+    Port(PortRef),
+    Action(usize),
+    Timer(usize),
+}
+
+/// A variable of a reaction.
+#[derive(Debug)]
+pub(crate) struct ReactionParameter {
+    /// As the body names it: `port` or `child__port`.
+    pub(crate) name: String,
+    pub(crate) variable: Variable,
+    pub(crate) triggers: bool,
+    pub(crate) uses: bool,
+    pub(crate) effect: bool,
+    pub(crate) span: Span,
+}
+
+/// A reaction.
+#[derive(Debug)]
+pub(crate) struct Reaction<'p> {
+    pub(crate) ast: &'p ast::Reaction,
+    /// `startup` and `shutdown` included, each variable once.
+    pub(crate) parameters: Vec<ReactionParameter>,
+}

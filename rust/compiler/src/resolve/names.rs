@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Names: unique within a reactor, and possible in Rust.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::syntax::ast::{Name, Reactor};
+use crate::syntax::words::{BODY_NAMES, is_never_a_rust_name};
+
+/// A name as Rust code spells it: Rust's keywords become raw identifiers.
+pub(crate) fn rust_name(name: &str) -> String {
+    if is_never_a_rust_name(name) || syn::parse_str::<syn::Ident>(name).is_ok() {
+        name.to_owned()
+    } else {
+        format!("r#{name}")
+    }
+}
+
+/// Reports double names and names that Rust cannot have.
+pub(super) fn check(reactor: &Reactor, diagnostics: &mut Vec<Diagnostic>) {
+    let body = &reactor.body;
+    let parameters = reactor.parameters.iter().map(|it| (&it.name, "parameter"));
+    // A state variable may have a parameter's name: it usually keeps the parameter's value.
+    let states = body.states.iter().map(|it| (&it.name, "state variable"));
+    let methods = body.methods.iter().map(|it| (&it.name, "method"));
+    let things = body.ports.iter().map(|it| (&it.name, "port"));
+    let things = things.chain(body.timers.iter().map(|it| (&it.name, "timer")));
+    let things = things.chain(body.actions.iter().map(|it| (&it.name, "action")));
+    let things = things.chain(body.instances.iter().map(|it| (&it.name, "instance")));
+    let things = things.chain(body.watchdogs.iter().map(|it| (&it.name, "watchdog")));
+    let reactions = body.reactions.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "reaction"));
+    for (names, in_bodies) in [
+        (parameters.collect::<Vec<_>>(), false),
+        (states.chain(methods).collect(), false),
+        (things.chain(reactions).collect(), true),
+    ] {
+        unique(&names, diagnostics);
+        for (name, what) in names {
+            check_rust(name, what, in_bodies, diagnostics);
+        }
+    }
+    if let Some(name) = &reactor.name {
+        check_rust(name, "reactor", false, diagnostics);
+    }
+}
+
+fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
+    let mut seen: BTreeMap<&str, (Span, &str)> = BTreeMap::new();
+    // Declarations are grouped by kind; the later one in the text is the one to report.
+    let mut names = names.to_vec();
+    names.sort_by_key(|(name, _)| name.span.start);
+    for (name, what) in names {
+        if let Some((first, first_what)) = seen.get(name.text.as_str()) {
+            let message = format!("the name `{}` is already taken by a {first_what} of this reactor", name.text);
+            let diagnostic = Diagnostic::new(Code::DuplicateName, name.span, message)
+                .also(*first, "the first one")
+                .hint(format!("rename the {what}"));
+            diagnostics.push(diagnostic);
+        } else {
+            seen.insert(&name.text, (name.span, what));
+        }
+    }
+}
+
+fn check_rust(name: &Name, what: &str, in_bodies: bool, diagnostics: &mut Vec<Diagnostic>) {
+    let taken = in_bodies && BODY_NAMES.contains(&name.text.as_str());
+    if !taken && !is_never_a_rust_name(&name.text) {
+        return;
+    }
+    let reason = if taken { "reaction bodies have a variable of this name" } else { "Rust does not allow this name" };
+    let message = format!("a {what} cannot be called `{}`: {reason}", name.text);
+    let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
+    diagnostics.push(Diagnostic::new(Code::RustName, name.span, message).hint(hint));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rust_name;
+
+    #[test]
+    fn keywords_become_raw_identifiers() {
+        assert_eq!(rust_name("in"), "r#in");
+        assert_eq!(rust_name("struct"), "r#struct");
+        assert_eq!(rust_name("inp"), "inp");
+        assert_eq!(rust_name("self"), "self");
+    }
+}

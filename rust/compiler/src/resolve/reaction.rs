@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reactions: their triggers, uses and effects.
+
+use super::checker::Checker;
+use super::model::{Class, PortRef, Reaction, ReactionParameter, Variable};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::syntax::ast::{self, Direction, Reference};
+
+/// In which list of a reaction a name stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Trigger,
+    Use,
+    Effect,
+}
+
+impl<'p> Checker<'p> {
+    /// The reactions of a class.
+    pub(super) fn reactions(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<Reaction<'p>> {
+        let class = &classes[position];
+        let mut reactions = Vec::new();
+        for declared in &class.ast.body.reactions {
+            self.check_attributes(&declared.attributes, super::attributes::Target::Other);
+            if declared.triggers.is_empty() {
+                let message = "this reaction has no trigger, so it would never run";
+                let hint = "write what triggers it: `reaction(startup)`, or a timer, an action or an input";
+                self.report(Diagnostic::new(Code::MissingTrigger, declared.keyword, message).hint(hint));
+            }
+            if declared.code.is_none() {
+                let diagnostic = Diagnostic::new(Code::MissingBody, declared.keyword, "this reaction has no body")
+                    .hint("write `{= … =}` behind the effects");
+                self.report(diagnostic);
+            }
+            if let Some(deadline) = &declared.deadline {
+                self.check_time(&deadline.value, "the deadline of this reaction", &class.parameters, false);
+            }
+            let mut parameters: Vec<ReactionParameter> = Vec::new();
+            for (role, list) in
+                [(Role::Trigger, &declared.triggers), (Role::Use, &declared.uses), (Role::Effect, &declared.effects)]
+            {
+                for reference in list {
+                    self.dependency(reference, role, class, classes, &mut parameters);
+                }
+            }
+            reactions.push(Reaction { ast: declared, parameters });
+        }
+        reactions
+    }
+
+    fn dependency(
+        &mut self,
+        reference: &Reference,
+        role: Role,
+        class: &Class<'p>,
+        classes: &[Class<'p>],
+        parameters: &mut Vec<ReactionParameter>,
+    ) {
+        let Some(variable) = self.variable(reference, role, class, classes) else { return };
+        if !self.check_role(reference, variable, role, class, classes) {
+            return;
+        }
+        let name = match &reference.container {
+            Some(container) => format!("{}__{}", container.text, reference.name.text),
+            None => reference.name.text.clone(),
+        };
+        let known = parameters.iter_mut().find(|parameter| parameter.variable == variable);
+        let Some(known) = known else {
+            if let Some(other) = parameters.iter().find(|parameter| parameter.name == name) {
+                let message = format!("two variables of this reaction are called `{name}`");
+                let diagnostic = Diagnostic::new(Code::DuplicateName, reference.span, message)
+                    .also(other.span, "the first one")
+                    .hint("`child.port` is `child__port` in the body; rename the other one");
+                self.report(diagnostic);
+                return;
+            }
+            parameters.push(ReactionParameter {
+                name,
+                variable,
+                triggers: role == Role::Trigger,
+                uses: role == Role::Use,
+                effect: role == Role::Effect,
+                span: reference.span,
+            });
+            return;
+        };
+        let flag = match role {
+            Role::Trigger => &mut known.triggers,
+            Role::Use => &mut known.uses,
+            Role::Effect => &mut known.effect,
+        };
+        if *flag {
+            let message = format!("`{}` stands here twice", reference.text());
+            let first = known.span;
+            let diagnostic = Diagnostic::new(Code::DuplicateDependency, reference.span, message).hint("remove one");
+            self.report(diagnostic.also(first, "the first one"));
+        } else {
+            *flag = true;
+        }
+    }
+
+    /// What a name in a reaction's head stands for.
+    fn variable(
+        &mut self,
+        reference: &Reference,
+        role: Role,
+        class: &Class<'p>,
+        classes: &[Class<'p>],
+    ) -> Option<Variable> {
+        // Modes and `reset` have been refused.
+        if reference.transition || reference.name.text == "reset" {
+            return None;
+        }
+        if reference.container.is_some() {
+            return self.find_port(reference, class, classes).map(Variable::Port);
+        }
+        let name = reference.name.text.as_str();
+        if role == Role::Trigger && (name == "startup" || name == "shutdown") {
+            return Some(if name == "startup" { Variable::Startup } else { Variable::Shutdown });
+        }
+        let port = class.ports.iter().position(|port| port.name.text == name);
+        let port = port.map(|port| Variable::Port(PortRef::Own(port)));
+        let action = || class.actions.iter().position(|action| action.ast.name.text == name).map(Variable::Action);
+        let timer = || class.timers.iter().position(|timer| timer.name.text == name).map(Variable::Timer);
+        let found = port.or_else(action).or_else(timer);
+        if found.is_none() && !class.opaque {
+            self.unknown_dependency(reference, class);
+        }
+        found
+    }
+
+    fn unknown_dependency(&mut self, reference: &Reference, class: &Class<'p>) {
+        let name = reference.name.text.as_str();
+        let body = &class.ast.body;
+        if body.watchdogs.iter().any(|watchdog| watchdog.name.text == name) {
+            return;
+        }
+        let hint = if body.states.iter().any(|state| state.name.text == name) {
+            Some(format!("state variables are not declared with reactions: the body has `self.{name}`"))
+        } else if class.parameters.iter().any(|parameter| parameter.name.text == name) {
+            Some(format!("parameters are not declared with reactions: the body has `self.{name}`"))
+        } else if class.children.iter().any(|child| child.ast.name.text == name) {
+            Some(format!("`{name}` is an instance; name one of its ports: `{name}.port`"))
+        } else {
+            let ports = class.ports.iter().map(|port| port.name.text.as_str());
+            let actions = class.actions.iter().map(|action| action.ast.name.text.as_str());
+            let timers = class.timers.iter().map(|timer| timer.name.text.as_str());
+            did_you_mean(name, ports.chain(actions).chain(timers).chain(["startup", "shutdown"]))
+        };
+        let message = format!("reactor `{}` has no port, action or timer `{name}`", class.name);
+        self.report(Diagnostic::new(Code::UnknownName, reference.span, message).hint_maybe(hint));
+    }
+
+    /// Whether something can be a trigger or use, or an effect.
+    fn check_role(
+        &mut self,
+        reference: &Reference,
+        variable: Variable,
+        role: Role,
+        class: &Class<'p>,
+        classes: &[Class<'p>],
+    ) -> bool {
+        let text = reference.text();
+        let readable_hint = "a reaction reads inputs of its reactor, outputs of contained reactors, actions and timers";
+        let writable_hint = "a reaction writes outputs of its reactor, inputs of contained reactors, and actions";
+        let problem = match (variable, role) {
+            (Variable::Timer(_), Role::Effect) => {
+                Some((Code::NotWritable, format!("timer `{text}` cannot be an effect"), writable_hint))
+            }
+            (Variable::Port(port), _) => {
+                let input = self.port(port, class, classes).is_some_and(|port| port.direction == Direction::Input);
+                let own = matches!(port, PortRef::Own(_));
+                let kind = if input { "input" } else { "output" };
+                let owner = if own { "this reactor" } else { "a contained reactor" };
+                match (role == Role::Effect, input == own) {
+                    (true, true) => {
+                        let message = format!("`{text}` is an {kind} of {owner}, which a reaction cannot write");
+                        Some((Code::NotWritable, message, writable_hint))
+                    }
+                    (false, false) => {
+                        let message = format!("`{text}` is an {kind} of {owner}, which a reaction cannot read");
+                        Some((Code::NotReadable, message, readable_hint))
+                    }
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        let Some((code, message, hint)) = problem else { return true };
+        self.report(Diagnostic::new(code, reference.span, message).hint(hint));
+        false
+    }
+}
+
+/// A reaction's head on one line, as it is written: `reaction(t) x -> y`.
+pub(crate) fn signature(reaction: &ast::Reaction) -> String {
+    let list = |references: &[Reference]| references.iter().map(Reference::text).collect::<Vec<_>>().join(", ");
+    let mut text = match &reaction.name {
+        Some(name) => format!("reaction {}({})", name.text, list(&reaction.triggers)),
+        None => format!("reaction({})", list(&reaction.triggers)),
+    };
+    if !reaction.uses.is_empty() {
+        text = format!("{text} {}", list(&reaction.uses));
+    }
+    if !reaction.effects.is_empty() {
+        text = format!("{text} -> {}", list(&reaction.effects));
+    }
+    text
+}

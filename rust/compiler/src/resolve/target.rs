@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The target declaration: `target Rust`, and each property honoured or refused by name.
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use crate::plan;
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, SourceUnit, TimeValue};
+use crate::syntax::{UNITS, nanoseconds};
+
+/// Properties that are honoured.
+const HONOURED: &[&str] = &[
+    "coordination",
+    "clock-sync",
+    "clock-sync-options",
+    "platform",
+    "threading",
+    "single-threaded",
+    "workers",
+    "timeout",
+    "fast",
+    "keepalive",
+    "logging",
+    "no-compile",
+    "auth",
+];
+
+/// Properties of LF that are not, with what to do instead.
+const REFUSED: &[(&str, &str)] = &[
+    ("advance-message-interval", "it belongs into `coordination-options`, which is not supported yet"),
+    ("coordination-options", "remove it"),
+    ("build-type", "remove it and choose when building: `lfz build --release`"),
+    ("build", "remove it"),
+    ("cargo-dependencies", "remove it; bodies have `core`, on Linux `std`, and the reactor API"),
+    ("cargo-features", "remove it"),
+    ("rust-include", "remove it and write the code in a preamble"),
+    ("rust-edition", "remove it; generated crates have the edition of this project"),
+    ("runtime-version", "remove it"),
+    ("external-runtime-path", "remove it"),
+    ("single-file-project", "remove it"),
+    ("export-dependency-graph", "remove it; `lfz graph` draws the program"),
+    ("docker", "remove it"),
+    ("tracing", "remove it"),
+    ("trace-plugin", "remove it"),
+    ("scheduler", "remove it; there is one scheduler"),
+    ("cmake-include", "remove it; Zephyr configuration goes into `prj_<federate>.conf`"),
+    ("cmake-init-include", "remove it"),
+    ("cmake-args", "remove it; pass arguments to `west build`"),
+    ("compile-definitions", "remove it"),
+    ("compiler", "remove it"),
+    ("compiler-flags", "remove it"),
+    ("files", "remove it and write the code in a preamble"),
+    ("protobufs", "remove it"),
+    ("communication-type", "remove it; federates talk over TCP"),
+    ("comm-type", "remove it; federates talk over TCP"),
+    ("sst", "remove it"),
+    ("DNET", "remove it; the RTI decides"),
+    ("fed-setup", "remove it"),
+    ("verify", "remove it"),
+    ("print-statistics", "remove it"),
+    ("no-runtime-validation", "remove it"),
+    ("no-source-mapping", "remove it"),
+    ("python-version", "remove it"),
+    ("ros2", "remove it"),
+    ("ros2-dependencies", "remove it"),
+    ("joint-rti", "remove it; say where the RTI runs in `deployment.yaml`"),
+    ("joint-rti-options", "remove it"),
+];
+
+/// Checks the target of the main file and gives the properties that have an effect.
+pub(crate) fn check(unit: &SourceUnit, diagnostics: &mut Diagnostics) -> plan::Target {
+    let mut reader = Reader { target: plan::Target::default(), found: Vec::new() };
+    match &unit.target {
+        None => {
+            let span = Span::new(FileId::default(), 0, 0);
+            let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
+            reader.found.push(diagnostic.hint("write `target Rust` in the first line"));
+        }
+        Some(target) if target.name.text != "Rust" => {
+            let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
+            let hint = "write `target Rust`, and the reaction bodies in Rust";
+            reader.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
+        }
+        Some(target) => {
+            reader.unique(&target.properties);
+            for property in &target.properties {
+                reader.property(property);
+            }
+            reader.idle_options(&target.properties);
+        }
+    }
+    diagnostics.extend(reader.found);
+    reader.target
+}
+
+struct Reader {
+    target: plan::Target,
+    found: Vec<Diagnostic>,
+}
+
+impl Reader {
+    fn unique(&mut self, properties: &[Property]) {
+        for (index, property) in properties.iter().enumerate() {
+            let first = properties[..index].iter().find(|first| first.key.text == property.key.text);
+            if let Some(first) = first {
+                let message = format!("`{}` is given twice", property.key.text);
+                let diagnostic = Diagnostic::new(Code::DuplicateProperty, property.key.span, message);
+                self.found.push(diagnostic.also(first.key.span, "the first one").hint("remove one of them"));
+            }
+        }
+    }
+
+    fn property(&mut self, property: &Property) {
+        let Property { key, value } = property;
+        match key.text.as_str() {
+            "coordination" => match self.word(key, value, &["centralized", "decentralized"]) {
+                Some("decentralized") => self.refuse_value(key, value, "use `centralized`"),
+                _ => {}
+            },
+            "clock-sync" => match self.word(key, value, &["off", "init", "on"]) {
+                Some("off") => self.target.clock_sync = plan::ClockSync::Off,
+                Some("init") => self.target.clock_sync = plan::ClockSync::Init,
+                Some(_) => self.refuse_value(key, value, "use `init`, which synchronizes the clocks at the start"),
+                None => {}
+            },
+            "clock-sync-options" => self.clock_sync_options(key, value),
+            "platform" => self.platform(key, value),
+            // There is one event loop without worker threads, which both values allow.
+            "threading" | "single-threaded" => {
+                self.boolean(key, value);
+            }
+            "workers" => {
+                if self.number(key, value, u64::MAX).is_some_and(|workers| workers > 1) {
+                    self.refuse_value(key, value, "use 1 or leave it out: reactions run one after the other");
+                }
+            }
+            "timeout" => self.target.timeout_ns = self.time(key, value),
+            "fast" => self.target.fast = self.boolean(key, value).unwrap_or_default(),
+            "keepalive" => self.target.keepalive = self.boolean(key, value).unwrap_or_default(),
+            "logging" => self.logging(key, value),
+            "no-compile" => self.must_be_false(key, value, "use `lfz build --no-compile`"),
+            "auth" => self.must_be_false(key, value, "remove it"),
+            name => self.other(name, key),
+        }
+    }
+
+    fn other(&mut self, name: &str, key: &Name) {
+        if let Some((_, hint)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
+            let message = format!("the target property `{name}` is not supported yet");
+            self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(*hint));
+            return;
+        }
+        self.unknown(key, HONOURED.iter().copied().chain(REFUSED.iter().map(|(name, _)| *name)));
+    }
+
+    fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
+        let message = format!("there is no property `{}` here", key.text);
+        let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
+            let names: Vec<_> = known.take(HONOURED.len()).map(|name| format!("`{name}`")).collect();
+            format!("properties are {}", names.join(", "))
+        });
+        self.found.push(Diagnostic::new(Code::UnknownProperty, key.span, message).hint(hint));
+    }
+
+    fn logging(&mut self, key: &Name, value: &PropertyValue) {
+        use plan::Logging::{Debug, Error, Info, Log, Warn};
+        let levels =
+            [("error", Error), ("warn", Warn), ("warning", Warn), ("info", Info), ("log", Log), ("debug", Debug)];
+        let text = text_of(value).map(|text| text.to_lowercase());
+        match levels.iter().find(|(name, _)| text.as_deref() == Some(*name)) {
+            Some((_, level)) => self.target.logging = *level,
+            None => self.bad(key, value, "one of error, warn, info, log and debug"),
+        }
+    }
+
+    fn platform(&mut self, key: &Name, value: &PropertyValue) {
+        let PropertyKind::Map(properties) = &value.kind else {
+            self.platform_name(key, value);
+            return;
+        };
+        self.unique(properties);
+        for Property { key, value } in properties {
+            match key.text.as_str() {
+                "name" => self.platform_name(key, value),
+                "board" => match text_of(value) {
+                    Some(text) => self.target.board = Some(text),
+                    None => self.bad(key, value, "the name of a board"),
+                },
+                "user-threads" => {
+                    if let Some(threads) = self.number(key, value, 64) {
+                        self.target.user_threads = u16::try_from(threads).unwrap_or(u16::MAX);
+                    }
+                }
+                "port" | "baud-rate" | "flash" => {
+                    self.refuse_value(key, value, "remove it, and pass options for flashing to west");
+                }
+                _ => self.unknown(key, ["name", "board", "user-threads"].into_iter()),
+            }
+        }
+    }
+
+    fn platform_name(&mut self, key: &Name, value: &PropertyValue) {
+        const SUPPORTED: [&str; 3] = ["Zephyr", "Native", "Linux"];
+        const OTHERS: [&str; 10] =
+            ["Arduino", "nRF52", "RP2040", "Pico", "FlexPRET", "Patmos", "FreeRTOS", "Mac", "Windows", "Auto"];
+        let Some(text) = text_of(value) else { return self.bad(key, value, "the name of a platform") };
+        let same = |name: &&&str| name.eq_ignore_ascii_case(&text);
+        if let Some(name) = SUPPORTED.iter().find(same) {
+            self.target.platform = Some((*name).to_owned());
+        } else if OTHERS.iter().any(|name| same(&name)) {
+            self.refuse_value(key, value, "use `Zephyr`, `Linux` or `Native`");
+        } else {
+            let message = format!("there is no platform `{text}`");
+            let hint = did_you_mean(&text, SUPPORTED)
+                .unwrap_or_else(|| "platforms are `Zephyr`, `Linux` and `Native`".to_owned());
+            self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint(hint));
+        }
+    }
+
+    fn clock_sync_options(&mut self, key: &Name, value: &PropertyValue) {
+        let PropertyKind::Map(properties) = &value.kind else {
+            return self.bad(key, value, "a list of options in braces");
+        };
+        self.unique(properties);
+        for Property { key, value } in properties {
+            match key.text.as_str() {
+                "trials" => {
+                    let trials = self.number(key, value, u64::from(u16::MAX));
+                    if trials == Some(0) {
+                        self.bad(key, value, "a number from 1 to 65535");
+                    } else if let Some(trials) = trials {
+                        self.target.clock_sync_trials = u16::try_from(trials).unwrap_or(u16::MAX);
+                    }
+                }
+                "attenuation" | "period" => self.idle(key, "only `clock-sync: on` uses it"),
+                "local-federates-on" => {
+                    if self.boolean(key, value) == Some(false) {
+                        self.refuse_value(key, value, "remove it: every federate synchronizes its clock");
+                    }
+                }
+                "test-offset" | "collect-stats" => self.refuse_value(key, value, "remove it"),
+                _ => self.unknown(key, ["trials", "local-federates-on", "attenuation", "period"].into_iter()),
+            }
+        }
+    }
+
+    fn idle_options(&mut self, properties: &[Property]) {
+        let options = properties.iter().find(|property| property.key.text == "clock-sync-options");
+        if let Some(options) = options.filter(|_| self.target.clock_sync == plan::ClockSync::Off) {
+            self.idle(&options.key, "with `clock-sync: off` nothing uses it");
+        }
+    }
+
+    fn idle(&mut self, key: &Name, reason: &str) {
+        let message = format!("`{}` has no effect: {reason}", key.text);
+        self.found.push(Diagnostic::new(Code::IdleProperty, key.span, message).hint("remove it"));
+    }
+
+    fn refuse_value(&mut self, key: &Name, value: &PropertyValue, hint: &str) {
+        let written = text_of(value).map_or_else(String::new, |text| format!(": {text}"));
+        let message = format!("`{}{written}` is not supported yet", key.text);
+        self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span.to(value.span), message).hint(hint));
+    }
+
+    fn must_be_false(&mut self, key: &Name, value: &PropertyValue, hint: &str) {
+        if self.boolean(key, value) == Some(true) {
+            self.refuse_value(key, value, hint);
+        }
+    }
+
+    fn bad(&mut self, key: &Name, value: &PropertyValue, expected: &str) {
+        let message = format!("`{}` takes {expected}", key.text);
+        self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message));
+    }
+
+    fn word(&mut self, key: &Name, value: &PropertyValue, words: &[&'static str]) -> Option<&'static str> {
+        let text = text_of(value);
+        let found = words.iter().find(|word| text.as_deref() == Some(**word)).copied();
+        if found.is_none() {
+            let quoted: Vec<_> = words.iter().map(|word| format!("`{word}`")).collect();
+            self.bad(key, value, &format!("one of {}", quoted.join(", ")));
+        }
+        found
+    }
+
+    fn boolean(&mut self, key: &Name, value: &PropertyValue) -> Option<bool> {
+        let boolean = match &value.kind {
+            PropertyKind::Literal(Literal::Bool(value)) => Some(*value),
+            _ => None,
+        };
+        if boolean.is_none() {
+            self.bad(key, value, "`true` or `false`");
+        }
+        boolean
+    }
+
+    fn number(&mut self, key: &Name, value: &PropertyValue, max: u64) -> Option<u64> {
+        let number = match &value.kind {
+            PropertyKind::Literal(Literal::Int(digits)) => digits.parse().ok().filter(|number| *number <= max),
+            _ => None,
+        };
+        if number.is_none() {
+            let limit = if max == u64::MAX { String::new() } else { format!(" up to {max}") };
+            self.bad(key, value, &format!("a whole number{limit}"));
+        }
+        number
+    }
+
+    /// Nanoseconds; nothing for `forever`.
+    fn time(&mut self, key: &Name, value: &PropertyValue) -> Option<i64> {
+        let (code, message, span, hint) = match &value.kind {
+            PropertyKind::Time(TimeValue::Forever) => return None,
+            PropertyKind::Time(TimeValue::Interval { negative, digits, unit }) => {
+                match nanoseconds(digits, &unit.text) {
+                    Ok(ns) if !negative || ns == 0 => return Some(ns),
+                    Ok(_) => (Code::NegativeTime, "is negative", value.span, "write a time from 0 on".to_owned()),
+                    Err(crate::syntax::TimeError::TooLarge) => {
+                        let hint = "write `forever` for a time that never comes".to_owned();
+                        (Code::NumberTooLarge, "is longer than 292 years", value.span, hint)
+                    }
+                    Err(crate::syntax::TimeError::UnknownUnit) => {
+                        let units = UNITS.iter().flat_map(|(names, _)| names.iter().copied());
+                        let hint = did_you_mean(&unit.text, units)
+                            .unwrap_or_else(|| "units of time are ns, us, ms, s, min, h, d and wk".to_owned());
+                        (Code::BadUnit, "has a unit of time that does not exist", unit.span, hint)
+                    }
+                }
+            }
+            PropertyKind::Literal(Literal::Int(digits)) => {
+                if digits.bytes().all(|byte| byte == b'0') {
+                    return Some(0);
+                }
+                (Code::MissingUnit, "needs a unit of time", value.span, format!("write `{digits} ms`"))
+            }
+            _ => (Code::NotATime, "is not a time", value.span, "write a number with a unit, like `10 s`".to_owned()),
+        };
+        let message = format!("`{}` {message}", key.text);
+        self.found.push(Diagnostic::new(code, span, message).hint(hint));
+        None
+    }
+}
+
+/// A word, a path or a string, without quotes.
+fn text_of(value: &PropertyValue) -> Option<String> {
+    match &value.kind {
+        PropertyKind::Path(text) => Some(text.clone()),
+        PropertyKind::Literal(Literal::Text(text)) => Some(text.trim_matches('"').to_owned()),
+        PropertyKind::Literal(Literal::Int(text)) => Some(text.clone()),
+        PropertyKind::Literal(Literal::Bool(value)) => Some(value.to_string()),
+        _ => None,
+    }
+}
