@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The parts of the `lfz` program.
+//!
+//! `args` is the command line, `commands` what each command does, `compile` the way from an LF file to executables,
+//! and `supervisor` what runs these together and ends them together.
 #![forbid(unsafe_code)]
 
 pub mod args;
-pub mod compile;
-pub mod guard;
+mod commands;
+mod compile;
+mod failure;
+mod guard;
 pub mod supervisor;
-pub mod time;
+mod terminal;
+mod time;
+
+pub use commands::execute;

@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! See ARCHITECTURE.md.
+//! `lfz`: see `lfz --help`.
 #![forbid(unsafe_code)]
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    lfz::execute(lfz::args::Cli::parse())
+}

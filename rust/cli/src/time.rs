@@ -3,17 +3,7 @@
 
 use std::time::Duration;
 
-/// Every spelling of a unit, with its length in nanoseconds.
-const UNITS: &[(&[&str], u64)] = &[
-    (&["ns", "nsec", "nsecs"], 1),
-    (&["us", "usec", "usecs"], 1_000),
-    (&["ms", "msec", "msecs"], 1_000_000),
-    (&["s", "sec", "secs", "second", "seconds"], 1_000_000_000),
-    (&["m", "min", "mins", "minute", "minutes"], 60_000_000_000),
-    (&["h", "hour", "hours"], 3_600_000_000_000),
-    (&["d", "day", "days"], 86_400_000_000_000),
-    (&["wk", "week", "weeks"], 604_800_000_000_000),
-];
+use lf_host::unit_ns;
 
 /// Reads `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
 ///
@@ -31,7 +21,7 @@ pub fn parse(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// A sentence for the user.
 pub fn of_unit(number: &str, unit: &str) -> Result<Duration, String> {
-    let length_ns = UNITS.iter().find(|(names, _)| names.contains(&unit)).map(|(_, length)| *length);
+    let length_ns = unit_ns(unit).and_then(|length_ns| u64::try_from(length_ns).ok());
     let length_ns =
         length_ns.ok_or_else(|| format!("`{unit}` is no unit of time; try ns, us, ms, s, min, h, day or week"))?;
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));

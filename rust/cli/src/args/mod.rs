@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::time;
 
-pub use rti::{ClockSync, RtiArgs, RtiOptions};
+pub use rti::{PORT_DEFAULT, RtiArgs};
 
 /// Lingua Franca for Zephyr: compiles, runs and coordinates federated Lingua Franca programs in Rust.
 #[derive(Debug, Parser)]
@@ -72,7 +72,7 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
 pub enum Platform {
     /// Programs for this computer.
     Host,
-    /// Crates, Kconfig fragments and overlays for Zephyr, which `west lf-build` and `west lf-fed-build` compile.
+    /// Zephyr images: crates, Kconfig fragments and overlays, which the west commands compile.
     Zephyr,
 }
 
@@ -82,15 +82,21 @@ pub struct BuildArgs {
     /// The main LF file.
     #[arg(value_name = "FILE.lf")]
     pub file: PathBuf,
-    /// What the federates run on.
-    #[arg(long, value_enum, default_value_t = Platform::Host)]
-    pub platform: Platform,
+    /// Only what runs there. `zephyr` without --deployment takes all federates for Zephyr.
+    #[arg(long, value_enum)]
+    pub platform: Option<Platform>,
+    /// The board of all federates, for `--platform zephyr` without --deployment.
+    #[arg(long, default_value = "native_sim/native/64", conflicts_with = "deployment")]
+    pub board: String,
     /// Only these federates; all when it is left out.
     #[arg(short, long = "federate", value_name = "FEDERATE", num_args = 1..)]
     pub federates: Vec<String>,
     /// Where each federate runs: its board, its addresses (deployment.yaml).
     #[arg(long, value_name = "FILE")]
     pub deployment: Option<PathBuf>,
+    /// Print what was built and where it is as JSON, for other programs.
+    #[arg(long)]
+    pub json: bool,
     /// Where files are generated and compiled.
     #[command(flatten)]
     pub places: Places,
@@ -111,7 +117,7 @@ pub struct RunArgs {
     /// Where files are generated and compiled.
     #[command(flatten)]
     pub places: Places,
-    /// Arguments for every federate, after `--`; `-- --help` lists them.
+    /// Arguments for every federate, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
     pub arguments: Vec<std::ffi::OsString>,
 }

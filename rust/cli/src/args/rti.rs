@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of `lfz rti`, which are those of the stock RTI, with its letters and words.
 
-use std::time::Duration;
-
 use clap::Args;
+use lf_host::model::time::Interval;
+use lf_host::rti::Options;
 
 use crate::time;
 
 /// The stock RTI's federation id when none is given.
 const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
 /// The stock RTI's port.
-const PORT_DEFAULT: u16 = 15045;
+pub const PORT_DEFAULT: u16 = 15045;
 /// Exchanges of the initial clock synchronization.
 const TRIALS_DEFAULT: u32 = 10;
+/// More would delay the start by minutes on a slow link.
+const TRIALS_MAX: u32 = 1000;
 /// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
 /// memory of this computer.
 const FEDERATES_MAX: u16 = 4096;
 /// In bytes.
-const MESSAGE_LENGTH_DEFAULT: u32 = 64 * 1024;
+const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
 
 /// `lfz rti`
 #[derive(Debug, Args)]
@@ -55,37 +57,9 @@ pub struct RtiArgs {
     #[arg(long, value_name = "BYTES", default_value_t = MESSAGE_LENGTH_DEFAULT)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
     max_message: u32,
-}
-
-/// Clock synchronization that the RTI offers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClockSync {
-    /// None.
-    Off,
-    /// Once, over TCP, before the start.
-    Init {
-        /// The number of exchanges.
-        trials: u32,
-    },
-}
-
-/// Options that are valid and supported.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct RtiOptions {
-    /// How many federates there are.
-    pub federates: u16,
-    /// The id that they must present.
-    pub federation_id: String,
-    /// 0 for any free one.
-    pub port: u16,
-    /// The initial clock synchronization.
-    pub clock_sync: ClockSync,
-    /// What the start time has to be a multiple of.
-    pub start_time_multiple: Option<Duration>,
-    /// Whether to send DNETs.
-    pub dnet: bool,
-    /// The longest payload, in bytes.
-    pub message_length_max: u32,
+    /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
+    #[arg(long)]
+    go_on_after_loss: bool,
 }
 
 impl RtiArgs {
@@ -93,7 +67,7 @@ impl RtiArgs {
     ///
     /// # Errors
     /// A sentence for the user, which names the option.
-    pub fn options(&self) -> Result<RtiOptions, String> {
+    pub fn options(&self) -> Result<Options, String> {
         if self.auth {
             return Err("-a, --auth: authentication is not supported yet; start the federates without it".to_owned());
         }
@@ -101,24 +75,27 @@ impl RtiArgs {
             return Err("-t, --tracing: tracing is not supported yet".to_owned());
         }
         let start_time_multiple = match self.start_time_multiple.as_slice() {
-            [value, unit] => {
-                let multiple =
-                    time::of_unit(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?;
-                // A multiple of zero is any time, as in the stock RTI.
-                (!multiple.is_zero()).then_some(multiple)
-            }
+            [value, unit] => multiple(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?,
             _ => None,
         };
-        Ok(RtiOptions {
+        Ok(Options {
             federates: self.federates.ok_or("-n, --number_of_federates is missing")?,
             federation_id: self.id.clone(),
             port: self.port,
-            clock_sync: clock_sync(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
+            clock_sync_trials: trials(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
             start_time_multiple,
             dnet: !self.dnet_disabled,
-            message_length_max: self.max_message,
+            go_on_after_loss: self.go_on_after_loss,
+            payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
         })
     }
+}
+
+/// A multiple of zero is any time, as in the stock RTI.
+fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
+    let multiple = time::of_unit(value, unit)?;
+    let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);
+    Ok((nanoseconds > 0).then(|| Interval::from_nanos(nanoseconds)))
 }
 
 fn federation_id(text: &str) -> Result<String, String> {
@@ -129,43 +106,43 @@ fn federation_id(text: &str) -> Result<String, String> {
     }
 }
 
-fn clock_sync(words: &[String]) -> Result<ClockSync, String> {
+/// The number of exchanges of the initial clock synchronization; `None` for `off`.
+fn trials(words: &[String]) -> Result<Option<u32>, String> {
     let mut words = words.iter().map(String::as_str);
-    let mut mode = match words.next() {
-        Some("off") => ClockSync::Off,
-        Some("init" | "initial") => ClockSync::Init { trials: TRIALS_DEFAULT },
+    let mut trials = match words.next() {
+        Some("off") => None,
+        Some("init" | "initial") => Some(TRIALS_DEFAULT),
         Some("on") => return Err("`on` is not supported yet; use `init` or `off`".to_owned()),
         other => return Err(format!("`{}` is none of off, init, on", other.unwrap_or_default())),
     };
     while let Some(word) = words.next() {
-        match (word, &mut mode) {
-            ("period", _) => return Err("`period` only applies to `on`, which is not supported yet".to_owned()),
-            ("exchanges-per-interval", ClockSync::Off) => {
+        match word {
+            "period" => return Err("`period` only applies to `on`, which is not supported yet".to_owned()),
+            "exchanges-per-interval" if trials.is_none() => {
                 return Err("`exchanges-per-interval` does not apply to `off`".to_owned());
             }
-            ("exchanges-per-interval", ClockSync::Init { trials }) => {
+            "exchanges-per-interval" => {
                 let number = words.next().unwrap_or_default();
-                *trials =
-                    number.parse().ok().filter(|trials| (1..=1000).contains(trials)).ok_or_else(|| {
-                        format!("`exchanges-per-interval` takes a number from 1 to 1000, not `{number}`")
-                    })?;
+                let valid = number.parse().ok().filter(|trials| (1..=TRIALS_MAX).contains(trials));
+                trials = Some(valid.ok_or_else(|| {
+                    format!("`exchanges-per-interval` takes a number from 1 to {TRIALS_MAX}, not `{number}`")
+                })?);
             }
-            (other, _) => return Err(format!("`{other}` is none of period, exchanges-per-interval")),
+            other => return Err(format!("`{other}` is none of period, exchanges-per-interval")),
         }
     }
-    Ok(mode)
+    Ok(trials)
 }
 
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
     use clap::Parser;
+    use lf_host::model::time::Interval;
+    use lf_host::rti::Options;
 
     use super::super::{Cli, Command};
-    use super::{ClockSync, RtiOptions};
 
-    fn options(arguments: &[&str]) -> Result<RtiOptions, String> {
+    fn options(arguments: &[&str]) -> Result<Options, String> {
         let all = ["lfz", "rti"].iter().chain(arguments);
         let cli = Cli::try_parse_from(all).map_err(|error| error.to_string())?;
         let Command::Rti(arguments) = cli.command else { panic!("rti was asked for") };
@@ -177,7 +154,7 @@ mod tests {
         let options = options(&["-n", "2"]).expect("it is valid");
         assert_eq!(options.federation_id, "Unidentified Federation");
         assert_eq!(options.port, 15045);
-        assert_eq!(options.clock_sync, ClockSync::Init { trials: 10 });
+        assert_eq!(options.clock_sync_trials, Some(10));
         assert!(options.dnet);
         assert_eq!(options.start_time_multiple, None);
     }
@@ -188,8 +165,8 @@ mod tests {
             ["-i", "f", "-n", "3", "-p", "15050", "-c", "init", "exchanges-per-interval", "3", "-m", "7", "s", "-d"];
         let options = options(&arguments).expect("it is valid");
         assert_eq!(options.federates, 3);
-        assert_eq!(options.clock_sync, ClockSync::Init { trials: 3 });
-        assert_eq!(options.start_time_multiple, Some(Duration::from_secs(7)));
+        assert_eq!(options.clock_sync_trials, Some(3));
+        assert_eq!(options.start_time_multiple, Some(Interval::from_secs(7)));
         assert!(!options.dnet);
     }
 

@@ -1,8 +1,200 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a program to executables: where they go, what is written, how cargo is run, and what rustc says about it.
+//! From a program to executables: how it is read, where things go, what is written, how cargo is run, and what rustc
+//! says about it.
 
-pub mod cargo;
-pub mod files;
-pub mod places;
-pub mod progress;
-pub mod rustc;
+mod cargo;
+mod files;
+mod origin;
+mod places;
+mod progress;
+mod rustc;
+mod source;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform};
+use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit};
+use lf_compiler::plan::Plan;
+
+pub use source::{Program, count};
+
+use crate::args::{Places, Platform};
+use crate::failure::Failure;
+use crate::terminal;
+use cargo::Job;
+use origin::LfOrigin;
+use places::Folders;
+use progress::Progress;
+
+/// What to build.
+pub struct Request<'a> {
+    /// The main file.
+    pub file: &'a Path,
+    /// Only what runs on this platform.
+    pub platform: Option<Platform>,
+    /// The board of federates for which the deployment has none, when only Zephyr federates are wanted.
+    pub board: &'a str,
+    /// The federates; all when it is empty.
+    pub federates: &'a [String],
+    /// The deployment file.
+    pub deployment: Option<&'a Path>,
+    /// Folders and profile.
+    pub places: &'a Places,
+}
+
+/// What was built.
+#[derive(Debug)]
+pub struct Built {
+    /// The plan of the whole program.
+    pub plan: Plan,
+    /// The folder with the generated files.
+    pub out: PathBuf,
+    /// The participants that were wanted, in order of id.
+    pub participants: Vec<Participant>,
+    /// The executables of those for this computer, by federate.
+    pub programs: BTreeMap<String, PathBuf>,
+}
+
+impl Request<'_> {
+    /// Generates what was asked for and compiles what runs on this computer.
+    ///
+    /// # Errors
+    /// When the program, the deployment or the generated code is wrong.
+    pub fn build(&self) -> Result<Built, Failure> {
+        let program = Program::load(self.file)?;
+        let deployment = self.deployment(&program.plan)?;
+        let wanted = self.wanted(&program.plan, &deployment)?;
+        let platform = if wanted.iter().all(|name| deployment.place(name).platform == PlacePlatform::Host) {
+            Platform::Host
+        } else {
+            Platform::Zephyr
+        };
+        let folders = Folders::new(self.file, &program.plan.name, platform, self.places)?;
+        let emitted = generate(&program.plan, &deployment, &folders)?;
+        let participants: Vec<Participant> =
+            emitted.participants.iter().filter(|participant| wanted.contains(&participant.name)).cloned().collect();
+        let programs = self.compile(&program, &emitted, &participants, &folders)?;
+        Ok(Built { plan: program.plan, out: folders.out, participants, programs })
+    }
+
+    /// Where the federates run.
+    fn deployment(&self, plan: &Plan) -> Result<Deployment, Failure> {
+        let mut deployment = match self.deployment {
+            None => Deployment::default(),
+            Some(path) => {
+                let text = std::fs::read_to_string(path)
+                    .map_err(|error| Failure::message(format!("cannot read {}: {error}", path.display())))?;
+                Deployment::parse(&path.display().to_string(), &text, plan).map_err(|errors| report(&errors))?
+            }
+        };
+        if self.platform == Some(Platform::Zephyr) && self.deployment.is_none() {
+            for federate in &plan.federates {
+                let platform = PlacePlatform::Zephyr(self.board.to_owned());
+                deployment.federates.insert(federate.name.clone(), Place { platform, ..Place::default() });
+            }
+        }
+        Ok(deployment)
+    }
+
+    /// The names of the federates that were asked for.
+    fn wanted(&self, plan: &Plan, deployment: &Deployment) -> Result<Vec<String>, Failure> {
+        let all = || plan.federates.iter().map(|federate| federate.name.clone());
+        if let Some(unknown) = self.federates.iter().find(|name| !all().any(|known| known == **name)) {
+            let known = all().collect::<Vec<_>>().join(", ");
+            return Err(Failure::message(format!("there is no federate `{unknown}`; {} has {known}", plan.name)));
+        }
+        let is_wanted = |name: &String| {
+            let is_host = deployment.place(name).platform == PlacePlatform::Host;
+            (self.federates.is_empty() || self.federates.contains(name))
+                && self.platform.is_none_or(|platform| is_host == (platform == Platform::Host))
+        };
+        let wanted: Vec<String> = all().filter(is_wanted).collect();
+        if wanted.is_empty() {
+            return Err(Failure::message(
+                "the deployment has no federate on this platform, so there is nothing to build",
+            ));
+        }
+        Ok(wanted)
+    }
+
+    /// Compiles the participants for this computer.
+    fn compile(
+        &self,
+        program: &Program,
+        emitted: &Emitted,
+        participants: &[Participant],
+        folders: &Folders,
+    ) -> Result<BTreeMap<String, PathBuf>, Failure> {
+        let on_host: Vec<&Participant> =
+            participants.iter().filter(|participant| participant.artifact == Artifact::Host).collect();
+        if on_host.is_empty() {
+            return Ok(BTreeMap::new());
+        }
+        // The versions that were tested are the ones that are used, and they are there already.
+        files::copy_newer(&folders.home.join("Cargo.lock"), &folders.out.join("Cargo.lock"))?;
+        let packages: Vec<String> = on_host.iter().map(|participant| participant.package.clone()).collect();
+        let coloured = terminal::coloured();
+        let job = Job {
+            workspace: &folders.out,
+            packages: &packages,
+            target: &folders.target(),
+            shared: &folders.shared,
+            release: self.places.release,
+            coloured,
+        };
+        let progress = Progress::begin(&what(&program.plan, on_host.len()));
+        let outcome = job.run(&progress)?;
+        if outcome.success {
+            progress.done()
+        } else {
+            progress.failed()
+        }
+        let origin = LfOrigin::new(program, emitted, &folders.out);
+        let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
+        eprint!("{diagnostics}");
+        if !outcome.success {
+            if !outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
+                eprint!("{}", outcome.log);
+            }
+            eprintln!("{}: the generated code does not compile", self.file.display());
+            return Err(Failure::Reported);
+        }
+        let mut programs = BTreeMap::new();
+        for participant in on_host {
+            let executable = outcome.executables.get(&participant.package).ok_or_else(|| {
+                Failure::message(format!("cargo has not said where the program of {} is", participant.name))
+            })?;
+            programs.insert(participant.name.clone(), executable.clone());
+        }
+        Ok(programs)
+    }
+}
+
+/// Writes the generated files.
+fn generate(plan: &Plan, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
+    let path = |folder: &str| {
+        let path = folders.home.join("rust").join(folder);
+        path.to_str().map(str::to_owned).ok_or_else(|| Failure::message(format!("{} is no UTF-8 text", path.display())))
+    };
+    let (lf_host, lf_zephyr) = (path("host")?, path("zephyr")?);
+    let settings = Settings { lf_host: &lf_host, lf_zephyr: &lf_zephyr, deployment };
+    let emitted = emit(plan, &settings).map_err(|errors| report(&errors))?;
+    files::write(&folders.out, emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str())))?;
+    Ok(emitted)
+}
+
+fn report(errors: &[impl std::fmt::Display]) -> Failure {
+    for error in errors {
+        eprintln!("{error}");
+    }
+    Failure::Reported
+}
+
+fn what(plan: &Plan, count: usize) -> String {
+    match (plan.is_federated(), count) {
+        (false, _) => plan.name.clone(),
+        (true, 1) => format!("1 federate of {}", plan.name),
+        (true, _) => format!("{count} federates of {}", plan.name),
+    }
+}

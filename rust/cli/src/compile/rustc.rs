@@ -91,13 +91,18 @@ impl Diagnostic {
                 || self.level == "failure-note")
     }
 
+    /// Whether the user can do something about it: a warning about scaffolding is not the program's.
+    fn concerns_user(&self, origin: &dyn Origin) -> bool {
+        let in_program = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
+        !self.is_summary() && (self.is_error() || self.spans.iter().any(|span| span.is_primary && in_program(span)))
+    }
+
     /// The diagnostic about the LF program; about the generated code when nothing of the program stands behind it.
     fn render(&self, origin: &dyn Origin, coloured: bool) -> String {
         let spans: Vec<Mapped> = self.spans.iter().filter_map(|span| map(span, origin)).collect();
         let primary = spans.iter().find(|span| span.is_primary).or(spans.first());
-        let (Some(primary), rendered) = (primary, self.rendered.as_deref().unwrap_or(&self.message)) else {
-            return self.rendered.clone().unwrap_or_else(|| format!("{}: {}\n", self.level, self.message));
-        };
+        let rendered = self.rendered.as_deref().unwrap_or(&self.message);
+        let Some(primary) = primary else { return rendered.to_owned() };
         let mut text = self.headline(&primary.place, coloured);
         if let Some(excerpt) = self.excerpt(&spans, &primary.place.path, origin, coloured) {
             text.push_str(&excerpt);
@@ -162,7 +167,7 @@ impl Diagnostic {
 pub fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
     let mut seen = HashSet::new();
     let mut text = String::new();
-    for diagnostic in diagnostics.iter().filter(|diagnostic| !diagnostic.is_summary()) {
+    for diagnostic in diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin)) {
         let rendered = diagnostic.render(origin, coloured);
         if seen.insert(rendered.clone()) {
             text.push_str(&rendered);

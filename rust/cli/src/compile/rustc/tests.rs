@@ -87,6 +87,14 @@ fn what_has_no_place_in_the_program_is_shown_as_it_is() {
 }
 
 #[test]
+fn a_warning_is_shown_only_where_the_user_can_mend_it() {
+    let body = diagnostic("warning", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], "");
+    assert!(render_all(&[body], &Program, false).starts_with("src/P.lf:2:17: warning[E0308]"));
+    let scaffolding = diagnostic("warning", &[span("a/src/main.rs", 3, (1, 2), r#""expansion":null"#)], "");
+    assert_eq!(render_all(&[scaffolding], &Program, false), "");
+}
+
+#[test]
 fn sums_of_other_diagnostics_are_left_out() {
     let mut sum = diagnostic("error", &[], "");
     sum.message = "aborting due to 2 previous errors".to_owned();

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The commands of `lfz`, one module each.
+
+mod build;
+mod check;
+mod plan;
+mod rti;
+mod run;
+
+use std::process::ExitCode;
+
+use crate::args::{Cli, Command};
+use crate::failure::Failure;
+use crate::guard;
+
+/// Runs the command and gives this program's exit status.
+pub fn execute(cli: Cli) -> ExitCode {
+    let result = match cli.command {
+        Command::Check { file } => check::check(&file),
+        Command::Plan { file, json } => plan::plan(&file, json),
+        Command::Build(arguments) => build::build(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Rti(arguments) => rti::rti(&arguments),
+        Command::Guard { parent, program } => {
+            let error = guard::become_program(parent, &program);
+            let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            Err(Failure::message(format!("cannot run {name}: {error}")))
+        }
+    };
+    result.unwrap_or_else(|failure| {
+        if let Failure::Message(text) = failure {
+            eprintln!("lfz: {text}");
+        }
+        ExitCode::FAILURE
+    })
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz rti`
+
+use std::process::ExitCode;
+
+use lf_host::log::LevelFilter;
+use lf_host::rti::{Outcome, serve};
+
+use crate::args::RtiArgs;
+use crate::failure::Failure;
+
+/// What stands before the port in the line that says where the RTI listens, which `lfz run` reads.
+const LISTENING: &str = "listening on TCP port ";
+
+/// The exit status after a signal, as a shell reports SIGINT.
+const INTERRUPTED: u8 = 130;
+
+/// Runs the RTI until its federation is over.
+pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
+    if arguments.version {
+        println!("lfz rti {}", env!("CARGO_PKG_VERSION"));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let options = arguments.options()?;
+    lf_host::install_logger(LevelFilter::Info);
+    let outcome = serve(&options, |port| println!("{LISTENING}{port}"));
+    match outcome.map_err(|error| Failure::message(error.to_string()))? {
+        Outcome::Complete => Ok(ExitCode::SUCCESS),
+        Outcome::Lost { federate, cause } => {
+            Err(Failure::message(format!("the federation has failed: federate {federate} is lost: {cause}")))
+        }
+        Outcome::Aborted => {
+            eprintln!("lfz: the RTI was told to end before its federation was over");
+            Ok(ExitCode::from(INTERRUPTED))
+        }
+    }
+}
+
+/// The port in the line that says where the RTI listens.
+pub(super) fn listening_port(line: &str) -> Option<u16> {
+    line.strip_prefix(LISTENING)?.parse().ok()
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz run`
+
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use lf_compiler::plan::{ClockSync, Plan, Rti};
+
+use super::rti::listening_port;
+use crate::args::{PORT_DEFAULT, Platform, RunArgs};
+use crate::compile::{Built, Request};
+use crate::failure::Failure;
+use crate::guard;
+use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+
+/// The name under which the RTI speaks.
+const RTI_NAME: &str = "RTI";
+
+/// Builds all participants for this computer and runs them to their end.
+pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
+    let request = Request {
+        file: &arguments.file,
+        platform: Some(Platform::Host),
+        board: "",
+        federates: &[],
+        deployment: None,
+        places: &arguments.places,
+    };
+    let built = request.build()?;
+    let interrupts = Interrupts::of_this_process()?;
+    let limits = Limits { run: arguments.timeout, ..Limits::default() };
+    let ending = match &built.plan.rti {
+        None => alone(&built, arguments, limits, interrupts)?,
+        Some(rti) => federation(&built, rti, arguments, limits, interrupts)?,
+    };
+    Ok(ExitCode::from(ending.exit_code()))
+}
+
+/// A program that is not federated: its output is its own, and so is its exit status.
+fn alone(built: &Built, arguments: &RunArgs, limits: Limits, interrupts: Interrupts) -> Result<Ending, Failure> {
+    let mut supervisor = Supervisor::new(limits, interrupts, Output::of_this_process([]));
+    for (name, program) in &built.programs {
+        let mut command = guard::command(program)?;
+        command.args(&arguments.arguments);
+        supervisor.start(name, Role::Federate, &mut command)?;
+    }
+    Ok(supervisor.finish()?)
+}
+
+/// The RTI, then the federates.
+fn federation(
+    built: &Built,
+    rti: &Rti,
+    arguments: &RunArgs,
+    limits: Limits,
+    interrupts: Interrupts,
+) -> Result<Ending, Failure> {
+    let names = built.plan.federates.iter().map(|federate| federate.name.as_str());
+    let output = Output::of_this_process(std::iter::once(RTI_NAME).chain(names));
+    let mut supervisor = Supervisor::new(limits, interrupts, output);
+    let id = federation_id(&rti.federation_id);
+    supervisor.start(RTI_NAME, Role::Rti, &mut rti_command(&built.plan, rti, &id)?)?;
+    if let Some(port) = supervisor.wait_for_line(listening_port)? {
+        for federate in &built.plan.federates {
+            let program =
+                built.programs.get(&federate.name).map(Path::new).ok_or_else(|| {
+                    Failure::message(format!("there is no program for the federate {}", federate.name))
+                })?;
+            let mut command = guard::command(program)?;
+            command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", &id]).args(&arguments.arguments);
+            supervisor.start(&federate.name, Role::Federate, &mut command)?;
+        }
+    }
+    Ok(match supervisor.finish()? {
+        // Which participant failed how has been said; a single number cannot say more than that one did.
+        Ending::Failed(_) => Ending::Failed(1),
+        ending => ending,
+    })
+}
+
+fn rti_command(plan: &Plan, rti: &Rti, id: &str) -> Result<Command, Failure> {
+    let mut command = guard::command(std::env::current_exe()?)?;
+    // A program that names no port of its own gets any free one, so that several may run at once.
+    let port = if rti.port == PORT_DEFAULT { 0 } else { rti.port };
+    command.args(["rti", "--id", id, "--port", &port.to_string()]);
+    command.args(["--number_of_federates", &plan.federates.len().to_string(), "--clock_sync"]);
+    match plan.target.clock_sync {
+        ClockSync::Off => command.arg("off"),
+        ClockSync::Init => command.args(["init", "exchanges-per-interval", &plan.target.clock_sync_trials.to_string()]),
+    };
+    Ok(command)
+}
+
+/// An id that no other run has, so that a federate which outlives its federation cannot join another one.
+fn federation_id(name: &str) -> String {
+    let name: String = name.chars().take(40).collect();
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
+    format!("{name} {}-{now:x}", std::process::id())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::federation_id;
+
+    #[test]
+    fn federation_ids_differ_and_are_short_enough_for_the_wire() {
+        let name = "é".repeat(300);
+        assert_ne!(federation_id(&name), federation_id(&name));
+        assert!(federation_id(&name).len() <= 255);
+        assert!(federation_id("Grid").starts_with("Grid "));
+    }
+}

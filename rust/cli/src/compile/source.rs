@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reading a program, and saying what is wrong with it.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use lf_compiler::plan::Plan;
+use lf_compiler::{Diagnostics, SourceProvider};
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Reads LF files from this computer.
+pub struct Files;
+
+impl SourceProvider for Files {
+    fn read(&self, path: &str) -> Result<String, String> {
+        let bytes = fs::read(path).map_err(|error| match error.kind() {
+            ErrorKind::NotFound => "it does not exist".to_owned(),
+            ErrorKind::IsADirectory => "it is a folder".to_owned(),
+            ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+            _ => error.to_string(),
+        })?;
+        String::from_utf8(bytes).map_err(|error| {
+            let valid = error.utf8_error().valid_up_to();
+            format!("it is no UTF-8 text (its byte {valid} is wrong)")
+        })
+    }
+}
+
+/// A program without errors.
+#[derive(Debug)]
+pub struct Program {
+    /// What the compiler worked out.
+    pub plan: Plan,
+    /// Its warnings, and the texts of its files.
+    pub diagnostics: Diagnostics,
+}
+
+impl Program {
+    /// Compiles a main file to a plan; what there is to say about it goes to standard error.
+    ///
+    /// # Errors
+    /// When there is no plan for it; the user has been told why.
+    pub fn load(file: &Path) -> Result<Self, Failure> {
+        let Some(path) = file.to_str() else {
+            return Err(Failure::message(format!("the path {} is no UTF-8 text", file.display())));
+        };
+        let compilation = lf_compiler::compile(path, &Files);
+        let diagnostics = compilation.diagnostics;
+        eprint!("{}", diagnostics.render(terminal::style()));
+        match compilation.plan {
+            Some(plan) if !diagnostics.has_errors() => Ok(Self { plan, diagnostics }),
+            _ => {
+                let (errors, warnings) = diagnostics.counts();
+                eprintln!("{path}: {}", count(errors, warnings));
+                Err(Failure::Reported)
+            }
+        }
+    }
+}
+
+/// `2 errors and 1 warning`
+pub fn count(errors: usize, warnings: usize) -> String {
+    let plural = |number: usize, word: &str| match number {
+        0 => format!("no {word}s"),
+        1 => format!("1 {word}"),
+        _ => format!("{number} {word}s"),
+    };
+    match warnings {
+        0 => plural(errors, "error"),
+        _ => format!("{} and {}", plural(errors, "error"), plural(warnings, "warning")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use lf_compiler::SourceProvider;
+
+    use super::{Files, count};
+
+    #[test]
+    fn why_a_file_cannot_be_read_ends_a_sentence() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("P.lf");
+        let text = path.to_str().expect("temporary paths are UTF-8");
+        assert_eq!(Files.read(text), Err("it does not exist".to_owned()));
+        fs::write(&path, b"target \xff").expect("it can be written");
+        assert_eq!(Files.read(text), Err("it is no UTF-8 text (its byte 7 is wrong)".to_owned()));
+        assert_eq!(Files.read(folder.path().to_str().expect("UTF-8")), Err("it is a folder".to_owned()));
+    }
+
+    #[test]
+    fn counts_are_words() {
+        assert_eq!(count(0, 0), "no errors");
+        assert_eq!(count(1, 0), "1 error");
+        assert_eq!(count(2, 1), "2 errors and 1 warning");
+    }
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a command does not succeed.
+
+use std::fmt;
+use std::io;
+
+/// Why a command does not succeed.
+#[derive(Debug)]
+pub enum Failure {
+    /// The user has been told already.
+    Reported,
+    /// What the user has to be told.
+    Message(String),
+}
+
+impl Failure {
+    /// A sentence for the user.
+    pub fn message(text: impl Into<String>) -> Self {
+        Self::Message(text.into())
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Reported => Ok(()),
+            Self::Message(text) => f.write_str(text),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Message(error.to_string())
+    }
+}
+
+impl From<String> for Failure {
+    fn from(text: String) -> Self {
+        Self::Message(text)
+    }
+}
