@@ -92,6 +92,11 @@ fn plan(edges: &[Edge], events: BTreeSet<i64>, honours_dnet: bool, id: u16) -> P
     }
 }
 
+/// A connection, what happens on it, and bytes for it.
+fn any_step() -> impl Strategy<Value = (usize, usize, Vec<u8>)> {
+    (0..5usize, 0..4usize, proptest::collection::vec(any::<u8>(), 1..60))
+}
+
 /// A generator that only has to be different from seed to seed.
 struct Dice(u64);
 
@@ -126,7 +131,7 @@ impl Run {
         match what {
             0 => peer.step(&mut |max| dice.below(max)),
             1 => {
-                let wire = &world.outlet.wires[peer.connection.0];
+                let wire = &world.outlet.list[peer.connection.0];
                 let amount = amount.min(peer.outbox.len());
                 if amount == 0 || wire.blocked.is_some() || !wire.open {
                     return false;
@@ -141,7 +146,7 @@ impl Run {
                 !bytes.is_empty()
             }
             _ => {
-                let wire = &world.outlet.wires[peer.connection.0];
+                let wire = &world.outlet.list[peer.connection.0];
                 let may_close = peer.outbox.is_empty() && wire.incoming.is_empty() && peer.left;
                 let close = wire.open && may_close && (peer.plan.dies || (wire.ended && wire.outgoing.is_empty()));
                 if close {
@@ -153,7 +158,7 @@ impl Run {
     }
 
     /// Until nobody does anything any more.
-    fn to_the_end(&mut self) {
+    fn run_out(&mut self) {
         loop {
             for _ in 0..50 {
                 let (peer, what) = (self.dice.below(self.peers.len()), self.dice.below(4));
@@ -184,7 +189,7 @@ proptest! {
     #[test]
     fn acyclic_federations_run_to_their_end(case in case(false)) {
         let mut run = Run::new(case);
-        run.to_the_end();
+        run.run_out();
         run.check_that_all_is_done();
         let sum = |count: fn(&Peer) -> usize| run.peers.iter().map(count).sum::<usize>();
         prop_assert_eq!(sum(|peer| peer.sent), sum(|peer| peer.received));
@@ -194,7 +199,7 @@ proptest! {
     #[test]
     fn cycles_with_delays_run_to_their_end(case in case(true)) {
         let mut run = Run::new(case);
-        run.to_the_end();
+        run.run_out();
         run.check_that_all_is_done();
         prop_assert_eq!(run.world.rti.status(), Status::Finished(Outcome::Complete));
     }
@@ -207,7 +212,7 @@ proptest! {
         case.plans[who].end = end;
         case.plans[who].events.retain(|event| *event < end);
         let mut run = Run::new(case);
-        run.to_the_end();
+        run.run_out();
         run.check_that_all_is_done();
         let lost = matches!(run.world.rti.status(), Status::Finished(Outcome::Lost { federate, .. })
             if federate.index() == who);
@@ -217,7 +222,7 @@ proptest! {
     /// Whatever comes on connections, and whenever they come and go, the RTI neither panics nor sends beyond its room.
     #[test]
     fn any_bytes_are_survived(
-        steps in proptest::collection::vec((0..5usize, 0..4usize, proptest::collection::vec(any::<u8>(), 1..60)), 0..60),
+        steps in proptest::collection::vec(any_step(), 0..60),
         joined in any::<bool>(),
     ) {
         let sizes = Sizes { federates: 3, connections: 5, upstream: 1, in_transit: 1, output: OUTPUT_MIN };
@@ -234,14 +239,14 @@ proptest! {
         }
         for (index, what, bytes) in steps {
             let connection = lf_coordination::rti::ConnectionId(index);
-            let open = world.outlet.wires[index].open;
+            let open = world.outlet.list[index].open;
             match what {
                 0 if open => world.close(connection),
-                0 | 1 if world.outlet.wires.iter().any(|wire| !wire.open && wire.outgoing.is_empty()) => {
+                0 | 1 if world.outlet.list.iter().any(|wire| !wire.open && wire.outgoing.is_empty()) => {
                     world.connect();
                 }
                 2 => drop(world.take(connection, bytes.len())),
-                _ if open && world.outlet.wires[index].blocked.is_none() => {
+                _ if open && world.outlet.list[index].blocked.is_none() => {
                     // A plausible type makes the rest be taken seriously.
                     let mut bytes = bytes;
                     bytes[0] = [bytes[0], 1, 2, 5, 6, 9, 10, 11, 13, 23, 24, 4][usize::from(bytes[0]) % 12];

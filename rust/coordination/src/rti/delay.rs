@@ -16,11 +16,13 @@ pub struct PathDelay {
 
 impl Default for PathDelay {
     fn default() -> Self {
-        Self::NO_PATH
+        Self::EMPTY
     }
 }
 
 impl PathDelay {
+    /// What fresh storage holds.
+    pub const EMPTY: Self = Self::NO_PATH;
     /// There is no such path. Greater than every delay.
     pub(super) const NO_PATH: Self = Self { time: i64::MAX, microsteps: u32::MAX };
     /// No delay.
@@ -72,7 +74,7 @@ impl PathDelay {
     }
 
     /// The latest tag up to which nothing can arrive any more if the sender has completed `tag`: as
-    /// [`after`](Self::after), but one step earlier if there is a time, because the next tag of the sender arrives then.
+    /// [`after`](Self::after), but one step earlier if there is a time, when the sender's next tag arrives.
     pub(super) fn after_strictly(self, tag: Tag) -> Tag {
         let delayed = self.after(tag);
         let finite = delayed.time != Instant::NEVER && delayed.time != Instant::FOREVER;

@@ -13,6 +13,9 @@ pub struct Upstream {
 }
 
 impl Upstream {
+    /// What fresh storage holds.
+    pub const EMPTY: Self = Self { federate: 0, delay: PathDelay::EMPTY };
+
     pub(super) fn federate(self) -> usize {
         self.federate.into()
     }
@@ -32,6 +35,11 @@ pub struct Node {
     queue: u16,
     /// Search: this federate is in the queue.
     queued: bool,
+}
+
+impl Node {
+    /// What fresh storage holds.
+    pub const EMPTY: Self = Self { upstreams: 0, in_zero_delay_cycle: false, queue: 0, queued: false };
 }
 
 /// Why a neighbor structure was not accepted.

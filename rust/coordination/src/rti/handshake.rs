@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From a new connection to a federate that is part of the federation.
 //!
-//! Each message has its place: FED_IDS, which is answered by ACK; NEIGHBOR_STRUCTURE; UDP_PORT; then, if both sides want
-//! it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as the header
-//! of the right message has. A connection that comes when all federates are there is told the true reason why it is
-//! refused, once it has said who it is.
+//! Each message has its place: `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both
+//! sides want it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as the
+//! header of the right message has. A connection that comes when all federates are there is told the true reason why
+//! it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
 use lf_wire::june_2026::{
@@ -17,6 +17,7 @@ use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
 use crate::FederateId;
 
 /// Why a connection is refused.
+#[derive(Clone, Copy)]
 struct Refusal<'a> {
     code: RejectCode,
     federate: Option<FederateId>,

@@ -5,17 +5,17 @@
 //! completes the tag of such a message, the RTI takes its next event to be no later than that tag; otherwise a third
 //! federate could be granted a tag at which the message still causes something.
 //!
-//! Grants ask for the earliest of these tags only, but when it is done the next one is asked for, and how many there are
-//! is up to the peers: a sender with a long `after` sends many before the first is due. The storage is bounded all the
-//! same, and no sender is held up for it, because the federate that waits may well wait for that sender's next
+//! Grants ask for the earliest of these tags only, but when it is done the next one is asked for, and how many there
+//! are is up to the peers: a sender with a long `after` sends many before the first is due. The storage is bounded all
+//! the same, and no sender is held up for it, because the federate that waits may well wait for that sender's next
 //! announcement. Instead, the tags are kept exactly as long as they fit, the earliest first. What does not fit is kept
-//! as a *fog*: one range from the earliest to the latest of them, anywhere in which there may be messages. Within the fog
-//! the federate's next event counts as coming right after the tag that it has completed last.
+//! as a *fog*: one range from the earliest to the latest of them, anywhere in which there may be messages. Within the
+//! fog the federate's next event counts as coming right after the tag that it has completed last.
 //!
 //! This is always safe, since the tag that counts is never later than the true one. Nobody waits for ever in a graph
-//! without cycles: the federate in the fog does not depend on those who wait for it, and leaves the fog when it completes
-//! its last tag. In a cycle, the capacity has to cover the tags that can be on their way at once, as that of the
-//! federate's own input queue has to; a fog is therefore reported.
+//! without cycles: the federate in the fog does not depend on those who wait for it, and leaves the fog when it
+//! completes its last tag. In a cycle, the capacity has to cover the tags that can be on their way at once, as that of
+//! the federate's own input queue has to; a fog is therefore reported.
 
 use lf_model::time::Tag;
 
@@ -28,6 +28,11 @@ pub(super) struct Ring {
     len: usize,
     /// Earliest and latest tag that did not fit.
     fog: Option<(Tag, Tag)>,
+}
+
+impl Ring {
+    /// Nothing is on its way.
+    pub(super) const EMPTY: Self = Self { head: 0, len: 0, fog: None };
 }
 
 /// The ring of one federate with its storage, which is not empty.

@@ -17,8 +17,8 @@
 //! worked out when there is room to send them. What is sent to many at once is a flag for each. A message that asks for
 //! a reply, or is to be forwarded, is not consumed before there is room for that.
 //!
-//! Where a loop goes over all federates to find those that are concerned, it looks at one word for each; real work is
-//! done for the federates upstream and downstream of the one that speaks.
+//! A NET or LTC costs a pass over the federates for each one that is upstream or downstream of its sender, and nothing
+//! for the others; a message that is forwarded costs a look at its destination, unless it changes a next event.
 
 mod config;
 mod delay;

@@ -49,8 +49,8 @@ pub enum Verdict {
     Consumed(usize),
     /// A message begins here, but is not whole. It has at least this many bytes, more than there are.
     Incomplete(usize),
-    /// The message at the front has to wait until there is room on the named connection. Keep it, do not read its
-    /// own connection meanwhile, and offer it again after [`handle_writable`](super::Rti::handle_writable) for the named
+    /// The message at the front has to wait until there is room on the named connection. Keep it, do not read its own
+    /// connection meanwhile, and offer it again after [`handle_writable`](super::Rti::handle_writable) for the named
     /// one, or when the named one is closed in either direction, by whomever.
     Blocked(ConnectionId),
     /// The connection is closed. Forget its input.

@@ -10,7 +10,8 @@ use super::graph::{Node, Upstream};
 use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 
-/// All the memory that an RTI needs, for n federates. What it contains does not matter; `Default` fills it.
+/// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
+/// are there to fill it.
 pub struct RtiStorage<'s> {
     /// One for each federate: n.
     pub slots: &'s mut [Slot],
@@ -73,6 +74,10 @@ pub(super) struct Pending {
     pub(super) dnet: bool,
 }
 
+impl Pending {
+    const NONE: Self = Self { start: false, stop_request: false, stop_granted: false, grant: false, dnet: false };
+}
+
 /// All that the RTI knows of one federate.
 #[derive(Clone, Copy, Debug)]
 pub struct Slot {
@@ -106,25 +111,30 @@ pub struct Slot {
     pub(super) udp_port: u16,
 }
 
+impl Slot {
+    /// What fresh storage holds.
+    pub const EMPTY: Self = Self {
+        membership: Membership::Free,
+        pending: Pending::NONE,
+        clock: None,
+        next_event: Tag::NEVER,
+        completed: Tag::NEVER,
+        granted: Tag::NEVER,
+        provisional: Tag::NEVER,
+        dnet: Tag::NEVER,
+        demand: None,
+        look: false,
+        in_transit: Ring::EMPTY,
+        stop_agreed: false,
+        address: [0; 4],
+        port: ADDRESS_PORT_UNKNOWN,
+        udp_port: 0,
+    };
+}
+
 impl Default for Slot {
     fn default() -> Self {
-        Self {
-            membership: Membership::Free,
-            pending: Pending::default(),
-            clock: None,
-            next_event: Tag::NEVER,
-            completed: Tag::NEVER,
-            granted: Tag::NEVER,
-            provisional: Tag::NEVER,
-            dnet: Tag::NEVER,
-            demand: None,
-            look: false,
-            in_transit: Ring::default(),
-            stop_agreed: false,
-            address: [0; 4],
-            port: ADDRESS_PORT_UNKNOWN,
-            udp_port: 0,
-        }
+        Self::EMPTY
     }
 }
 
@@ -134,11 +144,11 @@ pub(super) enum Phase {
     /// There is no connection.
     #[default]
     Vacant,
-    /// FED_IDS.
+    /// `FED_IDS`.
     Ids,
-    /// NEIGHBOR_STRUCTURE.
+    /// `NEIGHBOR_STRUCTURE`.
     Neighbors,
-    /// UDP_PORT.
+    /// `UDP_PORT`.
     UdpPort,
     /// T3, this often.
     ClockSync { left: u32 },
@@ -152,9 +162,14 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Connection {
     pub(super) phase: Phase,
-    /// The federate that it claims to be, after FED_IDS.
+    /// The federate that it claims to be, after `FED_IDS`.
     pub(super) federate: Option<u16>,
     pub(super) address: [u8; 4],
     /// When the RTI loses patience with it.
     pub(super) deadline: Option<Instant>,
+}
+
+impl Connection {
+    /// What fresh storage holds.
+    pub const EMPTY: Self = Self { phase: Phase::Vacant, federate: None, address: [0; 4], deadline: None };
 }

@@ -29,18 +29,18 @@ pub struct Wire {
 
 /// The connections, as the RTI sees them.
 pub struct Wires {
-    pub wires: Vec<Wire>,
+    pub list: Vec<Wire>,
     pub capacity: usize,
     pub notices: Vec<String>,
 }
 
 impl Outlet for Wires {
     fn room(&self, connection: ConnectionId) -> usize {
-        self.capacity - self.wires[connection.0].outgoing.len()
+        self.capacity - self.list[connection.0].outgoing.len()
     }
 
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
-        let wire = &mut self.wires[connection.0];
+        let wire = &mut self.list[connection.0];
         assert!(wire.open && !wire.ended, "{message:?} is sent on a connection that is closed");
         let start = wire.outgoing.len();
         wire.outgoing.resize(start + message.encoded_len(), 0);
@@ -49,11 +49,11 @@ impl Outlet for Wires {
     }
 
     fn half_close(&mut self, connection: ConnectionId) {
-        self.wires[connection.0].ended = true;
+        self.list[connection.0].ended = true;
     }
 
     fn close(&mut self, connection: ConnectionId) {
-        let wire = &mut self.wires[connection.0];
+        let wire = &mut self.list[connection.0];
         (wire.ended, wire.open, wire.blocked) = (true, false, None);
         wire.incoming.clear();
     }
@@ -102,23 +102,23 @@ impl World {
             in_transit: vec![Tag::NEVER; federates * in_transit].leak(),
         };
         let rti = Rti::new(config, storage).expect("the storage fits");
-        let wires = (0..connections).map(|_| Wire::default()).collect();
-        let outlet = Wires { wires, capacity: output, notices: Vec::new() };
+        let list = (0..connections).map(|_| Wire::default()).collect();
+        let outlet = Wires { list, capacity: output, notices: Vec::new() };
         Self { rti, outlet, now: Instant(1_000), piece: usize::MAX }
     }
 
     pub fn connect(&mut self) -> ConnectionId {
-        let free = self.outlet.wires.iter().position(|wire| !wire.open && wire.outgoing.is_empty());
+        let free = self.outlet.list.iter().position(|wire| !wire.open && wire.outgoing.is_empty());
         let connection = ConnectionId(free.expect("there are enough connections"));
-        self.outlet.wires[connection.0] = Wire { open: true, ..Wire::default() };
+        self.outlet.list[connection.0] = Wire { open: true, ..Wire::default() };
         self.rti.handle_connect(self.now, connection, [127, 0, 0, 1], &mut self.outlet);
         connection
     }
 
     pub fn send(&mut self, connection: ConnectionId, bytes: &[u8]) {
         for piece in bytes.chunks(self.piece.min(bytes.len().max(1))) {
-            if self.outlet.wires[connection.0].open {
-                self.outlet.wires[connection.0].incoming.extend(piece);
+            if self.outlet.list[connection.0].open {
+                self.outlet.list[connection.0].incoming.extend(piece);
                 self.pump(connection);
             }
         }
@@ -134,9 +134,9 @@ impl World {
     /// Offers what has come on a connection, as far as the RTI takes it.
     pub fn pump(&mut self, connection: ConnectionId) {
         loop {
-            let bytes = std::mem::take(&mut self.outlet.wires[connection.0].incoming);
+            let bytes = std::mem::take(&mut self.outlet.list[connection.0].incoming);
             let verdict = self.rti.handle_input(self.now, connection, &bytes, &mut self.outlet);
-            let wire = &mut self.outlet.wires[connection.0];
+            let wire = &mut self.outlet.list[connection.0];
             wire.incoming = bytes;
             wire.blocked = None;
             match verdict {
@@ -155,20 +155,22 @@ impl World {
 
     /// Takes what the RTI has sent, up to so many bytes, and lets it go on with the room.
     pub fn take(&mut self, connection: ConnectionId, max: usize) -> Vec<u8> {
-        let wire = &mut self.outlet.wires[connection.0];
+        let wire = &mut self.outlet.list[connection.0];
         let taken: Vec<u8> = wire.outgoing.drain(..max.min(wire.outgoing.len())).collect();
         if !taken.is_empty() {
             self.rti.handle_writable(self.now, connection, &mut self.outlet);
             let waits = |wire: &Wire| wire.blocked == Some(connection);
-            let waiting: Vec<_> = (0..self.outlet.wires.len()).filter(|i| waits(&self.outlet.wires[*i])).collect();
-            waiting.into_iter().for_each(|index| self.pump(ConnectionId(index)));
+            let waiting: Vec<_> = (0..self.outlet.list.len()).filter(|i| waits(&self.outlet.list[*i])).collect();
+            for index in waiting {
+                self.pump(ConnectionId(index));
+            }
         }
         taken
     }
 
     /// The peer closes a connection.
     pub fn close(&mut self, connection: ConnectionId) {
-        let wire = &mut self.outlet.wires[connection.0];
+        let wire = &mut self.outlet.list[connection.0];
         wire.outgoing.clear();
         if std::mem::take(&mut wire.open) {
             self.rti.handle_disconnect(self.now, connection, &mut self.outlet);
@@ -178,7 +180,7 @@ impl World {
 
     /// Offers input again that waits for connections which have been closed.
     fn resume(&mut self) {
-        let wires = &self.outlet.wires;
+        let wires = &self.outlet.list;
         let is_gone = |on: ConnectionId| wires[on.0].ended || !wires[on.0].open;
         if let Some(index) = wires.iter().position(|wire| wire.blocked.is_some_and(is_gone)) {
             self.pump(ConnectionId(index));
@@ -225,7 +227,7 @@ impl replay::Rti for Recorded {
     fn receive(&mut self, connection: u16, _bytes: usize, _end: bool) -> Result<Received, Infallible> {
         let id = self.connections[&connection];
         let bytes = self.world.take(id, usize::MAX);
-        Ok(Received { bytes, ended: self.world.outlet.wires[id.0].ended })
+        Ok(Received { bytes, ended: self.world.outlet.list[id.0].ended })
     }
 }
 

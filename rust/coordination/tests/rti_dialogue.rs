@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the RTI does when peers leave, misbehave or do not read, which no recording shows.
+
+mod rti_support;
+
+use lf_coordination::Deadline;
+use lf_coordination::rti::{AfterLoss, Cause, ClockSync, Config, ConnectionId, Outcome, Status};
+use lf_model::time::{Instant, Interval};
+use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, NeighborStructure, RejectCode, decode};
+use lf_wire::{Limits, Tag};
+use rti_support::{Sizes, World};
+
+const FEDERATION: &[u8] = b"dialogue";
+/// Federates and delays.
+type Upstream<'a> = &'a [(u16, i64)];
+
+const START: i64 = 1_000_000_000;
+
+fn config() -> Config<'static> {
+    Config { clock_sync: ClockSync::Off, ..Config::new(FEDERATION, 100) }
+}
+
+fn at(ns: i64) -> Tag {
+    Tag::new(START + ns, 0)
+}
+
+/// What has come on a connection, in words.
+fn read(world: &mut World, connection: ConnectionId) -> Vec<String> {
+    let bytes = world.take(connection, usize::MAX);
+    let mut rest = &bytes[..];
+    let mut messages = Vec::new();
+    while let Ok(Decoded::Complete { message, len }) = decode(rest, &Limits::NONE) {
+        messages.push(match message {
+            Message::TagGrant(tag) if tag == Tag::FOREVER => "TAG FOREVER".to_owned(),
+            Message::TagGrant(Tag { time, microstep }) => format!("TAG {} {microstep}", time - START),
+            Message::TaggedMessage { payload, .. } => format!("message {payload:?}"),
+            other => other.name().to_owned(),
+        });
+        rest = &rest[len..];
+    }
+    assert!(rest.is_empty());
+    messages
+}
+
+fn hello(world: &mut World, id: u16, upstream: Upstream<'_>) -> ConnectionId {
+    let connection = world.connect();
+    world.message(connection, &Message::FedIds { federate: id, federation_id: FEDERATION });
+    world.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
+    world.message(connection, &Message::UdpPort(u16::MAX));
+    assert_eq!(read(world, connection), ["ACK"]);
+    connection
+}
+
+/// Federates 0 → 1 → 2 …, started, with nothing to be read.
+fn chain(config: Config<'static>, sizes: Sizes) -> (World, Vec<ConnectionId>) {
+    let mut world = World::new(config, sizes);
+    let ids = 0..u16::try_from(sizes.federates).expect("there are few");
+    let connections: Vec<_> = ids
+        .map(|id| hello(&mut world, id, &id.checked_sub(1).map_or(vec![], |from| vec![(from, DELAY_NONE)])))
+        .collect();
+    for connection in &connections {
+        world.message(*connection, &Message::Timestamp(0));
+    }
+    for connection in &connections {
+        assert_eq!(read(&mut world, *connection), ["TIMESTAMP"]);
+    }
+    (world, connections)
+}
+
+fn wait(world: &mut World, interval: Interval) {
+    world.now = world.now + interval;
+    let now = world.now;
+    world.rti.handle_timeout(now, &mut world.outlet);
+}
+
+fn message(to: u16, ns: i64, payload: &[u8]) -> Message<'_> {
+    Message::TaggedMessage { port: 0, federate: to, tag: at(ns), payload }
+}
+
+#[test]
+fn a_lost_federate_holds_nobody_up() {
+    let (mut world, connections) = chain(config(), Sizes::ample(3));
+    world.message(connections[1], &Message::NextEventTag(at(5)));
+    world.close(connections[0]);
+    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
+    assert!(world.outlet.notices.contains(&"federate 0 is lost: its connection ended without a word".to_owned()));
+    for connection in &connections[1..] {
+        world.message(*connection, &Message::Resign);
+    }
+    let lost = Outcome::Lost { federate: 0.into(), cause: Cause::ConnectionLost };
+    assert_eq!(world.rti.status(), Status::Finished(lost));
+}
+
+#[test]
+fn a_loss_can_stop_all() {
+    let config = Config { after_loss: AfterLoss::StopAll, ..config() };
+    let (mut world, connections) = chain(config, Sizes::ample(3));
+    world.message(connections[0], &Message::Failed);
+    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER", "FAILED"]);
+    assert_eq!(read(&mut world, connections[2]), ["FAILED"]);
+    assert!(connections.iter().all(|connection| !world.outlet.list[connection.0].open));
+    let lost = Outcome::Lost { federate: 0.into(), cause: Cause::Failed };
+    assert_eq!(world.rti.status(), Status::Finished(lost));
+}
+
+#[test]
+fn an_aborted_federation_has_failed_for_all() {
+    let (mut world, connections) = chain(config(), Sizes::ample(2));
+    world.rti.abort(&mut world.outlet);
+    assert_eq!(read(&mut world, connections[0]), ["FAILED"]);
+    assert_eq!(read(&mut world, connections[1]), ["FAILED"]);
+    assert_eq!(world.rti.status(), Status::Finished(Outcome::Aborted));
+    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+}
+
+#[test]
+fn whoever_is_lost_before_the_start_can_come_again() {
+    let mut world = World::new(config(), Sizes::ample(2));
+    let first = hello(&mut world, 0, &[]);
+    world.message(first, &Message::Timestamp(1_000_000));
+    world.close(first);
+    let lost = "federate 0 is lost before the start, its place is free again: its connection ended without a word";
+    assert!(world.outlet.notices.contains(&lost.to_owned()));
+
+    let second = hello(&mut world, 1, &[]);
+    world.message(second, &Message::Timestamp(0));
+    assert_eq!(read(&mut world, second), [""; 0], "the clock of the lost federate does not count");
+    let again = hello(&mut world, 0, &[]);
+    world.message(again, &Message::Timestamp(7));
+    assert_eq!(world.rti.start_time(), Some(Instant(START + 7)));
+    assert_eq!(read(&mut world, second), ["TIMESTAMP"]);
+}
+
+#[test]
+fn a_silent_connection_is_given_up_and_its_id_is_free() {
+    let mut world = World::new(config(), Sizes::ample(1));
+    let silent = world.connect();
+    world.message(silent, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + Interval::from_secs(10)));
+    wait(&mut world, Interval::from_secs(10));
+    assert!(!world.outlet.list[silent.0].open);
+    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+    world.take(silent, usize::MAX);
+    hello(&mut world, 0, &[]);
+}
+
+#[test]
+fn a_resigned_federate_that_does_not_close_is_closed() {
+    let (mut world, connections) = chain(config(), Sizes::ample(2));
+    world.message(connections[0], &Message::Resign);
+    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"], "the others do not wait for the end");
+    assert!(world.outlet.list[connections[0].0].open);
+    wait(&mut world, Interval::from_secs(10));
+    assert!(!world.outlet.list[connections[0].0].open);
+}
+
+#[test]
+fn a_federate_that_leaves_while_a_stop_is_pending_has_agreed() {
+    for goodbye in [Some(Message::Resign), Some(Message::Failed), None] {
+        let (mut world, connections) = chain(config(), Sizes::ample(2));
+        world.message(connections[0], &Message::StopRequest(at(5)));
+        assert_eq!(read(&mut world, connections[1]), ["STOP_REQUEST"]);
+        match goodbye {
+            Some(goodbye) => world.message(connections[1], &goodbye),
+            None => world.close(connections[1]),
+        }
+        assert_eq!(read(&mut world, connections[0]), ["STOP_GRANTED"]);
+    }
+}
+
+#[test]
+fn who_does_not_answer_a_stop_request_is_expelled_and_the_others_stop() {
+    let (mut world, connections) = chain(config(), Sizes::ample(3));
+    world.message(connections[0], &Message::StopRequest(at(5)));
+    world.message(connections[1], &Message::StopReply(at(7)));
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + Interval::from_secs(30)));
+    wait(&mut world, Interval::from_secs(30));
+    assert_eq!(read(&mut world, connections[2]), ["STOP_REQUEST", "FAILED"]);
+    assert_eq!(read(&mut world, connections[1]), ["STOP_REQUEST", "STOP_GRANTED"]);
+    assert_eq!(read(&mut world, connections[0]), ["STOP_GRANTED"]);
+    assert!(world.outlet.notices.contains(&"the federation stops at (1000000007, 0)".to_owned()));
+}
+
+#[test]
+fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
+    let mut too_long = [0; 21];
+    too_long[..9].copy_from_slice(&[5, 0, 0, 1, 0, 255, 255, 255, 255]);
+    let mut to_nobody = [0; 21];
+    to_nobody[..4].copy_from_slice(&[5, 0, 0, 9]);
+    let no_such_federate = "it named federate 9, which the federation does not have";
+    let length = "TAGGED_MESSAGE: payload length at offset 5 is 4294967295, more than the 100 that are accepted here";
+    let wrong: [(&[u8], &str); 5] = [
+        (&[13, 9, 0], no_such_federate),
+        (&to_nobody, no_such_federate),
+        (&too_long, length),
+        (&[2, 0, 0, 0, 0, 0, 0, 0, 0], "TIMESTAMP may not come at this point"),
+        (&[255], "ACK may not come at this point"),
+    ];
+    for (bytes, reason) in wrong {
+        let (mut world, connections) = chain(config(), Sizes::ample(2));
+        world.send(connections[0], bytes);
+        assert_eq!(read(&mut world, connections[0]), ["FAILED"]);
+        assert!(!world.outlet.list[connections[0].0].open);
+        assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
+        let expected = format!("federate 0 is lost: it broke the protocol: {reason}");
+        assert_eq!(world.outlet.notices.last(), Some(&expected));
+    }
+}
+
+#[test]
+fn neighbors_that_cannot_be_are_refused() {
+    let sizes = Sizes { upstream: 1, ..Sizes::ample(3) };
+    let wrong: [(Upstream<'_>, &[u16], &str); 4] = [
+        (&[(3, 0)], &[], "it named federate 3, which the federation does not have"),
+        (&[], &[3], "it named federate 3, which the federation does not have"),
+        (&[(1, -1)], &[], "its connection from federate 1 has a delay of -1 ns, which cannot be"),
+        (&[(1, 0), (2, 0)], &[], "it has more upstream federates than the 1 that this RTI has room for"),
+    ];
+    for (upstream, downstream, reason) in wrong {
+        let mut world = World::new(config(), sizes);
+        let connection = world.connect();
+        world.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+        world.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, downstream)));
+        assert_eq!(read(&mut world, connection), ["ACK", "REJECT"]);
+        let code = RejectCode::UnexpectedMessage;
+        let expected = format!("a connection was refused that claims to be federate 0: {code}; {reason}");
+        assert_eq!(world.outlet.notices.last(), Some(&expected));
+    }
+}
+
+#[test]
+fn a_t3_in_the_name_of_another_is_refused() {
+    let mut world = World::new(Config::new(FEDERATION, 100), Sizes::ample(2));
+    let connection = world.connect();
+    world.message(connection, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    world.message(connection, &Message::NeighborStructure(NeighborStructure::new(&[], &[])));
+    world.message(connection, &Message::UdpPort(0));
+    assert_eq!(read(&mut world, connection), ["ACK", "T1"]);
+    world.message(connection, &Message::T3 { federate: 1 });
+    assert_eq!(read(&mut world, connection), ["REJECT"]);
+}
+
+/// Room for two of the longest messages, which are 21 + 100 bytes.
+const TIGHT: usize = 242;
+
+#[test]
+fn a_sender_waits_while_its_destination_does_not_read() {
+    let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
+    let (mut world, connections) = chain(config(), sizes);
+    let payloads: Vec<_> = (0..10u8).map(|number| vec![number; 100]).collect();
+    for (payload, ns) in payloads.iter().zip(1..) {
+        let mut bytes = vec![0; 121];
+        message(1, ns, payload).encode(&mut bytes).expect("it has 121 bytes");
+        world.outlet.list[connections[0].0].incoming.extend(bytes);
+    }
+    world.pump(connections[0]);
+    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[1]));
+    assert_eq!(world.outlet.list[connections[0].0].incoming.len(), 8 * 121);
+    let mut received = Vec::new();
+    while !world.outlet.list[connections[1].0].outgoing.is_empty() {
+        received.extend(read(&mut world, connections[1]));
+    }
+    let expected: Vec<_> = payloads.iter().map(|payload| format!("message {payload:?}")).collect();
+    assert_eq!(received, expected);
+    assert_eq!(world.outlet.list[connections[0].0].blocked, None);
+}
+
+#[test]
+fn a_sender_whose_destination_leaves_need_not_wait() {
+    let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
+    for resigns in [true, false] {
+        let (mut world, connections) = chain(config(), sizes);
+        for ns in 1..4 {
+            world.message(connections[0], &message(1, ns, &[0; 100]));
+        }
+        assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[1]));
+        if resigns {
+            world.message(connections[1], &Message::Resign);
+        } else {
+            world.close(connections[1]);
+        }
+        assert_eq!(world.outlet.list[connections[0].0].blocked, None);
+        let dropped = "a message from federate 0 was dropped, because federate 1 has left".to_owned();
+        assert_eq!(world.outlet.notices.last(), Some(&dropped));
+    }
+}
+
+#[test]
+fn grants_without_room_are_worked_out_anew_when_there_is_some() {
+    let sizes = Sizes { output: TIGHT, ..Sizes::ample(2) };
+    let (mut world, connections) = chain(config(), sizes);
+    world.message(connections[0], &message(1, 100, &[1; 100]));
+    world.message(connections[0], &message(1, 100, &[2; 100]));
+    world.message(connections[1], &Message::NextEventTag(at(1)));
+    for ns in 2..50 {
+        world.message(connections[0], &Message::NextEventTag(at(ns)));
+    }
+    let first = read(&mut world, connections[1]);
+    assert_eq!(first.len(), 2, "the messages are still there");
+    assert_eq!(read(&mut world, connections[1]), ["TAG 48 4294967295"], "one grant stands for 48");
+}
+
+#[test]
+fn a_reply_without_room_holds_the_question_back() {
+    let sizes = Sizes { output: 13, ..Sizes::ample(1) };
+    let (mut world, connections) = chain(config(), sizes);
+    for _ in 0..3 {
+        let mut bytes = vec![0; 3];
+        Message::AddressQuery { federate: 0 }.encode(&mut bytes).expect("it has 3 bytes");
+        world.outlet.list[connections[0].0].incoming.extend(bytes);
+    }
+    world.pump(connections[0]);
+    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[0]));
+    let mut replies = 0;
+    while !world.outlet.list[connections[0].0].outgoing.is_empty() {
+        replies += read(&mut world, connections[0]).len();
+    }
+    assert_eq!(replies, 3);
+}
+
+#[test]
+fn nothing_overtakes_the_start_time() {
+    let sizes = Sizes { output: 16, ..Sizes::ample(2) };
+    let mut world = World::new(config(), sizes);
+    let connections = [hello(&mut world, 0, &[]), hello(&mut world, 1, &[(0, DELAY_NONE)])];
+    world.message(connections[1], &Message::AddressQuery { federate: 0 });
+    for connection in connections {
+        world.message(connection, &Message::Timestamp(0));
+    }
+    world.message(connections[0], &Message::NextEventTag(Tag::FOREVER));
+    world.message(connections[0], &Message::Resign);
+    assert_eq!(read(&mut world, connections[1]), ["ADDRESS_QUERY_REPLY"]);
+    assert_eq!(read(&mut world, connections[1]), ["TIMESTAMP"]);
+    assert_eq!(read(&mut world, connections[1]), ["TAG FOREVER"]);
+}
+
+#[test]
+fn a_federate_may_not_speak_of_tags_before_the_start() {
+    let mut world = World::new(config(), Sizes::ample(2));
+    let connection = hello(&mut world, 0, &[]);
+    world.message(connection, &Message::NextEventTag(at(0)));
+    assert_eq!(read(&mut world, connection), ["FAILED"]);
+    hello(&mut world, 0, &[]);
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the recorded RTI does something that looks accidental, ours does the better thing. Each test plays the
+//! recording with the one expectation changed, and so says what differs and that nothing else does.
+
+mod rti_support;
+
+use lf_golden::replay::replay;
+use lf_golden::{Frame, Recording, Step};
+use rti_support::Recorded;
+
+/// `FED_IDS` of federate 0 of the default federation.
+const IDS_0: &str = "01000017556e6964656e7469666965642046656465726174696f6e";
+
+fn load(name: &str) -> Recording {
+    let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
+    assert!(recording.quirk.is_some(), "{name} is marked as accidental");
+    recording
+}
+
+fn frame(connection: u16, hex: &str) -> Frame {
+    let bytes = hex.parse().expect("it is hexadecimal");
+    Frame { connection, bytes, fill: None, tag: None, message: String::new(), note: None }
+}
+
+fn play(recording: &Recording) -> Recorded {
+    let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), usize::MAX);
+    if let Err(difference) = replay(recording, &mut rti) {
+        panic!("{difference}\n{:#?}", rti.world.outlet.notices);
+    }
+    rti
+}
+
+/// Where a received message of this connection stands.
+fn received(recording: &Recording, connection: u16) -> usize {
+    let is_it = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == connection);
+    recording.steps.iter().position(is_it).expect("the recording has such a step")
+}
+
+/// 35: the recorded RTI refuses before the peer has said anything, as if its federation were the wrong one.
+#[test]
+fn a_late_connection_is_told_that_its_id_is_in_use() {
+    let mut recording = load("35-late-connection");
+    for connection in [100, 101] {
+        let at = received(&recording, connection);
+        recording.steps[at] = Step::Recv(frame(connection, "0002"));
+        recording.steps.insert(at, Step::Send(frame(connection, IDS_0)));
+    }
+    play(&recording);
+}
+
+/// 36: the recorded RTI accepts every prefix of the federation id.
+#[test]
+fn a_prefix_of_the_federation_id_is_another_federation() {
+    let mut recording = load("36-federation-id-prefix");
+    let at = received(&recording, 0);
+    recording.steps.truncate(at);
+    recording.steps.extend([
+        Step::Recv(frame(0, "0001")),
+        Step::ClosedByPeer(0),
+        Step::Close(0),
+        Step::Connect(101),
+        Step::Send(frame(101, "01010000")),
+        Step::Recv(frame(101, "0001")),
+        Step::ClosedByPeer(101),
+        Step::Close(101),
+        Step::Connect(1),
+        Step::Send(frame(1, "01010006616263646566")),
+        Step::Recv(frame(1, "ff")),
+    ]);
+    let rti = play(&recording);
+    let refused = "a connection was refused that claims to be federate 0 of federation \"abc\": \
+                   the federation id does not match (code 1)";
+    assert!(rti.world.outlet.notices.iter().any(|notice| notice == refused));
+}
+
+/// 39: in the recorded RTI the id stays taken, and the federation can never be complete.
+#[test]
+fn an_id_is_free_again_after_its_handshake_was_refused() {
+    let mut recording = load("39-handshake-order");
+    let at = received(&recording, 100);
+    recording.steps.truncate(at);
+    recording.steps.push(Step::Recv(frame(100, "ff")));
+    play(&recording);
+}
+
+/// 42: the recorded RTI looks at the federates upstream of a PTAG only in the moment of the grant, so that one which
+/// cannot follow at once never does, and the cycle waits for ever.
+#[test]
+fn a_ptag_reaches_upstream_federates_as_soon_as_they_can_follow() {
+    let mut recording = load("42-ptag-not-repeated");
+    let moves_on = |step: &Step| matches!(step, Step::Send(frame) if frame.message == "NET (start+20000000, 0)");
+    let at = recording.steps.iter().position(moves_on).expect("0 moves on");
+    // PTAG (start+10000000, 0).
+    recording.steps.insert(at + 1, Step::Recv(frame(1, "08506897e3b3b6e00d00000000")));
+    play(&recording);
+}
