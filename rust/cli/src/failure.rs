@@ -6,7 +6,7 @@ use std::io;
 
 /// Why a command does not succeed.
 #[derive(Debug)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// The user has been told already.
     Reported,
     /// What the user has to be told.
@@ -15,7 +15,7 @@ pub enum Failure {
 
 impl Failure {
     /// A sentence for the user.
-    pub fn message(text: impl Into<String>) -> Self {
+    pub(crate) fn message(text: impl Into<String>) -> Self {
         Self::Message(text.into())
     }
 }

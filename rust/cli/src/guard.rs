@@ -16,14 +16,14 @@ use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 ///
 /// # Errors
 /// When the path of this program is not known.
-pub fn command(program: impl AsRef<OsStr>) -> io::Result<Command> {
+pub(crate) fn command(program: impl AsRef<OsStr>) -> io::Result<Command> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["guard", "--parent", &std::process::id().to_string(), "--"]).arg(program);
     Ok(command)
 }
 
 /// Becomes the program; returns only when that fails.
-pub fn become_program(parent: u32, program: &[OsString]) -> io::Error {
+pub(crate) fn become_program(parent: u32, program: &[OsString]) -> io::Error {
     if let Err(error) = set_parent_process_death_signal(Some(Signal::KILL)) {
         return error.into();
     }

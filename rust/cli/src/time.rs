@@ -9,7 +9,7 @@ use lf_host::unit_ns;
 ///
 /// # Errors
 /// A sentence for the user.
-pub fn parse(text: &str) -> Result<Duration, String> {
+pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     let text = text.trim();
     let split = text.find(|c: char| c != '.' && !c.is_ascii_digit()).unwrap_or(text.len());
     let (number, unit) = text.split_at(split);
@@ -20,7 +20,7 @@ pub fn parse(text: &str) -> Result<Duration, String> {
 ///
 /// # Errors
 /// A sentence for the user.
-pub fn of_unit(number: &str, unit: &str) -> Result<Duration, String> {
+pub(crate) fn of_unit(number: &str, unit: &str) -> Result<Duration, String> {
     let length_ns = unit_ns(unit).and_then(|length_ns| u64::try_from(length_ns).ok());
     let length_ns =
         length_ns.ok_or_else(|| format!("`{unit}` is no unit of time; try ns, us, ms, s, min, h, day or week"))?;

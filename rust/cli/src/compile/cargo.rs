@@ -14,32 +14,32 @@ use super::rustc::Diagnostic;
 use crate::guard;
 
 /// What to compile.
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// The folder of the generated workspace.
-    pub workspace: &'a Path,
+    pub(crate) workspace: &'a Path,
     /// The packages in it; every one has one executable.
-    pub packages: &'a [String],
+    pub(crate) packages: &'a [String],
     /// Where the executables go.
-    pub target: &'a Path,
+    pub(crate) target: &'a Path,
     /// Where everything else goes that cargo keeps.
-    pub shared: &'a Path,
+    pub(crate) shared: &'a Path,
     /// With optimizations.
-    pub release: bool,
+    pub(crate) release: bool,
     /// Whether diagnostics that are printed as they are may have colours.
-    pub coloured: bool,
+    pub(crate) coloured: bool,
 }
 
 /// What cargo and rustc said.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Whether everything was compiled.
-    pub success: bool,
+    pub(crate) success: bool,
     /// The executables, by package.
-    pub executables: BTreeMap<String, PathBuf>,
+    pub(crate) executables: BTreeMap<String, PathBuf>,
     /// What rustc said about the packages of the workspace.
-    pub diagnostics: Vec<Diagnostic>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
     /// What cargo wrote beside that.
-    pub log: String,
+    pub(crate) log: String,
 }
 
 /// One line of `cargo build --message-format=json`; other reasons are of no interest.
@@ -64,7 +64,7 @@ impl Job<'_> {
     ///
     /// # Errors
     /// When cargo cannot be run. That something does not compile is no error here, but [`Outcome::success`].
-    pub fn run(&self, progress: &Progress) -> io::Result<Outcome> {
+    pub(crate) fn run(&self, progress: &Progress) -> io::Result<Outcome> {
         let mut command = self.command()?;
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
         let (stdout, stderr) = (child.stdout.take(), child.stderr.take());

@@ -14,7 +14,7 @@ const LIST: &str = ".generated";
 ///
 /// # Errors
 /// When a file cannot be read, written or removed; the message names it.
-pub fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<()> {
+pub(crate) fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'a str)>) -> io::Result<()> {
     let mut list = BTreeSet::new();
     for (path, text) in files {
         check(path)?;
@@ -38,7 +38,7 @@ pub fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'a str)>
 ///
 /// # Errors
 /// When it cannot be copied; the message names it.
-pub fn copy_newer(from: &Path, to: &Path) -> io::Result<()> {
+pub(crate) fn copy_newer(from: &Path, to: &Path) -> io::Result<()> {
     let modified = |path: &Path| fs::metadata(path).and_then(|metadata| metadata.modified());
     let (Ok(origin), copy) = (modified(from), modified(to)) else { return Ok(()) };
     if copy.is_ok_and(|copy| copy >= origin) {

@@ -17,7 +17,7 @@ use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit};
 use lf_compiler::plan::Plan;
 
-pub use source::{Program, count};
+pub(crate) use source::{Program, count};
 
 use crate::args::{Places, Platform};
 use crate::failure::Failure;
@@ -28,32 +28,32 @@ use places::Folders;
 use progress::Progress;
 
 /// What to build.
-pub struct Request<'a> {
+pub(crate) struct Request<'a> {
     /// The main file.
-    pub file: &'a Path,
+    pub(crate) file: &'a Path,
     /// Only what runs on this platform.
-    pub platform: Option<Platform>,
+    pub(crate) platform: Option<Platform>,
     /// The board of federates for which the deployment has none, when only Zephyr federates are wanted.
-    pub board: &'a str,
+    pub(crate) board: &'a str,
     /// The federates; all when it is empty.
-    pub federates: &'a [String],
+    pub(crate) federates: &'a [String],
     /// The deployment file.
-    pub deployment: Option<&'a Path>,
+    pub(crate) deployment: Option<&'a Path>,
     /// Folders and profile.
-    pub places: &'a Places,
+    pub(crate) places: &'a Places,
 }
 
 /// What was built.
 #[derive(Debug)]
-pub struct Built {
+pub(crate) struct Built {
     /// The plan of the whole program.
-    pub plan: Plan,
+    pub(crate) plan: Plan,
     /// The folder with the generated files.
-    pub out: PathBuf,
+    pub(crate) out: PathBuf,
     /// The participants that were wanted, in order of id.
-    pub participants: Vec<Participant>,
+    pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
-    pub programs: BTreeMap<String, PathBuf>,
+    pub(crate) programs: BTreeMap<String, PathBuf>,
 }
 
 impl Request<'_> {
@@ -61,7 +61,7 @@ impl Request<'_> {
     ///
     /// # Errors
     /// When the program, the deployment or the generated code is wrong.
-    pub fn build(&self) -> Result<Built, Failure> {
+    pub(crate) fn build(&self) -> Result<Built, Failure> {
         let program = Program::load(self.file)?;
         let deployment = self.deployment(&program.plan)?;
         let wanted = self.wanted(&program.plan, &deployment)?;
@@ -145,11 +145,7 @@ impl Request<'_> {
         };
         let progress = Progress::begin(&what(&program.plan, on_host.len()));
         let outcome = job.run(&progress)?;
-        if outcome.success {
-            progress.done()
-        } else {
-            progress.failed()
-        }
+        progress.end(outcome.success);
         let origin = LfOrigin::new(program, emitted, &folders.out);
         let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
         eprint!("{diagnostics}");

@@ -8,13 +8,13 @@ use crate::args::{Places, Platform};
 
 /// Every folder that a build uses, as absolute paths.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Folders {
+pub(crate) struct Folders {
     /// The generated crates, which form a workspace.
-    pub out: PathBuf,
+    pub(crate) out: PathBuf,
     /// Cargo's intermediate results, shared by all programs.
-    pub shared: PathBuf,
+    pub(crate) shared: PathBuf,
     /// The repository with the runtime crates.
-    pub home: PathBuf,
+    pub(crate) home: PathBuf,
 }
 
 impl Folders {
@@ -22,7 +22,7 @@ impl Folders {
     ///
     /// # Errors
     /// When there is no current folder, or the runtime crates are not where they should be.
-    pub fn new(file: &Path, name: &str, platform: Platform, places: &Places) -> io::Result<Self> {
+    pub(crate) fn new(file: &Path, name: &str, platform: Platform, places: &Places) -> io::Result<Self> {
         let home = home(places)?;
         let out = match &places.out {
             Some(out) => absolute(out)?,
@@ -37,7 +37,7 @@ impl Folders {
     }
 
     /// The compiled programs of this program alone.
-    pub fn target(&self) -> PathBuf {
+    pub(crate) fn target(&self) -> PathBuf {
         self.out.join("target")
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// The progress of one build.
-pub struct Progress {
+pub(crate) struct Progress {
     bar: Option<ProgressBar>,
     what: String,
     started: Instant,
@@ -15,7 +15,7 @@ pub struct Progress {
 
 impl Progress {
     /// Begins; `what` completes the sentence "Compiling …".
-    pub fn begin(what: &str) -> Self {
+    pub(crate) fn begin(what: &str) -> Self {
         let bar = io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new_spinner();
             // The template is fixed, and the tests use it.
@@ -31,24 +31,19 @@ impl Progress {
     }
 
     /// Cargo says what it does now.
-    pub fn step(&self, text: &str) {
+    pub(crate) fn step(&self, text: &str) {
         if let Some(bar) = &self.bar {
             bar.set_message(text.trim().to_owned());
         }
     }
 
-    /// Ends well.
-    pub fn done(self) {
+    /// Ends; what is wrong is said elsewhere.
+    pub(crate) fn end(self, success: bool) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
-        eprintln!("Compiled {} in {:.1} s", self.what, self.started.elapsed().as_secs_f64());
-    }
-
-    /// Ends because something is wrong, which is said elsewhere.
-    pub fn failed(self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+        if success {
+            eprintln!("Compiled {} in {:.1} s", self.what, self.started.elapsed().as_secs_f64());
         }
     }
 }

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 /// A diagnostic of rustc, as in its JSON output.
 #[derive(Clone, Debug, Deserialize)]
-pub struct Diagnostic {
+pub(crate) struct Diagnostic {
     message: String,
     level: String,
     code: Option<Code>,
@@ -49,19 +49,19 @@ struct Expansion {
 
 /// A place in an LF file; line and column count from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub(crate) struct Place {
     /// The file, as it was named to the compiler.
-    pub path: String,
+    pub(crate) path: String,
     /// The line.
-    pub line: usize,
+    pub(crate) line: usize,
     /// The column, in characters.
-    pub column: usize,
+    pub(crate) column: usize,
     /// Whether the LF file has there what rustc looked at, and not only the declaration that it was generated for.
-    pub verbatim: bool,
+    pub(crate) verbatim: bool,
 }
 
 /// What has to be known about the program to speak about it.
-pub trait Origin {
+pub(crate) trait Origin {
     /// The place in the LF program behind a place in a generated file, which is named as rustc names it.
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place>;
     /// The text of an LF file.
@@ -78,7 +78,7 @@ struct Mapped {
 
 impl Diagnostic {
     /// Whether the program does not compile because of it.
-    pub fn is_error(&self) -> bool {
+    pub(crate) fn is_error(&self) -> bool {
         self.level.starts_with("error")
     }
 
@@ -164,7 +164,7 @@ impl Diagnostic {
 }
 
 /// All diagnostics as text, each once: a reactor that several federates contain is compiled several times.
-pub fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
+pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
     let mut seen = HashSet::new();
     let mut text = String::new();
     for diagnostic in diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin)) {

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::terminal;
 
 /// Reads LF files from this computer.
-pub struct Files;
+pub(crate) struct Files;
 
 impl SourceProvider for Files {
     fn read(&self, path: &str) -> Result<String, String> {
@@ -31,11 +31,11 @@ impl SourceProvider for Files {
 
 /// A program without errors.
 #[derive(Debug)]
-pub struct Program {
+pub(crate) struct Program {
     /// What the compiler worked out.
-    pub plan: Plan,
+    pub(crate) plan: Plan,
     /// Its warnings, and the texts of its files.
-    pub diagnostics: Diagnostics,
+    pub(crate) diagnostics: Diagnostics,
 }
 
 impl Program {
@@ -43,7 +43,7 @@ impl Program {
     ///
     /// # Errors
     /// When there is no plan for it; the user has been told why.
-    pub fn load(file: &Path) -> Result<Self, Failure> {
+    pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
         let Some(path) = file.to_str() else {
             return Err(Failure::message(format!("the path {} is no UTF-8 text", file.display())));
         };
@@ -62,7 +62,7 @@ impl Program {
 }
 
 /// `2 errors and 1 warning`
-pub fn count(errors: usize, warnings: usize) -> String {
+pub(crate) fn count(errors: usize, warnings: usize) -> String {
     let plural = |number: usize, word: &str| match number {
         0 => format!("no {word}s"),
         1 => format!("1 {word}"),
