@@ -8,18 +8,18 @@ use crate::counts::Counts;
 use crate::process;
 use crate::report::Report;
 
-/// pytest, ruff and mypy over `scripts/`.
+/// pytest, ruff and mypy over `scripts/`, where their configuration is.
 pub(crate) fn step(repository: &Path, report: &mut Report) {
     let scripts = repository.join("scripts");
     if !has_python(&scripts) {
         report.skip("python", "there are no Python files in scripts/");
         return;
     }
-    tool(repository, report, "ruff", &["check", "scripts"]);
-    tool(repository, report, "mypy", &["scripts"]);
-    if is_installed(repository, "pytest") {
+    tool(&scripts, report, "ruff", &["check", "."]);
+    tool(&scripts, report, "mypy", &["."]);
+    if is_installed(&scripts, "pytest") {
         let mut command = Command::new("python3");
-        command.current_dir(repository).args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "scripts"]);
+        command.current_dir(&scripts).args(["-m", "pytest", "-q"]);
         let (succeeded, output) = process::teed(&mut command);
         report.runner("pytest", succeeded, Counts::from_pytest(&output));
     } else {
@@ -28,18 +28,18 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
 }
 
 /// Runs a Python tool that is one check by itself.
-fn tool(repository: &Path, report: &mut Report, name: &str, arguments: &[&str]) {
-    if is_installed(repository, name) {
-        let passed =
-            process::succeeds(Command::new("python3").current_dir(repository).args(["-m", name]).args(arguments));
+fn tool(scripts: &Path, report: &mut Report, name: &str, arguments: &[&str]) {
+    if is_installed(scripts, name) {
+        let mut command = Command::new("python3");
+        let passed = process::succeeds(command.current_dir(scripts).args(["-m", name]).args(arguments));
         report.check(name, passed);
     } else {
         report.skip(name, &format!("not installed: pip install {name}"));
     }
 }
 
-fn is_installed(repository: &Path, module: &str) -> bool {
-    process::captured(Command::new("python3").current_dir(repository).args(["-m", module, "--version"])).is_some()
+fn is_installed(scripts: &Path, module: &str) -> bool {
+    process::captured(Command::new("python3").current_dir(scripts).args(["-m", module, "--version"])).is_some()
 }
 
 fn has_python(folder: &Path) -> bool {

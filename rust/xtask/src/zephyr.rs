@@ -5,7 +5,6 @@
 //! repository, and in CMake's user package registry (`west zephyr-export`).
 
 use std::env;
-use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,8 +15,6 @@ use crate::report::Report;
 
 /// The board on which the tests run: a Linux program with the host's network.
 const BOARD: &str = "native_sim/native/64";
-/// The Rust target that zephyr-lang-rust uses for it.
-const RUST_TARGET: &str = "x86_64-unknown-none";
 
 /// The twister suites of this repository.
 pub(crate) fn twister(repository: &Path, report: &mut Report) {
@@ -108,10 +105,6 @@ impl Workspace {
         for variable in ["CARGO", "CARGO_TARGET_DIR", "RUSTUP_TOOLCHAIN", "RUSTC", "CARGO_MANIFEST_DIR"] {
             command.env_remove(variable);
         }
-        if !has_rust_target(RUST_TARGET) && has_distribution_rust() {
-            command.env("PATH", path_with_first("/usr/bin"));
-            command.env("RUSTC_BOOTSTRAP", "1").env("CARGO_UNSTABLE_BUILD_STD", "core,alloc");
-        }
         command
     }
 }
@@ -147,27 +140,6 @@ fn has_zephyr_sdk() -> bool {
     let registered =
         env::var_os("HOME").is_some_and(|home| Path::new(&home).join(".cmake/packages/Zephyr-sdk").is_dir());
     registered || env::var_os("ZEPHYR_SDK_INSTALL_DIR").is_some()
-}
-
-/// Whether the tool chain in `PATH` has a compiled core library for a target.
-fn has_rust_target(target: &str) -> bool {
-    process::captured(Command::new("rustc").args(["--print", "target-libdir", "--target", target]))
-        .is_some_and(|folder| Path::new(folder.trim()).is_dir())
-}
-
-/// Whether the distribution's Rust is there with its sources, from which it can build a core library.
-fn has_distribution_rust() -> bool {
-    let sysroot = process::captured(Command::new("/usr/bin/rustc").args(["--print", "sysroot"]));
-    sysroot.is_some_and(|folder| Path::new(folder.trim()).join("lib/rustlib/src/rust/library").exists())
-}
-
-fn path_with_first(folder: &str) -> OsString {
-    let mut path = OsString::from(folder);
-    if let Some(rest) = env::var_os("PATH") {
-        path.push(":");
-        path.push(rest);
-    }
-    path
 }
 
 /// The folders below `applications/` and `tests/` that hold a twister suite.
