@@ -86,7 +86,7 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> LogicalAction<T, S> {
                 return Ok(());
             }
         };
-        if tag <= bounds.stop {
+        if tag <= bounds.stop && tag.is_finite() {
             self.last = Some(self.queue.insert(tag, value)?);
         }
         Ok(())

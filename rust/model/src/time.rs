@@ -193,18 +193,27 @@ impl Tag {
         Self { time, microstep }
     }
 
-    /// The first tag at `time`.
+    /// The first tag at `time`; that of [`Instant::FOREVER`] is FOREVER.
     pub const fn at(time: Instant) -> Self {
-        Self { time, microstep: Microstep(0) }
+        match time {
+            Instant::FOREVER => Self::FOREVER,
+            time => Self { time, microstep: Microstep(0) },
+        }
     }
 
-    /// The smallest tag that is greater.
+    /// The smallest tag that is greater. FOREVER stays what it is.
     #[must_use]
     pub const fn next_microstep(self) -> Self {
-        match self.microstep.0.checked_add(1) {
-            Some(microstep) => Self { time: self.time, microstep: Microstep(microstep) },
-            None => Self { time: self.time.saturating_add(Interval(1)), microstep: Microstep(0) },
+        match (self.microstep.0.checked_add(1), self.time) {
+            (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
+            (None, Instant::FOREVER) => Self::FOREVER,
+            (None, Instant(ns)) => Self::at(Instant(ns + 1)),
         }
+    }
+
+    /// Whether a program can reach this tag: its time is neither NEVER nor FOREVER.
+    pub const fn is_finite(self) -> bool {
+        !matches!(self.time, Instant::NEVER | Instant::FOREVER)
     }
 
     /// The greatest tag that is smaller: the last microstep of the nanosecond before, where there is none in this one.
@@ -224,10 +233,7 @@ impl Tag {
         match (self.time, interval.0) {
             (Instant::NEVER | Instant::FOREVER, _) => self,
             (_, i64::MIN..=0) => self.next_microstep(),
-            (time, _) => match time.saturating_add(interval) {
-                Instant::FOREVER => Self::FOREVER,
-                time => Self { time, microstep: Microstep(0) },
-            },
+            (time, _) => Self::at(time.saturating_add(interval)),
         }
     }
 

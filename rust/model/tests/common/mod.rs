@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A stand-in for the event loop's host: a clock that the test sets, an out-buffer, and threads.
 #![allow(dead_code, reason = "each test program uses its part")]
+pub mod bench;
+
 use std::cell::RefCell;
 use std::sync::atomic::{AtomicI64, AtomicUsize, Ordering};
 use std::thread::JoinHandle;

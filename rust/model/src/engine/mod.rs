@@ -5,14 +5,14 @@
 //! [`drain_physical`](Engine::drain_physical), [`next_tag`](Engine::next_tag), wait until physical time (and the RTI)
 //! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it says [`Progress::Complete`].
 //! [`deliver`](Engine::deliver) and [`set_stop_tag`](Engine::set_stop_tag) may come at any time between these.
+mod tag;
+
 use crate::bits::Bits;
-use crate::context::ReactionContext;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
-use crate::program::{Bounds, Env, Outgoing, Program, SendError};
-use crate::queue::Full;
+use crate::program::{Bounds, Env, Program};
 use crate::storage::Storage;
-use crate::tables::{InputId, OutputId, PortId, ReactionId, ReactionKind, Tables, TriggerId, TriggerKind};
+use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
 
 /// How a program runs: what the target properties say.
@@ -279,7 +279,7 @@ impl<'s> Engine<'s> {
         bytes: &[u8],
     ) -> Result<(), DeliverError> {
         let info = self.tables.inputs.get(usize::from(input.0)).ok_or(DeliverError::NoSuchPort { port: input.0 })?;
-        if tag > self.state.stop {
+        if tag > self.state.stop || tag.time == Instant::FOREVER {
             return Ok(());
         }
         if tag <= self.state.current {
@@ -289,176 +289,5 @@ impl<'s> Engine<'s> {
         let pending = program.trigger(info.trigger).and_then(|cell| cell.pending());
         self.events.set(info.trigger, pending);
         Ok(())
-    }
-
-    /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs.
-    ///
-    /// # Errors
-    /// When it is not the time for this tag.
-    pub fn begin(&mut self, program: &mut dyn Program, tag: Tag) -> Result<(), ModelError> {
-        if self.state.phase != Phase::BetweenTags {
-            return Err(ModelError::NotReady { tag });
-        }
-        if tag <= self.state.current {
-            return Err(ModelError::TagOrder { tag, against: self.state.current });
-        }
-        if let Some(next) = self.next_tag().filter(|next| *next < tag) {
-            return Err(ModelError::TagOrder { tag, against: next });
-        }
-        self.state.phase = Phase::InTag;
-        self.state.current = tag;
-        self.state.network_input = false;
-        while let Some((_, trigger)) = self.events.earliest().filter(|(pending, _)| *pending == tag) {
-            self.activate(program, trigger);
-        }
-        if tag == self.state.stop {
-            for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
-                if trigger.kind == TriggerKind::Shutdown {
-                    self.trigger_reactions(id);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// Runs reactions of the open tag in order, those below level `max_level` if that is given, until none is left or
-    /// one cannot run yet. Without an open tag it says [`Progress::Complete`].
-    pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
-        if self.state.phase != Phase::InTag {
-            return self.state.error.map_or(Progress::Complete, Progress::Failed);
-        }
-        while let Some(first) = self.ready.first_from(0) {
-            let info = &self.tables.reactions[usize::from(first)];
-            if max_level.is_some_and(|limit| info.level >= limit) {
-                return Progress::LevelLimit { level: info.level };
-            }
-            match info.kind {
-                ReactionKind::Send(output) => {
-                    if !self.send(program, env, output) {
-                        return Progress::OutputFull { output };
-                    }
-                    self.ready.remove(first);
-                }
-                ReactionKind::Body => {
-                    self.ready.remove(first);
-                    self.run(program, env, ReactionId(first), info.deadline);
-                }
-            }
-            if self.state.error.is_some() {
-                break;
-            }
-        }
-        self.complete(program);
-        self.state.error.map_or(Progress::Complete, Progress::Failed)
-    }
-
-    // --- Parts of begin and advance ---
-
-    fn activate(&mut self, program: &mut dyn Program, id: TriggerId) {
-        let tag = self.state.current;
-        let mut next = program.trigger(id).and_then(|cell| cell.activate(tag));
-        match self.tables.triggers[usize::from(id.0)].kind {
-            TriggerKind::Startup | TriggerKind::Shutdown => {}
-            TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
-                self.active.insert(id.0);
-            }
-            TriggerKind::Timer { period, .. } => {
-                self.active.insert(id.0);
-                next = (period > Interval::ZERO).then(|| Tag::at(tag.time + period));
-            }
-            TriggerKind::Delay { fills, .. } => self.fill(fills),
-            TriggerKind::NetworkInput { fills } => {
-                self.state.network_input = true;
-                self.fill(fills);
-            }
-        }
-        self.events.set(id, next);
-        self.trigger_reactions(id);
-    }
-
-    fn trigger_reactions(&mut self, id: TriggerId) {
-        for reaction in self.tables.triggers[usize::from(id.0)].reactions {
-            self.ready.insert(reaction.0);
-        }
-    }
-
-    fn fill(&mut self, port: PortId) {
-        self.ports.insert(port.0);
-        for reaction in self.tables.ports[usize::from(port.0)].reactions {
-            self.ready.insert(reaction.0);
-        }
-    }
-
-    fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId, deadline: Option<Interval>) {
-        // A deadline of zero is always missed, as in the C runtime.
-        let missed = deadline.is_some_and(|deadline| {
-            deadline <= Interval::ZERO || env.physical_time() > self.state.current.time + deadline
-        });
-        let mut ctx = ReactionContext {
-            tables: self.tables,
-            settings: &self.settings,
-            state: &mut self.state,
-            events: Events { next: self.events.next, winners: self.events.winners },
-            ready: Bits(self.ready.0),
-            ports: Bits(self.ports.0),
-            env,
-        };
-        if missed {
-            program.miss_deadline(id, &mut ctx);
-        } else {
-            program.react(id, &mut ctx);
-        }
-    }
-
-    /// Whether the value is on its way, or has nowhere to go.
-    fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
-        let output = &self.tables.outputs[usize::from(id.0)];
-        let tag = self.state.current.delayed(output.delay);
-        if tag > self.state.stop {
-            return true;
-        }
-        match env.send(&Outgoing { output, tag, id, program }) {
-            Ok(()) => true,
-            Err(SendError::NoRoom) => false,
-            Err(SendError::Payload(error)) => {
-                self.state.fail(ModelError::Encode { output: output.name, error });
-                true
-            }
-        }
-    }
-
-    /// Closes the tag: delayed connections take their values, and what was present no longer is.
-    fn complete(&mut self, program: &mut dyn Program) {
-        while let Some(port) = self.ports.first_from(0) {
-            let info = &self.tables.ports[usize::from(port)];
-            for delay in info.delays {
-                self.capture(program, *delay);
-            }
-            self.ports.remove(port);
-            if let Some(cell) = program.port(PortId(port)) {
-                cell.clear();
-            }
-        }
-        while let Some(trigger) = self.active.pop_first() {
-            if let Some(cell) = program.trigger(TriggerId(trigger)) {
-                cell.clear();
-            }
-        }
-        let over = self.state.error.is_some() || self.state.current >= self.state.stop;
-        self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
-    }
-
-    fn capture(&mut self, program: &mut dyn Program, id: TriggerId) {
-        let info = &self.tables.triggers[usize::from(id.0)];
-        let TriggerKind::Delay { fills, delay } = info.kind else { return };
-        let tag = self.state.current.after(delay);
-        if tag > self.state.stop {
-            return;
-        }
-        if let Err(Full { capacity }) = program.capture(id, tag) {
-            let connection = self.tables.ports[usize::from(fills.0)].name;
-            self.state.fail(ModelError::DelayFull { connection, capacity });
-        }
-        self.events.set(id, program.trigger(id).and_then(|cell| cell.pending()));
     }
 }

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A program that a test puts together from closures, and an engine that the test drives tag by tag.
+//!
+//! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, three
+//! ports, a connection with `after` from port 0, an input, and an output from port 1.
+use lf_model::{
+    ActionTiming, DeliverError, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModelError, NetworkInput,
+    NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, Policy, Port, PortCell, PortId,
+    PortInfo, Program, Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings,
+    Storage, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+};
+
+use super::{Clock, Host};
+
+pub const MS: i64 = 1_000_000;
+pub const START: Instant = Instant(5_000 * MS);
+
+/// The tag so many milliseconds and microsteps after the start.
+pub fn at(ms: i64, microstep: u32) -> Tag {
+    Tag::new(START + Interval::from_millis(ms), lf_model::Microstep(microstep))
+}
+
+/// What triggers a reaction.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum By {
+    Startup,
+    Shutdown,
+    Timer(usize),
+    Action(usize),
+    Physical,
+    Port(usize),
+    Delayed,
+    Input,
+}
+
+/// What the reactions of a bench work with.
+pub struct Cells {
+    pub timers: [Timer; 2],
+    pub actions: [LogicalActionQueue<u32, 4>; 2],
+    pub physical: PhysicalActionQueue<u32, 3>,
+    pub ports: [Port<u32>; 3],
+    pub delayed: QueuedPort<u32, 2>,
+    pub input: QueuedPort<u32, 2>,
+    /// What reactions want to tell the test: a word, and when.
+    pub log: Vec<(String, Tag)>,
+}
+
+impl Cells {
+    #[allow(clippy::needless_pass_by_value, reason = "a word is often a number or made on the spot")]
+    pub fn log(&mut self, ctx: &ReactionContext<'_>, word: impl std::fmt::Display) {
+        let tag = Tag::new(ctx.get_logical_time(), lf_model::Microstep(ctx.get_tag().microstep));
+        self.log.push((format!("{word}"), tag));
+    }
+}
+
+type Body = Box<dyn FnMut(&mut Cells, &mut ReactionContext<'_>)>;
+
+struct Reaction {
+    level: u16,
+    triggers: Vec<By>,
+    deadline: Option<Interval>,
+    kind: ReactionKind,
+    body: Body,
+    handler: Option<Body>,
+}
+
+pub struct BenchProgram {
+    tables: &'static Tables,
+    reactions: Vec<Reaction>,
+    pub cells: Cells,
+}
+
+/// Puts a bench together.
+pub struct Builder {
+    settings: Settings,
+    timers: [(i64, i64); 2],
+    actions: [ActionTiming; 2],
+    physical: ActionTiming,
+    delay: Interval,
+    output_delay: Option<Interval>,
+    reactions: Vec<Reaction>,
+}
+
+pub fn bench() -> Builder {
+    Builder {
+        settings: Settings::DEFAULT,
+        timers: [(i64::MAX, 0); 2],
+        actions: [ActionTiming::NONE; 2],
+        physical: ActionTiming::NONE,
+        delay: Interval::ZERO,
+        output_delay: None,
+        reactions: Vec::new(),
+    }
+}
+
+/// An action's timing in milliseconds.
+pub fn timing(min_delay: i64, min_spacing: Option<i64>, policy: Policy) -> ActionTiming {
+    let min_spacing = min_spacing.map(Interval::from_millis);
+    ActionTiming { min_delay: Interval::from_millis(min_delay), min_spacing, policy }
+}
+
+impl Builder {
+    pub fn settings(mut self, settings: Settings) -> Self {
+        self.settings = settings;
+        self
+    }
+    pub fn timer(mut self, index: usize, offset: i64, period: i64) -> Self {
+        self.timers[index] = (offset * MS, period * MS);
+        self
+    }
+    pub fn action(mut self, index: usize, timing: ActionTiming) -> Self {
+        self.actions[index] = timing;
+        self
+    }
+    pub fn physical(mut self, timing: ActionTiming) -> Self {
+        self.physical = timing;
+        self
+    }
+    pub fn delay(mut self, ms: i64) -> Self {
+        self.delay = Interval::from_millis(ms);
+        self
+    }
+    pub fn output_delay(mut self, ms: i64) -> Self {
+        self.output_delay = Some(Interval::from_millis(ms));
+        self
+    }
+
+    /// A reaction; those of one level run in the order in which they are added.
+    pub fn reaction(
+        mut self,
+        level: u16,
+        triggers: &[By],
+        body: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static,
+    ) -> Self {
+        self.reactions.push(Reaction {
+            level,
+            triggers: triggers.to_vec(),
+            deadline: None,
+            kind: ReactionKind::Body,
+            body: Box::new(body),
+            handler: None,
+        });
+        self
+    }
+
+    /// A deadline for the reaction that was added last.
+    pub fn deadline(mut self, ms: i64, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
+        let reaction = self.reactions.last_mut().unwrap();
+        reaction.deadline = Some(Interval::from_millis(ms));
+        reaction.handler = Some(Box::new(handler));
+        self
+    }
+
+    /// The reaction that sends port 1 to another federate.
+    pub fn sends(mut self, level: u16) -> Self {
+        self = self.reaction(level, &[By::Port(1)], |_, _| unreachable!("it has no body"));
+        self.reactions.last_mut().unwrap().kind = ReactionKind::Send(OutputId(0));
+        self
+    }
+
+    pub fn build(self) -> Bench {
+        let mut reactions = self.reactions;
+        reactions.sort_by_key(|reaction| reaction.level);
+        let tables: &'static Tables = Box::leak(Box::new(Tables {
+            reactions: leak(reactions.iter().map(|reaction| ReactionInfo {
+                name: "reaction",
+                level: reaction.level,
+                deadline: reaction.deadline,
+                kind: reaction.kind,
+            })),
+            triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, self.delay),
+            ports: ports(&reactions),
+            outputs: leak([NetworkOutput {
+                name: "bench.out -> other.in",
+                source: PortId(1),
+                federate: 9,
+                port: 3,
+                delay: self.output_delay,
+                max_len: 4,
+            }]),
+            inputs: &[NetworkInput {
+                name: "other.out -> bench.in",
+                trigger: TriggerId(8),
+                federate: 9,
+                delay: None,
+                max_len: 4,
+            }],
+        }));
+        tables.check();
+        let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));
+        let cells = Cells {
+            timers: Default::default(),
+            actions: [4, 5].map(|id| LogicalActionQueue::new(TriggerId(id))),
+            physical: PhysicalActionQueue::new(TriggerId(6), inbox),
+            ports: [0, 1, 2].map(|id| Port::new(PortId(id))),
+            delayed: QueuedPort::new(PortId(3)),
+            input: QueuedPort::new(PortId(4)),
+            log: Vec::new(),
+        };
+        let storage: &'static mut Storage<9, 1, 1, 1> = Box::leak(Box::default());
+        let mut engine = Engine::new(tables, storage, self.settings);
+        engine.start(START);
+        let clock = Clock::new_static(START.as_nanos());
+        Bench { program: BenchProgram { tables, reactions, cells }, engine, host: Host::new(clock), clock }
+    }
+}
+
+fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static [T] {
+    Box::leak(items.into_iter().collect())
+}
+
+fn triggered_by(reactions: &[Reaction], by: By) -> &'static [ReactionId] {
+    leak((0..).map(ReactionId).zip(reactions).filter(|(_, reaction)| reaction.triggers.contains(&by)).map(|(id, _)| id))
+}
+
+fn triggers(
+    reactions: &[Reaction],
+    timers: &[(i64, i64)],
+    actions: &[ActionTiming],
+    physical: ActionTiming,
+    delay: Interval,
+) -> &'static [TriggerInfo] {
+    let timer =
+        |index: usize| TriggerKind::Timer { offset: Interval(timers[index].0), period: Interval(timers[index].1) };
+    let info = |name, kind, by: Option<By>| TriggerInfo {
+        name,
+        kind,
+        reactions: by.map_or(&[], |by| triggered_by(reactions, by)),
+    };
+    leak([
+        info("startup", TriggerKind::Startup, Some(By::Startup)),
+        info("shutdown", TriggerKind::Shutdown, Some(By::Shutdown)),
+        info("bench.t0", timer(0), Some(By::Timer(0))),
+        info("bench.t1", timer(1), Some(By::Timer(1))),
+        info("bench.a0", TriggerKind::Logical(actions[0]), Some(By::Action(0))),
+        info("bench.a1", TriggerKind::Logical(actions[1]), Some(By::Action(1))),
+        info("bench.p", TriggerKind::Physical(physical), Some(By::Physical)),
+        info("bench.p3", TriggerKind::Delay { fills: PortId(3), delay }, None),
+        info("bench.in", TriggerKind::NetworkInput { fills: PortId(4) }, None),
+    ])
+}
+
+fn ports(reactions: &[Reaction]) -> &'static [PortInfo] {
+    let by = [By::Port(0), By::Port(1), By::Port(2), By::Delayed, By::Input];
+    let names = ["bench.p0", "bench.p1", "bench.p2", "bench.p3", "bench.in"];
+    leak(by.into_iter().zip(names).map(|(by, name)| PortInfo {
+        name,
+        reactions: triggered_by(reactions, by),
+        delays: if by == By::Port(0) { &[TriggerId(7)] } else { &[] },
+    }))
+}
+
+impl Program for BenchProgram {
+    fn tables(&self) -> &'static Tables {
+        self.tables
+    }
+
+    fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        (self.reactions[usize::from(reaction.0)].body)(&mut self.cells, ctx);
+    }
+
+    fn miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        (self.reactions[usize::from(reaction.0)].handler.as_mut().unwrap())(&mut self.cells, ctx);
+    }
+
+    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
+        match port.0 {
+            3 => Some(&mut self.cells.delayed.port),
+            4 => Some(&mut self.cells.input.port),
+            index => Some(&mut self.cells.ports[usize::from(index)]),
+        }
+    }
+
+    fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
+        let index = usize::from(trigger.0);
+        match index {
+            2..4 => Some(&mut self.cells.timers[index - 2]),
+            4..6 => Some(&mut self.cells.actions[index - 4]),
+            6 => Some(&mut self.cells.physical),
+            7 => Some(&mut self.cells.delayed),
+            8 => Some(&mut self.cells.input),
+            _ => None,
+        }
+    }
+
+    fn capture(&mut self, _trigger: TriggerId, tag: Tag) -> Result<(), Full> {
+        self.cells.delayed.capture(tag, &self.cells.ports[0])
+    }
+
+    fn encode(&self, _output: OutputId, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        // One value stands for all that cannot be written.
+        if lf_model::Readable::value(&self.cells.ports[1]) == Some(&u32::MAX) {
+            return Err(PayloadError::Nul);
+        }
+        self.cells.ports[1].encode(bytes)
+    }
+
+    fn deliver(&mut self, _input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        self.cells.input.deliver(tag, bytes)
+    }
+}
+
+/// A program in the middle of its run.
+pub struct Bench {
+    pub program: BenchProgram,
+    pub engine: Engine<'static>,
+    pub host: Host,
+    pub clock: &'static Clock,
+}
+
+impl Bench {
+    /// Opens the next tag, with physical time at its time, and runs it; gives the tag and how it went.
+    pub fn step(&mut self) -> Option<(Tag, Progress)> {
+        self.engine.drain_physical(&mut self.program, &self.host);
+        let tag = self.engine.next_tag()?;
+        self.clock.set(tag.time);
+        self.engine.begin(&mut self.program, tag).unwrap();
+        Some((tag, self.advance()))
+    }
+
+    pub fn advance(&mut self) -> Progress {
+        self.engine.advance(&mut self.program, &mut self.host, None)
+    }
+
+    /// Runs complete tags, at most `count`; gives the tags.
+    pub fn steps(&mut self, count: usize) -> Vec<Tag> {
+        let mut tags = Vec::new();
+        for _ in 0..count {
+            match self.step() {
+                Some((tag, Progress::Complete)) => tags.push(tag),
+                Some((tag, other)) => panic!("{other:?} at {tag}"),
+                None => break,
+            }
+        }
+        tags
+    }
+
+    /// Runs until the program fails, and gives why.
+    pub fn failure(&mut self) -> ModelError {
+        loop {
+            match self.step() {
+                Some((_, Progress::Failed(error))) => return error,
+                Some((_, Progress::Complete)) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    pub fn deliver(&mut self, tag: Tag, value: u32) -> Result<(), DeliverError> {
+        self.engine.deliver(&mut self.program, InputId(0), tag, &value.to_le_bytes())
+    }
+
+    /// What the reactions logged since the last call: the word, the milliseconds after the start, the microstep.
+    pub fn log(&mut self) -> Vec<(String, i64, u32)> {
+        let log = std::mem::take(&mut self.program.cells.log);
+        log.into_iter().map(|(word, tag)| (word, tag.time.since(START).as_nanos() / MS, tag.microstep.0)).collect()
+    }
+}
+
+/// For comparison with [`Bench::log`].
+pub fn entries(expected: &[(&str, i64, u32)]) -> Vec<(String, i64, u32)> {
+    expected.iter().map(|&(word, ms, microstep)| (word.to_string(), ms, microstep)).collect()
+}

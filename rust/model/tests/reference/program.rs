@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The random program for the engine, in the shape of generated code.
+use lf_model::{
+    ActionTiming, Full, InputId, Instant, Interval, LogicalActionQueue, NetworkInput, Offset, OutputId, PayloadError,
+    Policy, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId, ReactionInfo,
+    ReactionKind, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+};
+
+use super::{
+    ACTION_CAPACITY, ACTIONS, AT_ACTIONS, AT_DELAYED, AT_INPUTS, AT_PORTS, AT_TIMERS, Effect, INPUTS, PORTS, Plan,
+    QUEUE_CAPACITY, SHUTDOWN, START, Step, TIMERS, TagPair, effects,
+};
+
+/// Triggers in order: startup, timers, actions, inputs, delays, shutdown. Ports: ports, delayed ends, inputs.
+pub struct RandomProgram {
+    plan: Plan,
+    pub tables: &'static Tables,
+    timers: [Timer; TIMERS],
+    actions: [LogicalActionQueue<u32, ACTION_CAPACITY>; ACTIONS],
+    inputs: [QueuedPort<u32, QUEUE_CAPACITY>; INPUTS],
+    delayed: [QueuedPort<u32, QUEUE_CAPACITY>; PORTS],
+    ports: [Port<u32>; PORTS],
+    pub trace: Vec<Step>,
+}
+
+fn id(index: usize) -> u16 {
+    u16::try_from(index).unwrap()
+}
+
+fn leak<T>(items: Vec<T>) -> &'static [T] {
+    Box::leak(items.into_boxed_slice())
+}
+
+fn trigger(kind: TriggerKind, reaction: usize) -> TriggerInfo {
+    let fills = matches!(kind, TriggerKind::Delay { .. } | TriggerKind::NetworkInput { .. });
+    let reactions = if fills { &[] } else { leak(vec![ReactionId(id(reaction))]) };
+    TriggerInfo { name: "trigger", kind, reactions }
+}
+
+fn tables(plan: &Plan) -> Tables {
+    let reactions = (0..=SHUTDOWN).map(|index| ReactionInfo {
+        name: "reaction",
+        level: id(index),
+        deadline: None,
+        kind: ReactionKind::Body,
+    });
+    let mut triggers = vec![trigger(TriggerKind::Startup, 0)];
+    triggers.extend(plan.timers.iter().enumerate().map(|(index, &(offset, period))| {
+        trigger(TriggerKind::Timer { offset: Interval(offset), period: Interval(period) }, AT_TIMERS + index)
+    }));
+    triggers.extend(plan.actions.iter().enumerate().map(|(index, action)| {
+        let policy = [Policy::Defer, Policy::Drop, Policy::Replace, Policy::Update][action.policy];
+        let min_spacing = action.spacing.map(Interval);
+        let timing = ActionTiming { min_delay: Interval(action.min_delay), min_spacing, policy };
+        trigger(TriggerKind::Logical(timing), AT_ACTIONS + index)
+    }));
+    triggers.extend(
+        (0..INPUTS).map(|index| trigger(TriggerKind::NetworkInput { fills: PortId(id(2 * PORTS + index)) }, 0)),
+    );
+    triggers.extend(plan.delays.iter().enumerate().map(|(index, &delay)| {
+        trigger(TriggerKind::Delay { fills: PortId(id(PORTS + index)), delay: Interval(delay) }, 0)
+    }));
+    triggers.push(trigger(TriggerKind::Shutdown, SHUTDOWN));
+    let port =
+        |reaction: usize, delays| PortInfo { name: "port", reactions: leak(vec![ReactionId(id(reaction))]), delays };
+    let mut ports: Vec<PortInfo> =
+        (0..PORTS).map(|index| port(AT_PORTS + index, leak(vec![TriggerId(id(AT_DELAYED + index))]))).collect();
+    ports.extend((0..PORTS).map(|index| port(AT_DELAYED + index, &[])));
+    ports.extend((0..INPUTS).map(|index| port(AT_INPUTS + index, &[])));
+    let inputs = (0..INPUTS).map(|index| NetworkInput {
+        name: "input",
+        trigger: TriggerId(id(AT_INPUTS + index)),
+        federate: 0,
+        delay: None,
+        max_len: 4,
+    });
+    Tables {
+        reactions: leak(reactions.collect()),
+        triggers: leak(triggers),
+        ports: leak(ports),
+        outputs: &[],
+        inputs: leak(inputs.collect()),
+    }
+}
+
+impl RandomProgram {
+    pub fn new(plan: Plan) -> Self {
+        let tables: &'static Tables = Box::leak(Box::new(tables(&plan)));
+        tables.check();
+        Self {
+            plan,
+            tables,
+            timers: Default::default(),
+            actions: std::array::from_fn(|index| LogicalActionQueue::new(TriggerId(id(AT_ACTIONS + index)))),
+            inputs: std::array::from_fn(|index| QueuedPort::new(PortId(id(2 * PORTS + index)))),
+            delayed: std::array::from_fn(|index| QueuedPort::new(PortId(id(PORTS + index)))),
+            ports: std::array::from_fn(|index| Port::new(PortId(id(index)))),
+            trace: Vec::new(),
+        }
+    }
+}
+
+impl Program for RandomProgram {
+    fn tables(&self) -> &'static Tables {
+        self.tables
+    }
+
+    fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        let reaction = usize::from(reaction.0);
+        let tag: TagPair = ((ctx.get_logical_time().as_nanos()) - START, ctx.get_tag().microstep);
+        let value = match reaction {
+            AT_TIMERS..AT_ACTIONS => ctx.is_present(&self.timers[reaction - AT_TIMERS]).then_some(1),
+            AT_ACTIONS..AT_INPUTS => ctx.get(&self.actions[reaction - AT_ACTIONS]),
+            AT_INPUTS..AT_DELAYED => ctx.get(&self.inputs[reaction - AT_INPUTS].port),
+            AT_DELAYED..AT_PORTS => ctx.get(&self.delayed[reaction - AT_DELAYED].port),
+            AT_PORTS..SHUTDOWN => ctx.get(&self.ports[reaction - AT_PORTS]),
+            _ => None,
+        };
+        self.trace.push((tag, reaction, value));
+        for effect in effects(self.plan.seed, tag, reaction) {
+            match effect {
+                Effect::Schedule { action, offset, value } => {
+                    let offset = Offset::After(Interval(offset).to_duration());
+                    ctx.schedule_with_v(&mut self.actions[action], value, offset);
+                }
+                Effect::Set { port, value } => ctx.set(&mut self.ports[port], value),
+                Effect::Stop => ctx.request_stop(Offset::Asap),
+            }
+        }
+        assert_eq!(ctx.get_start_time(), Instant(START));
+    }
+
+    fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
+
+    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
+        let index = usize::from(port.0);
+        Some(match index {
+            0..PORTS => &mut self.ports[index],
+            _ if index < 2 * PORTS => &mut self.delayed[index - PORTS].port,
+            _ => &mut self.inputs[index - 2 * PORTS].port,
+        })
+    }
+
+    fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
+        let index = usize::from(trigger.0);
+        match index {
+            AT_TIMERS..AT_ACTIONS => Some(&mut self.timers[index - AT_TIMERS]),
+            AT_ACTIONS..AT_INPUTS => Some(&mut self.actions[index - AT_ACTIONS]),
+            AT_INPUTS..AT_DELAYED => Some(&mut self.inputs[index - AT_INPUTS]),
+            AT_DELAYED..AT_PORTS => Some(&mut self.delayed[index - AT_DELAYED]),
+            _ => None,
+        }
+    }
+
+    fn capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full> {
+        let index = usize::from(trigger.0) - AT_DELAYED;
+        self.delayed[index].capture(tag, &self.ports[index])
+    }
+
+    fn encode(&self, _output: OutputId, _bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        Err(PayloadError::Absent)
+    }
+
+    fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        self.inputs[usize::from(input.0)].deliver(tag, bytes)
+    }
+}
