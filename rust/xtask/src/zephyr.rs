@@ -11,6 +11,7 @@ use std::process::Command;
 
 use crate::counts::Counts;
 use crate::process;
+use crate::python;
 use crate::report::Report;
 
 /// The board on which the tests run: a Linux program with the host's network.
@@ -39,18 +40,10 @@ pub(crate) fn twister(repository: &Path, report: &mut Report) {
     }
 }
 
-/// The federations of `tests/federations` in which Zephyr images take part.
+/// The west commands and federations with Zephyr images in them: the tests of `scripts/` with the marker `zephyr`.
 pub(crate) fn federations(repository: &Path, report: &mut Report) {
     let Some(workspace) = workspace_or_skip("federations", repository, report) else { return };
-    if !repository.join("tests/federations/tests/zephyr.rs").is_file() {
-        report.skip("federations", "there is no tests/federations/tests/zephyr.rs");
-        return;
-    }
-    let mut command = workspace.command("cargo");
-    command.current_dir(repository);
-    command.args(["test", "--package", "lf-federations", "--features", "zephyr", "--test", "zephyr"]);
-    let (succeeded, output) = process::teed(&mut command);
-    report.runner("federations", succeeded, Counts::from_cargo_test(&output));
+    python::pytest(report, "federations", workspace.command("python3").current_dir(repository), "zephyr");
 }
 
 fn workspace_or_skip(name: &str, repository: &Path, report: &mut Report) -> Option<Workspace> {
