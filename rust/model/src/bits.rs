@@ -41,3 +41,35 @@ impl Bits<'_> {
         self.0.fill(0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// It behaves as a sorted set of the numbers that its words have bits for.
+        #[test]
+        fn it_is_a_sorted_set(changes in prop::collection::vec((0..96u16, any::<bool>()), 0..50), from in 0..96u16) {
+            let mut words = [0; 3];
+            let mut bits = Bits(&mut words);
+            let mut set = BTreeSet::new();
+            for (number, insert) in changes {
+                if insert {
+                    prop_assert_eq!(bits.insert(number), set.insert(number));
+                } else {
+                    bits.remove(number);
+                    set.remove(&number);
+                }
+                prop_assert_eq!(bits.first_from(from), set.range(from..).next().copied());
+            }
+            while let Some(first) = bits.pop_first() {
+                prop_assert_eq!(Some(first), set.pop_first());
+            }
+            prop_assert!(set.is_empty());
+        }
+    }
+}

@@ -59,3 +59,37 @@ impl Events<'_> {
         leaf
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::vec;
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::time::Instant;
+
+    proptest! {
+        /// Changes to triggers in any order leave the same earliest event as a look at all of them finds.
+        #[test]
+        fn the_earliest_is_the_least_of_all(
+            triggers in 0..20usize,
+            changes in prop::collection::vec((0..20usize, prop_oneof![Just(None), (0..50i64).prop_map(Some)]), 0..60),
+        ) {
+            let (mut next, mut winners) = (vec![Tag::NEVER; triggers], vec![9; triggers]);
+            let mut events = Events { next: &mut next, winners: &mut winners };
+            events.reset();
+            let mut all = vec![None; triggers];
+            for (trigger, time) in changes.into_iter().filter(|(trigger, _)| *trigger < triggers) {
+                let tag = time.map(|time| Tag::at(Instant(time)));
+                all[trigger] = tag;
+                events.set(TriggerId(u16::try_from(trigger).unwrap()), tag);
+                let earliest = all.iter().flatten().min().copied();
+                prop_assert_eq!(events.earliest().map(|(tag, _)| tag), earliest);
+                let holders: Vec<usize> = (0..triggers).filter(|index| all[*index] == earliest).collect();
+                prop_assert!(events.earliest().is_none_or(|(_, id)| holders.contains(&usize::from(id.0))));
+            }
+        }
+    }
+}

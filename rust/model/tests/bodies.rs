@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The forms in which reaction bodies of Lingua Franca's Rust target use `ctx`, ports, actions and banks.
+//!
+//! Proves that they compile against this crate's prelude and mean the same. The functions have the signatures that
+//! the compiler generates, and bodies as users write them.
+#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
+#![allow(clippy::pedantic, reason = "bodies are written as users write them")]
+mod common;
+
+use common::bench::{By, at, bench};
+use lf_model::prelude::*;
+
+/// What some target code passes around.
+#[derive(Clone, Debug, PartialEq)]
+struct Hello {
+    name: String,
+    value: i32,
+}
+
+/// Runs a body once, in a reaction to startup.
+fn in_reaction(body: impl FnMut(&mut ReactionContext<'_>) + 'static) {
+    let mut body = body;
+    let mut bench = bench().reaction(0, &[By::Startup], move |_, ctx| body(ctx)).build();
+    assert_eq!(bench.steps(1), [at(0, 0)]);
+}
+
+fn port<T>(id: u16) -> Port<T> {
+    Port::new(lf_model::PortId(id))
+}
+
+#[test]
+fn values_are_read_by_copy_by_reference_and_by_closure() {
+    fn body(ctx: &mut ReactionContext<'_>, inp: &Port<u32>, hello: &Port<Hello>, absent: &Port<Hello>) {
+        assert_eq!(ctx.get(inp), Some(5));
+        match ctx.get(inp) {
+            Some(0) | None => unreachable!(),
+            Some(_) => {}
+        }
+        assert!(ctx.is_present(hello) && !ctx.is_present(absent));
+        assert_eq!(ctx.get_ref(hello).unwrap().name, "Earth");
+        assert!(ctx.use_ref(absent, |v| v.is_none()));
+        assert!(ctx.use_ref(hello, |v| v.is_some()));
+        let value = ctx.use_ref_opt(hello, |hello| hello.value);
+        assert_eq!(value, Some(42));
+        assert_eq!(ctx.use_ref_opt(absent, |hello| hello.value), None);
+    }
+    let (mut inp, mut hello, absent) = (port(0), port(1), port(2));
+    in_reaction(move |ctx| {
+        ctx.set(&mut inp, 5);
+        ctx.set(&mut hello, Hello { name: "Earth".into(), value: 42 });
+        body(ctx, &inp, &hello, &absent);
+    });
+}
+
+#[test]
+fn effects_can_be_set_and_read() {
+    #[allow(clippy::useless_conversion)]
+    fn body(ctx: &mut ReactionContext<'_>, inp: &Port<u32>, out: &mut Port<u32>, wide: &mut Port<f64>) {
+        ctx.set(out, ctx.get(inp).unwrap());
+        ctx.set(out, ctx.get(out).unwrap() + 1);
+        ctx.set_opt(out, ctx.get(inp));
+        ctx.set_opt(out, None);
+        let count = 7u32;
+        ctx.set(wide, count.into());
+        assert_eq!((ctx.get(out), ctx.get(wide)), (Some(5), Some(7.0)));
+        ctx.set(out, ctx.get_elapsed_physical_time().subsec_millis());
+        ctx.set(out, 3)
+    }
+    let (mut inp, mut out, mut wide) = (port(0), port(1), port(2));
+    in_reaction(move |ctx| {
+        ctx.set(&mut inp, 5);
+        body(ctx, &inp, &mut out, &mut wide);
+    });
+}
+
+#[test]
+fn an_action_that_is_trigger_and_effect_can_be_read_and_scheduled_again_and_again() {
+    fn body(ctx: &mut ReactionContext<'_>, act: &mut LogicalAction<u32>, physical: &mut PhysicalAction<u32>) {
+        assert!(!ctx.is_present(act) && ctx.get(act).is_none());
+        ctx.use_ref(act, |v| assert_eq!(v, None));
+        ctx.schedule(act, Asap);
+        ctx.schedule(act, after!(10 ms));
+        ctx.schedule(act, After(delay!(3 usec)));
+        ctx.schedule(physical, Asap);
+        let act_ref: PhysicalActionRef<u32> = physical.clone();
+        ctx.schedule_physical(&act_ref, Asap).ok();
+        ctx.schedule_physical_with_v(&act_ref, Some(1), after!(1 sec)).unwrap();
+        helper(physical);
+        ctx.schedule_with_v(act, Some(100), Asap)
+    }
+    fn helper(_: &PhysicalActionRef<u32>) {}
+    let mut bench =
+        bench().reaction(0, &[By::Startup], |cells, ctx| body(ctx, &mut cells.actions[0], &mut cells.physical)).build();
+    bench.steps(1);
+}
+
+#[test]
+fn times_are_instants_and_durations_like_those_of_std() {
+    in_reaction(|ctx| {
+        assert_tag_is!(ctx, T0);
+        assert_tag_is!(ctx, (T0, 0));
+        assert_tag_is!(ctx, (T0 + 0 ms, 0));
+        let n = 0u64;
+        assert_tag_is!(ctx, T0 + (40 * n) ms);
+        let tag = ctx.get_tag();
+        assert_eq!(format!("{} {} {}", tag, tag.offset_from_t0.as_nanos(), tag.microstep), "(T0 + 0 ns = 0 ms, 0) 0 0");
+        assert!(ctx.get_elapsed_logical_time().is_zero());
+        assert!(ctx.get_elapsed_logical_time() < Duration::from_millis(500));
+        assert!(ctx.get_physical_time() - ctx.get_start_time() < delay!(1 sec) * 2);
+        assert_eq!(ctx.get_logical_time() - ctx.get_start_time(), ctx.get_elapsed_logical_time());
+        assert_eq!(ctx.get_elapsed_physical_time().as_millis(), 0);
+        assert_eq!(ctx.num_workers(), 1);
+    });
+}
+
+#[test]
+fn multiports_and_banks_are_indexed_and_iterated_over() {
+    fn write(ctx: &mut ReactionContext<'_>, out: &mut MultiportMut<'_, usize>, rest: &mut MultiportMut<'_, usize>) {
+        for i in 0..out.len() {
+            ctx.set(&mut out[i], i * 42);
+        }
+        assert_eq!(out.iter().filter(|port| ctx.is_present(*port)).count(), out.len());
+        for (i, chan) in rest.iter_mut().enumerate().skip(1) {
+            ctx.set(chan, i);
+        }
+        for (i, out) in out.into_iter().enumerate() {
+            ctx.set(out, i)
+        }
+        for chan in rest {
+            assert!(ctx.get(chan).is_none_or(|value| value == 1));
+        }
+    }
+    fn read(ctx: &mut ReactionContext<'_>, r#in: &Multiport<'_, usize>) {
+        assert_eq!((r#in.len(), r#in.is_empty()), (4, false));
+        for (i, port) in r#in.iter().enumerate().take(2) {
+            assert_eq!(Some(i), ctx.get(port), "Failed for input in[{}]", i);
+        }
+        assert_eq!(ctx.get(&r#in[1]), Some(1));
+        assert_eq!(r#in.iterate_set().count(), 3);
+        assert_eq!(r#in.enumerate_set().map(|(i, _)| i).collect::<Vec<_>>(), [0, 1, 3]);
+        let sum: usize = r#in.iterate_values().sum();
+        assert_eq!(sum, 2);
+        assert_eq!(r#in.iterate_values_ref().count(), 3);
+        for (i, v) in r#in.enumerate_values() {
+            assert_eq!(v, i.min(1));
+        }
+        for port in r#in {
+            if let Some(v) = ctx.get(port) {
+                assert!(v < 2);
+            }
+        }
+    }
+    // As the compiler makes them: channels of one multiport may lie in ports of several reactors.
+    let mut ports = [port(0), port(1), port(2), port(0)];
+    in_reaction(move |ctx| {
+        let [a, b, c, d] = &mut ports;
+        write(ctx, &mut MultiportMut::new(&mut [a, b]), &mut MultiportMut::new(&mut [c, d]));
+        let [a, b, c, d] = &ports;
+        read(ctx, &Multiport::new(&[a, b, c, d]));
+    });
+}

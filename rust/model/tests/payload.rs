@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values as bytes: they come back as they went, they are the memory of the C type, and wrong bytes are refused.
+#![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
+use std::fmt::Debug;
+
+use lf_model::prelude::*;
+use lf_model::{Interval, PayloadError};
+use proptest::prelude::*;
+
+payload! {
+    /// Fields that need padding, between and after them.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    #[repr(C)]
+    struct Sample {
+        unit: u8,
+        volts: f64,
+        phase: u16,
+        history: [i32; 3],
+        closed: bool,
+    }
+}
+
+payload! {
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Report {
+        pub(crate) first: bool,
+        sample: Sample,
+        at: Duration,
+    }
+}
+
+payload! {
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Nothing {}
+}
+
+/// The value's bytes; checks that it comes back, and that no other number of bytes is taken.
+fn round_trip<T: Payload + PartialEq + Debug>(value: &T) -> Vec<u8> {
+    let mut bytes = vec![0xAA; T::MAX_LEN];
+    let len = value.encode(&mut bytes).unwrap();
+    bytes.truncate(len);
+    assert_eq!(&T::decode(&bytes).unwrap(), value);
+    for short in 0..len {
+        assert_eq!(
+            value.encode(&mut bytes.clone()[..short]),
+            Err(PayloadError::NoRoom { needed: len, available: short })
+        );
+    }
+    bytes
+}
+
+/// That a value of a fixed size is not read from fewer or more bytes.
+fn refuses_other_lengths<T: FixedPayload + Debug>(_: &T, bytes: &[u8]) {
+    let mut longer = bytes.to_vec();
+    longer.push(0);
+    for wrong in (0..bytes.len()).map(|len| &bytes[..len]).chain([&longer[..]]) {
+        let error = T::decode(wrong).unwrap_err();
+        assert_eq!(error, PayloadError::Length { expected: T::SIZE, found: wrong.len() });
+    }
+}
+
+proptest! {
+    #[test]
+    fn values_come_back_and_other_lengths_are_refused(
+        integers: (u8, i8, u16, i16, u32, i32, u64, i64),
+        floats: (f32, f64),
+        flag: bool,
+        array: [i16; 5],
+        ns in 0..=i64::MAX,
+    ) {
+        let (u8_, i8_, u16_, i16_, u32_, i32_, u64_, i64_) = integers;
+        macro_rules! check {
+            ($($value:expr),+) => {$({
+                let value = $value;
+                refuses_other_lengths(&value, &round_trip(&value));
+            })+};
+        }
+        check!(u8_, i8_, u16_, i16_, u32_, i32_, u64_, i64_, flag, array, [array, array], ());
+        check!(Interval(ns), Instant(i64_), Interval(ns).to_duration());
+        prop_assert_eq!(u32_.to_le_bytes().to_vec(), round_trip(&u32_));
+        let sample = Sample { unit: u8_, volts: 0.5, phase: u16_, history: [i32_, 1, -1], closed: flag };
+        check!(sample, Report { first: flag, sample, at: Interval(ns).to_duration() }, Nothing {});
+        // Floats by their bits, because NaN is not equal to itself.
+        let mut bytes = [0; 8];
+        floats.0.encode(&mut bytes).unwrap();
+        prop_assert_eq!(&bytes[..4], floats.0.to_le_bytes());
+        floats.1.encode(&mut bytes).unwrap();
+        prop_assert_eq!(f64::decode(&bytes).unwrap().to_bits(), floats.1.to_bits());
+    }
+
+    #[test]
+    fn lists_and_texts_take_as_many_bytes_as_they_hold(
+        list in prop::collection::vec(any::<u16>(), 0..=6),
+        text in "[^\0]{0,6}",
+    ) {
+        let list: heapless::Vec<u16, 6> = list.into_iter().collect();
+        prop_assert_eq!(round_trip(&list).len(), 2 * list.len());
+        let text: heapless::String<24> = text.as_str().try_into().unwrap();
+        prop_assert_eq!(round_trip(&text), [text.as_bytes(), &[0]].concat());
+    }
+
+    #[test]
+    fn no_bytes_make_a_decoder_panic(bytes in prop::collection::vec(any::<u8>(), 0..80)) {
+        let _ = Report::decode(&bytes);
+        let _ = bool::decode(&bytes);
+        let _ = heapless::Vec::<Sample, 2>::decode(&bytes);
+        let _ = heapless::String::<8>::decode(&bytes);
+        let _ = <[bool; 4]>::decode(&bytes);
+        let _ = Duration::decode(&bytes);
+    }
+}
+
+#[test]
+fn structs_are_laid_out_as_c_lays_them_out() {
+    assert_eq!(Sample::MAX_LEN, size_of::<Sample>());
+    assert_eq!(<Sample as FixedPayload>::ALIGN, align_of::<Sample>());
+    let bytes = round_trip(&Sample { unit: 1, volts: -2.0, phase: 0x0304, history: [5, 6, -1], closed: true });
+    let at = |offset: usize, len: usize| &bytes[offset..offset + len];
+    assert_eq!(at(std::mem::offset_of!(Sample, unit), 1), [1]);
+    assert_eq!(at(std::mem::offset_of!(Sample, volts), 8), (-2.0f64).to_le_bytes());
+    assert_eq!(at(std::mem::offset_of!(Sample, phase), 2), [4, 3]);
+    assert_eq!(at(std::mem::offset_of!(Sample, history), 12), [5, 0, 0, 0, 6, 0, 0, 0, 255, 255, 255, 255]);
+    assert_eq!(at(std::mem::offset_of!(Sample, closed), 1), [1]);
+    assert_eq!(at(1, 7), [0; 7], "padding is zero, and tells nothing of the memory");
+    assert_eq!(Nothing::MAX_LEN, 0);
+}
+
+#[test]
+fn bytes_that_are_no_value_are_refused_with_the_reason() {
+    type Text = heapless::String<4>;
+    type List = heapless::Vec<u16, 2>;
+    assert_eq!(bool::decode(&[2]), Err(PayloadError::NotBool(2)));
+    assert_eq!(<[bool; 2]>::decode(&[1, 7]), Err(PayloadError::NotBool(7)));
+    assert_eq!(Text::decode(b""), Err(PayloadError::Nul));
+    assert_eq!(Text::decode(b"abc"), Err(PayloadError::Nul));
+    assert_eq!(Text::decode(b"a\0c\0"), Err(PayloadError::Nul));
+    assert_eq!(Text::decode(b"\xFF\0"), Err(PayloadError::NotUtf8));
+    assert_eq!(Text::decode(b"abcde\0"), Err(PayloadError::TooLong { capacity: 4, found: 5 }));
+    assert_eq!(List::decode(&[0; 3]), Err(PayloadError::Remainder { element: 2, found: 3 }));
+    assert_eq!(List::decode(&[0; 6]), Err(PayloadError::TooLong { capacity: 2, found: 3 }));
+    let mut room = [0; 8];
+    assert_eq!(Text::try_from("a\0b").unwrap().encode(&mut room), Err(PayloadError::Nul));
+    assert_eq!(Duration::decode(&(-5i64).to_le_bytes()), Ok(Duration::ZERO), "LF's time may be negative, ours not");
+}
