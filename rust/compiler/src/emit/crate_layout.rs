@@ -60,12 +60,19 @@ impl Layout {
         self.classes.contains_key(&class)
     }
 
-    /// The path of a class's struct from anywhere in the crate; empty for a class that the crate does not have.
-    pub(super) fn class_path(&self, class: ClassIndex) -> TokenStream {
+    /// The path of a class's module from anywhere in the crate; empty for a class that the crate does not have.
+    pub(super) fn module_path(&self, class: ClassIndex) -> TokenStream {
         let Some(place) = self.classes.get(&class) else { return TokenStream::new() };
         let file = ident(self.files.get(&place.file).map_or("", String::as_str));
-        let (module, name) = (ident(&place.module), &place.name);
-        quote!(crate::#file::#module::#name)
+        let module = ident(&place.module);
+        quote!(crate::#file::#module)
+    }
+
+    /// The path of a class's struct.
+    pub(super) fn class_path(&self, class: ClassIndex) -> TokenStream {
+        let module = self.module_path(class);
+        let name = self.classes.get(&class).map(|place| &place.name);
+        quote!(#module::#name)
     }
 }
 

@@ -105,7 +105,7 @@ impl Crate<'_> {
             #no_std
             // Names are the program's own, and a federate uses only a part of what its files declare.
             #![allow(non_camel_case_types, non_snake_case, non_upper_case_globals)]
-            #![allow(dead_code, unused_imports, unused_macros, unused_parens, unused_braces)]
+            #![allow(dead_code, private_interfaces, unused_imports, unused_macros, unused_parens, unused_braces)]
             #![allow(clippy::all, clippy::pedantic)]
             pub mod federate;
             #(#modules)*
@@ -121,9 +121,9 @@ impl Crate<'_> {
         let owner = federate::type_name(self.plan, self.federate);
         let tokens = quote! {
             #![doc = #about]
-            use #library::federate::{DESCRIPTION, #owner};
+            use #library::federate::{DESCRIPTION, #owner, Storage};
             fn main() -> std::process::ExitCode {
-                lf::main(&DESCRIPTION, #owner::new())
+                lf::main(&DESCRIPTION, #owner::new(), Storage::new())
             }
         };
         Splices::new(self.plan).finish(format!("{}/src/main.rs", self.folder), tokens)
@@ -133,7 +133,7 @@ impl Crate<'_> {
     fn zephyr_entry(&self) -> TokenStream {
         let owner = federate::type_name(self.plan, self.federate);
         quote! {
-            lf::main!(&federate::DESCRIPTION, federate::#owner::new());
+            lf::main!(&federate::DESCRIPTION, federate::#owner::new(), federate::Storage::new());
         }
     }
 

@@ -11,6 +11,8 @@ mod names;
 mod reactor;
 mod source_map;
 mod splice;
+#[cfg(test)]
+mod tests;
 mod zephyr_config;
 
 use core::fmt;

@@ -38,6 +38,26 @@ pub(super) fn child_method(child: &Child) -> Ident {
     format_ident!("new_{}", ident(&child.name))
 }
 
+/// The name of the type of a port or an action, where the type needs the scope of its reactor.
+fn type_alias(name: &str) -> Ident {
+    format_ident!("TypeOf_{}", ident(name))
+}
+
+/// The type of a port or an action, from anywhere in the crate.
+pub(super) fn type_path(
+    plan: &Plan,
+    layout: &Layout,
+    class: ClassIndex,
+    name: &str,
+    ty: &Type,
+) -> Result<TokenStream, EmitError> {
+    if is_copy(&ty.text) {
+        return type_tokens(plan, ty);
+    }
+    let (module, alias) = (layout.module_path(class), type_alias(name));
+    Ok(quote!(#module::#alias))
+}
+
 /// A type as tokens.
 pub(super) fn type_tokens(plan: &Plan, ty: &Type) -> Result<TokenStream, EmitError> {
     let parsed: syn::Type = syn::parse_str(&ty.text)
@@ -94,7 +114,11 @@ impl<'p> Module<'p> {
         for preamble in &class.preambles {
             preambles.push(self.splices.lines(preamble)?);
         }
-        let comment = class.docs.iter().flat_map(|docs| docs.lines()).map(|line| format!(" {line}"));
+        let comment = class.docs.iter().flat_map(|docs| docs.lines().chain([""])).map(|line| match line {
+            "" => String::new(),
+            text => format!(" {text}"),
+        });
+        let types = self.types()?;
         let state_doc = self.splices.doc(&format!("An instance of `{}`", class.name), class.at);
         let fields = self.fields()?;
         let new = self.new_method()?;
@@ -113,8 +137,8 @@ impl<'p> Module<'p> {
             use super::*;
             use lf::prelude::*;
             #(#preambles)*
+            #types
             #(#[doc = #comment])*
-            #[doc = ""]
             #state_doc
             pub struct #name { #fields }
             impl #name {
@@ -122,6 +146,19 @@ impl<'p> Module<'p> {
                 #(#methods)*
             }
         })
+    }
+
+    /// Names for the types of ports and actions that only this module can spell.
+    fn types(&mut self) -> Result<TokenStream, EmitError> {
+        let ports = self.class.ports.iter().map(|port| (&port.name, &port.ty, port.at));
+        let actions = self.class.actions.iter().map(|action| (&action.name, &action.ty, action.at));
+        let mut types = TokenStream::new();
+        for (name, ty, at) in ports.chain(actions).filter(|(_, ty, _)| !is_copy(&ty.text)) {
+            let doc = self.splices.doc(&format!("The type of `{name}`"), at);
+            let (alias, ty) = (type_alias(name), type_tokens(self.plan, ty)?);
+            types.extend(quote! { #doc pub type #alias = #ty; });
+        }
+        Ok(types)
     }
 
     fn fields(&mut self) -> Result<TokenStream, EmitError> {
@@ -245,20 +282,17 @@ impl<'p> Module<'p> {
         at: Location,
     ) -> Result<TokenStream, EmitError> {
         let doc = self.splices.doc(doc, at);
-        let mut parameters = Vec::new();
+        let (mut variables, mut types) = (Vec::new(), Vec::new());
         for parameter in &reaction.parameters {
-            let variable = ident(&parameter.name);
-            let ty = self.variable_type(&parameter.kind, parameter.effect)?;
-            parameters.push(quote! { #[allow(unused_variables)] #variable: #ty });
+            variables.push(ident(&parameter.name));
+            types.push(self.variable_type(&parameter.kind, parameter.effect)?);
         }
         let body = self.splices.lines(body)?;
+        // Not every body uses all that it is given; what a body itself declares in vain is still warned of.
         Ok(quote! {
             #doc
-            pub fn #name(
-                &mut self,
-                #[allow(unused_variables)] ctx: &mut ReactionContext<'_>,
-                #(#parameters),*
-            ) {
+            pub fn #name(&mut self, ctx: &mut ReactionContext<'_>, #(#variables: #types),*) {
+                let _ = (&self, &ctx, #(&#variables),*);
                 #body
             }
         })
@@ -306,7 +340,7 @@ fn mentions(value: &Value, name: &str) -> bool {
     }
 }
 
-/// Whether a type is surely `Copy`, so that generated code need not clone it.
+/// Whether a type is surely `Copy`, and can be named anywhere.
 fn is_copy(ty: &str) -> bool {
     const COPY: [&str; 18] = [
         "bool",
@@ -328,5 +362,5 @@ fn is_copy(ty: &str) -> bool {
         "()",
         "core::time::Duration",
     ];
-    COPY.contains(&ty) || (ty.starts_with('&') && !ty[1..].trim_start().starts_with("mut ") && !ty.contains("mut "))
+    COPY.contains(&ty) || ty == "&'static str"
 }

@@ -182,7 +182,7 @@ impl Writer<'_, '_> {
             begun.push_str(part);
         }
         // A comment at the end must not swallow what follows.
-        if text.lines().last().is_some_and(|last| last.contains("//")) {
+        if format!("({text})").parse::<TokenStream>().is_err() {
             self.push(&begun);
             begun = String::new();
         }
@@ -218,8 +218,10 @@ impl Spacing {
             let inner = |line: &str| line.starts_with("//!") || line.starts_with("#![");
             let import =
                 |line: &str| ["use ", "mod ", "pub mod ", "pub use "].iter().any(|start| line.starts_with(start));
-            let ended = previous == "}" || previous.ends_with(';') || (inner(&previous) && !inner(line));
-            let grouped = (import(&previous) && import(line)) || (inner(&previous) && inner(line));
+            let constant = |line: &str| line.starts_with("const ") && line.ends_with(';');
+            let ended = previous.ends_with(['}', ';']) || (inner(&previous) && !inner(line));
+            let alike = |is: &dyn Fn(&str) -> bool| is(&previous) && is(line);
+            let grouped = alike(&import) || alike(&inner) || alike(&constant);
             return ended && !grouped;
         }
         let member = line.starts_with("    ") && !line.starts_with("     ") && line != "    }";

@@ -30,7 +30,11 @@ pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Ve
     if let Some(rti) = &raw.rti {
         deployment.rti = checker.rti(rti);
     }
-    for (name, raw_place) in &raw.federates {
+    let rti_ip_is_wrong = deployment.rti.ip.is_none() && raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some());
+    // In the order of the file, so that of two that clash the later one is wrong.
+    let mut federates: Vec<_> = raw.federates.iter().collect();
+    federates.sort_by_key(|(_, spanned)| spanned.as_ref().map(|spanned| place(spanned.referenced)));
+    for (name, raw_place) in federates {
         // A name without anything behind it (`a:`) is a federate with all defaults.
         let Some(spanned) = raw_place else {
             deployment.federates.insert(name.clone(), Place::default());
@@ -38,7 +42,9 @@ pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Ve
         };
         checker.known(name, spanned.referenced, plan);
         if let Some(place) = checker.place(name, &spanned.value) {
-            checker.reachable(&place, &spanned.value, deployment.rti);
+            if !rti_ip_is_wrong {
+                checker.reachable(&place, &spanned.value, deployment.rti);
+            }
             deployment.federates.insert(name.clone(), place);
         }
     }
@@ -75,10 +81,15 @@ impl Checker<'_> {
         {
             self.once("IP address", ip.to_string(), "the RTI", raw_ip.referenced);
         }
-        if let Some(port) = raw.port.as_ref().filter(|port| port.value == 0) {
-            self.error(port.referenced, "port 0 is no port that federates could connect to", None);
-        }
-        RtiPlace { ip, port: raw.port.as_ref().map(|port| port.value) }
+        let port = raw.port.as_ref().and_then(|port| {
+            let number = port.value.parse::<u16>().ok().filter(|number| *number != 0);
+            if number.is_none() {
+                let message = format!("`port`: \"{}\" is no TCP port", port.value);
+                self.error(port.referenced, message, Some("write a number from 1 to 65535"));
+            }
+            number
+        });
+        RtiPlace { ip, port }
     }
 
     fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {

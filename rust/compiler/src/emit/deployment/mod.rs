@@ -139,6 +139,13 @@ impl Deployment {
         check::check(path, &raw, plan)
     }
 
+    /// All federates of a program on one platform, with this computer's network.
+    pub fn all_on(plan: &Plan, platform: &Platform) -> Self {
+        let place = || Place { platform: platform.clone(), ..Place::default() };
+        let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
+        Self { rti: RtiPlace::default(), federates }
+    }
+
     /// The place of a federate; this computer when it is not listed.
     pub fn place(&self, federate: &str) -> Place {
         self.federates.get(federate).cloned().unwrap_or_default()

@@ -23,7 +23,7 @@ pub(super) struct Raw {
 pub(super) struct RawRti {
     pub(super) platform: Option<Spanned<String>>,
     pub(super) ip: Option<Spanned<String>>,
-    pub(super) port: Option<Spanned<u16>>,
+    pub(super) port: Option<Spanned<String>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -49,7 +49,9 @@ pub(super) fn read(path: &str, text: &str) -> Result<Raw, DeploymentError> {
         let (line, column) = place(error.location().unwrap_or(Location::UNKNOWN));
         let rendered = error.without_snippet().to_string();
         // The location is shown before the message, so it is taken off its end.
-        let message = rendered.split(" at line ").next().unwrap_or(&rendered).to_owned();
+        let message = rendered.split(" at line ").next().unwrap_or(&rendered);
+        // And so is advice for the author of a program rather than of a file.
+        let message = message.split(", set DuplicateKeyPolicy").next().unwrap_or(message).to_owned();
         DeploymentError { path: path.to_owned(), line, column, message, hint: None }
     })
 }

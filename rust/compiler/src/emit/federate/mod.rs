@@ -11,11 +11,11 @@ use quote::{format_ident, quote};
 
 use super::crate_layout::Layout;
 use super::names::pascal_case;
-use super::reactor::{child_method, type_tokens};
+use super::reactor::{child_method, type_path, type_tokens};
 use super::source_map::FileMap;
 use super::splice::Splices;
 use super::{EmitError, File};
-use crate::plan::{ClassIndex, Federate, Plan, Port, PortIndex, Trigger, TriggerIndex, TriggerKind};
+use crate::plan::{ClassIndex, Federate, Plan, Port, PortIndex, Trigger, TriggerIndex, TriggerKind, Type};
 use symbols::Symbols;
 
 /// Emits the module of a federate.
@@ -73,7 +73,7 @@ impl<'p> Module<'p> {
         for (index, trigger) in self.triggers() {
             if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
                 let doc = self.splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
-                let (name, ty) = (self.symbols.inbox(index), type_tokens(self.plan, ty)?);
+                let (name, ty) = (self.symbols.inbox(index), self.type_of(&trigger.path, ty)?);
                 let capacity = Literal::usize_unsuffixed(trigger.capacity);
                 statics.extend(quote! {
                     #doc
@@ -92,10 +92,10 @@ impl<'p> Module<'p> {
         self.instances(&mut fields, &mut values, &mut locals)?;
         for (index, port) in self.ports() {
             // A port with a queue lives in the field of the trigger that fills it.
-            if self.filled_by(index).is_none() {
+            if self.symbols.filled_by(index).is_none() {
                 let (doc, field) =
                     (self.splices.doc(&format!("Port `{}`", port.path), port.at), self.symbols.port(index));
-                let (ty, id) = (type_tokens(self.plan, &port.ty)?, self.symbols.port_id(index));
+                let (ty, id) = (self.port_type(index)?, self.symbols.port_id(index));
                 fields.extend(quote! { #doc #field: Port<#ty>, });
                 values.extend(quote! { #field: Port::new(#id), });
             }
@@ -179,15 +179,15 @@ impl<'p> Module<'p> {
             TriggerKind::Startup | TriggerKind::Shutdown => None,
             TriggerKind::Timer { .. } => Some((quote!(Timer), quote!(Timer::new()))),
             TriggerKind::Action { physical: false, ty, .. } => {
-                let ty = type_tokens(self.plan, ty)?;
+                let ty = self.type_of(&trigger.path, ty)?;
                 Some((quote!(LogicalActionQueue<#ty, #capacity>), quote!(LogicalActionQueue::new(#id))))
             }
             TriggerKind::Action { physical: true, ty, .. } => {
-                let (ty, inbox) = (type_tokens(self.plan, ty)?, self.symbols.inbox(index));
+                let (ty, inbox) = (self.type_of(&trigger.path, ty)?, self.symbols.inbox(index));
                 Some((quote!(PhysicalActionQueue<#ty, #capacity>), quote!(PhysicalActionQueue::new(#id, &#inbox))))
             }
             TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
-                let (ty, port) = (type_tokens(self.plan, &self.port(*fills).ty)?, self.symbols.port_id(*fills));
+                let (ty, port) = (self.port_type(*fills)?, self.symbols.port_id(*fills));
                 Some((quote!(QueuedPort<#ty, #capacity>), quote!(QueuedPort::new(#port))))
             }
         })
@@ -201,22 +201,29 @@ impl<'p> Module<'p> {
         self.federate.triggers.iter().enumerate().map(|(index, trigger)| (TriggerIndex(index), trigger))
     }
 
-    fn port(&self, index: PortIndex) -> &Port {
-        &self.federate.ports[index.0]
+    /// The type of the port, timer or action with this path, as it can be named here.
+    ///
+    /// What a preamble declares is known only to the module of the reactor, which has a name for the type.
+    fn type_of(&self, path: &str, ty: &Type) -> Result<TokenStream, EmitError> {
+        let declared = path.rsplit_once('.').and_then(|(owner, name)| {
+            let instance = self.federate.instances.iter().find(|instance| instance.path == owner)?;
+            Some((instance.class, name))
+        });
+        match declared {
+            Some((class, name)) => type_path(self.plan, self.layout, class, name, ty),
+            None => type_tokens(self.plan, ty),
+        }
     }
 
-    /// The trigger whose queue fills a port.
-    fn filled_by(&self, port: PortIndex) -> Option<TriggerIndex> {
-        let fills = |trigger: &Trigger| match trigger.kind {
-            TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => fills == port,
-            _ => false,
-        };
-        self.federate.triggers.iter().position(fills).map(TriggerIndex)
+    /// The same for a port.
+    fn port_type(&self, index: PortIndex) -> Result<TokenStream, EmitError> {
+        let port = &self.federate.ports[index.0];
+        self.type_of(&port.path, &port.ty)
     }
 
     /// The place expression of a port.
     fn port_place(&self, port: PortIndex) -> TokenStream {
-        if let Some(trigger) = self.filled_by(port) {
+        if let Some(trigger) = self.symbols.filled_by(port) {
             let field = self.symbols.trigger(trigger);
             return quote!(self.#field.port);
         }

@@ -5,7 +5,9 @@ use proc_macro2::Ident;
 use quote::format_ident;
 
 use crate::emit::names::{Names, ident, snake_case};
-use crate::plan::{Federate, InputIndex, OutputIndex, PortIndex, ReactionIndex, ReactionKind, TriggerIndex};
+use crate::plan::{
+    Federate, InputIndex, OutputIndex, Port, PortIndex, ReactionIndex, ReactionKind, TriggerIndex, TriggerKind,
+};
 
 /// All names, each given once.
 pub(super) struct Symbols {
@@ -13,6 +15,7 @@ pub(super) struct Symbols {
     instances: Vec<Ident>,
     ports: Vec<Ident>,
     triggers: Vec<Ident>,
+    filling: Vec<Option<TriggerIndex>>,
     reaction_ids: Vec<Ident>,
     trigger_ids: Vec<Ident>,
     port_ids: Vec<Ident>,
@@ -26,8 +29,14 @@ impl Symbols {
         let main = ident(&fields.give("main"));
         let mut field = |path: &str| fields.give_ident(&ident(&snake_case(path)));
         let instances = federate.instances.iter().map(|instance| field(&instance.path)).collect();
-        let ports = federate.ports.iter().map(|port| field(&port.path)).collect();
-        let triggers = federate.triggers.iter().map(|trigger| field(&trigger.path)).collect();
+        // A port that a trigger fills lies in the trigger's field, so the two share their name.
+        let triggers: Vec<Ident> = federate.triggers.iter().map(|trigger| field(&trigger.path)).collect();
+        let filling = filling_triggers(federate);
+        let port = |(port, filling): (&Port, &Option<TriggerIndex>)| match filling {
+            Some(trigger) => triggers[trigger.0].clone(),
+            None => field(&port.path),
+        };
+        let ports = federate.ports.iter().zip(&filling).map(port).collect();
         let mut constants = Names::reserving(&["TABLES", "DESCRIPTION"]);
         let mut constant = |prefix: &str, path: &str| {
             let name = format!("{prefix}_{}", snake_case(&path.replace(" -> ", ".to."))).to_uppercase();
@@ -49,6 +58,7 @@ impl Symbols {
             instances,
             ports,
             triggers,
+            filling,
             reaction_ids,
             trigger_ids: federate.triggers.iter().map(|trigger| constant("TRIGGER", &trigger.path)).collect(),
             port_ids: federate.ports.iter().map(|port| constant("PORT", &port.path)).collect(),
@@ -72,6 +82,11 @@ impl Symbols {
 
     pub(super) fn trigger(&self, index: TriggerIndex) -> &Ident {
         &self.triggers[index.0]
+    }
+
+    /// The trigger whose queue fills a port.
+    pub(super) fn filled_by(&self, port: PortIndex) -> Option<TriggerIndex> {
+        self.filling[port.0]
     }
 
     pub(super) fn reaction_id(&self, index: ReactionIndex) -> &Ident {
@@ -98,4 +113,15 @@ impl Symbols {
     pub(super) fn inbox(&self, index: TriggerIndex) -> Ident {
         format_ident!("INBOX_OF_{}", self.trigger_ids[index.0])
     }
+}
+
+/// For each port the trigger that fills it.
+fn filling_triggers(federate: &Federate) -> Vec<Option<TriggerIndex>> {
+    let mut filling = vec![None; federate.ports.len()];
+    for (index, trigger) in federate.triggers.iter().enumerate() {
+        if let TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } = trigger.kind {
+            filling[fills.0] = Some(TriggerIndex(index));
+        }
+    }
+    filling
 }

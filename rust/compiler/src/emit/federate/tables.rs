@@ -6,10 +6,10 @@ use quote::quote;
 
 use super::Module;
 use crate::emit::EmitError;
-use crate::emit::reactor::{integer, type_tokens};
+use crate::emit::reactor::integer;
 use crate::plan::{
     ClockSync, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti, SpacingPolicy, Trigger,
-    TriggerIndex, TriggerKind, Type,
+    TriggerIndex, TriggerKind,
 };
 
 impl Module<'_> {
@@ -137,7 +137,7 @@ impl Module<'_> {
         let row = |output: &crate::plan::NetworkOutput| {
             let (name, source) = (&output.name, self.symbols.port_id(output.source));
             let (federate, port) = (Literal::u16_unsuffixed(output.federate), Literal::u16_unsuffixed(output.port));
-            let (delay, max_len) = (optional_interval(output.delay_ns), self.max_len(&output.ty)?);
+            let (delay, max_len) = (optional_interval(output.delay_ns), self.max_len(output.source)?);
             Ok(quote! {
                 NetworkOutput {
                     name: #name,
@@ -156,7 +156,7 @@ impl Module<'_> {
         let row = |input: &crate::plan::NetworkInput| {
             let (name, trigger) = (&input.name, self.symbols.trigger_id(input.trigger));
             let federate = Literal::u16_unsuffixed(input.federate);
-            let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(&input.ty)?);
+            let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(self.filled(input.trigger))?);
             Ok(quote! {
                 NetworkInput {
                     name: #name,
@@ -175,8 +175,17 @@ impl Module<'_> {
         quote!(&[#(#ids),*])
     }
 
-    fn max_len(&self, ty: &Type) -> Result<TokenStream, EmitError> {
-        let ty = type_tokens(self.plan, ty)?;
+    /// The port that a network input fills.
+    fn filled(&self, trigger: TriggerIndex) -> PortIndex {
+        match self.federate.triggers[trigger.0].kind {
+            TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => fills,
+            // A plan has no inputs with other triggers; the tables' own check would find one.
+            _ => PortIndex(0),
+        }
+    }
+
+    fn max_len(&self, port: PortIndex) -> Result<TokenStream, EmitError> {
+        let ty = self.port_type(port)?;
         Ok(quote!(<#ty as Payload>::MAX_LEN))
     }
 
@@ -232,7 +241,6 @@ impl Module<'_> {
             }
         };
         let physical_delay = optional_interval(federate.physical_delay_ns);
-        let neighbors = Literal::usize_unsuffixed(federate.upstream.len() + federate.downstream.len());
         quote! {
             Some(lf::runtime::Federation {
                 id: #id,
@@ -244,8 +252,8 @@ impl Module<'_> {
                 downstream: &[#(#downstream),*],
                 clock_sync: #clock_sync,
                 physical_delay: #physical_delay,
-                input_bytes: lf::runtime::buffer_bytes(LONGEST_INPUT, #neighbors),
-                output_bytes: lf::runtime::buffer_bytes(LONGEST_OUTPUT, #neighbors),
+                input_bytes: INPUT_BYTES,
+                output_bytes: OUTPUT_BYTES,
             })
         }
     }
@@ -255,23 +263,25 @@ impl Module<'_> {
         if !self.plan.is_federated() {
             return Ok(TokenStream::new());
         }
-        let of = |types: Vec<&Type>| -> Result<Vec<TokenStream>, EmitError> {
+        let of = |ports: Vec<PortIndex>| -> Result<Vec<TokenStream>, EmitError> {
             let mut lengths = Vec::new();
-            for ty in types {
-                let length = self.max_len(ty)?;
+            for port in ports {
+                let length = self.max_len(port)?;
                 if !lengths.iter().any(|known: &TokenStream| known.to_string() == length.to_string()) {
                     lengths.push(length);
                 }
             }
             Ok(lengths)
         };
-        let inputs = of(self.federate.inputs.iter().map(|input| &input.ty).collect())?;
-        let outputs = of(self.federate.outputs.iter().map(|output| &output.ty).collect())?;
+        let inputs = of(self.federate.inputs.iter().map(|input| self.filled(input.trigger)).collect())?;
+        let outputs = of(self.federate.outputs.iter().map(|output| output.source).collect())?;
+        let neighbors = self.federate.upstream.len() + self.federate.downstream.len();
+        let neighbors = Literal::usize_unsuffixed(neighbors);
         Ok(quote! {
-            /// The longest payload that can arrive, in bytes.
-            const LONGEST_INPUT: usize = longest(&[#(#inputs),*]);
-            /// The longest payload that can be sent, in bytes.
-            const LONGEST_OUTPUT: usize = longest(&[#(#outputs),*]);
+            /// Bytes that the receive buffer needs.
+            pub const INPUT_BYTES: usize = lf::runtime::buffer_bytes(longest(&[#(#inputs),*]), #neighbors);
+            /// Bytes that the send buffer needs.
+            pub const OUTPUT_BYTES: usize = lf::runtime::buffer_bytes(longest(&[#(#outputs),*]), #neighbors);
             const fn longest(lengths: &[usize]) -> usize {
                 let mut longest = 0;
                 let mut index = 0;

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is emitted, file by file, and how it maps back to the program.
+
+mod deployments;
+mod fixture;
+
+use std::path::Path;
+
+use super::deployment::{Deployment, Platform};
+use super::{Emitted, File, Settings, emit};
+use crate::plan::{Plan, Value};
+
+fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
+    let settings = Settings { lf_host: "../../rust/host", lf_zephyr: "../../rust/zephyr", deployment };
+    emit(plan, &settings).expect("the plan can be emitted")
+}
+
+/// All files as one text.
+fn listing(emitted: &Emitted) -> String {
+    let mut text = String::new();
+    for file in &emitted.files {
+        text = text + "======== " + &file.path + "\n" + &file.text;
+    }
+    text
+}
+
+fn rust_files(emitted: &Emitted) -> impl Iterator<Item = &File> {
+    emitted.files.iter().filter(|file| Path::new(&file.path).extension().is_some_and(|extension| extension == "rs"))
+}
+
+/// A deployment of the fixture with one board.
+fn mixed(plan: &Plan) -> Deployment {
+    let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
+                federates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2, gateway: 10.0.0.1, mac: 02-00-00-00-00-0A }\n";
+    Deployment::parse("deployment.yaml", text, plan).expect("it is right")
+}
+
+#[test]
+fn the_plan_is_shown_to_people() {
+    insta::assert_snapshot!("plan", fixture::plan());
+}
+
+#[test]
+fn a_plan_survives_json() {
+    let plan = fixture::plan();
+    let json = serde_json::to_string(&plan).expect("it is plain data");
+    assert_eq!(serde_json::from_str::<Plan>(&json).expect("it is plain data"), plan);
+}
+
+#[test]
+fn host_crates() {
+    insta::assert_snapshot!("host_crates", listing(&emit_on(&fixture::plan(), &Deployment::default())));
+}
+
+#[test]
+fn a_board_and_a_host_federate() {
+    let plan = fixture::plan();
+    let emitted = emit_on(&plan, &mixed(&plan));
+    let config: Vec<_> = emitted.files.iter().filter(|file| !file.path.contains("/src/f")).cloned().collect();
+    insta::assert_snapshot!("board", listing(&Emitted { files: config, ..emitted.clone() }));
+    insta::assert_debug_snapshot!("board_participants", emitted.participants);
+}
+
+#[test]
+fn what_is_emitted_is_rust() {
+    let plan = fixture::plan();
+    for deployment in [Deployment::default(), Deployment::all_on(&plan, &Platform::Zephyr("some_board".to_owned()))] {
+        for file in rust_files(&emit_on(&plan, &deployment)) {
+            if let Err(error) = syn::parse_file(&file.text) {
+                panic!("{}: {error}\n{}", file.path, file.text);
+            }
+        }
+    }
+}
+
+/// Every character of every body, preamble and value is found at its place in the program.
+#[test]
+fn verbatim_pieces_map_to_the_same_characters() {
+    let lines: Vec<Vec<char>> = fixture::TEXT.lines().map(|line| line.chars().collect()).collect();
+    let emitted = emit_on(&fixture::plan(), &Deployment::default());
+    let mut mapped = 0;
+    for file in rust_files(&emitted) {
+        for (line, text) in file.text.lines().enumerate() {
+            for (column, character) in text.chars().enumerate() {
+                if !emitted.source_map.is_verbatim(&file.path, line + 1, column + 1) {
+                    continue;
+                }
+                let place = emitted.source_map.to_lf(&file.path, line + 1, column + 1);
+                let (path, lf_line, lf_column) = place.expect("what is verbatim has a place");
+                assert_eq!(path, "src/everything.lf");
+                // The place behind the last character belongs to the piece, for errors about what is missing there.
+                let Some(original) = lines[lf_line - 1].get(lf_column - 1) else { continue };
+                let next = text.chars().nth(column.wrapping_sub(1));
+                assert!(
+                    *original == character || next == lines[lf_line - 1].get(lf_column.wrapping_sub(2)).copied(),
+                    "{}:{}:{} is {character:?}, but {lf_line}:{lf_column} is {original:?}",
+                    file.path,
+                    line + 1,
+                    column + 1
+                );
+                mapped += usize::from(*original == character);
+            }
+        }
+    }
+    assert!(mapped > 900, "only {mapped} characters were mapped");
+}
+
+#[test]
+fn errors_in_bodies_and_in_scaffolding_are_found_in_the_program() {
+    let emitted = emit_on(&fixture::plan(), &Deployment::default());
+    let find = |path: &str, needle: &str| {
+        let file = emitted.files.iter().find(|file| file.path == path).expect("it is emitted");
+        let (line, text) = file.text.lines().enumerate().find(|(_, text)| text.contains(needle)).expect("it is there");
+        let column = text[..text.find(needle).unwrap_or(0)].chars().count() + 1;
+        emitted.source_map.to_lf(path, line + 1, column)
+    };
+    let unit = "unit/src/everything/unit.rs";
+    let (line, column) = place_of("let wrong");
+    assert_eq!(find(unit, "let wrong"), Some(("src/everything.lf", line, column)));
+    let (line, column) = place_of("limit / HALF");
+    assert_eq!(find(unit, "limit / HALF"), Some(("src/everything.lf", line, column)));
+    // A field's type is the declaration's.
+    let (line, _) = place_of("state wait");
+    assert_eq!(find(unit, "wait: core").map(|(_, line, _)| line), Some(line));
+    // Nothing of the program stands behind the rest.
+    assert_eq!(find(unit, "use super"), None);
+    assert_eq!(emitted.source_map.to_lf("unit/src/nothing.rs", 1, 1), None);
+}
+
+/// Line and column of a text in the program.
+fn place_of(text: &str) -> (usize, usize) {
+    let end = fixture::at(text);
+    (end.line, end.column - text.chars().count())
+}
+
+#[test]
+fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
+    for wrong in ["if true {", "}", "\"", "/* "] {
+        let mut plan = fixture::plan();
+        plan.classes[1].reactions[2].body.text = wrong.to_owned();
+        let settings = Settings { lf_host: "h", lf_zephyr: "z", deployment: &Deployment::default() };
+        let errors = emit(&plan, &settings).expect_err("it is wrong");
+        let (line, column) = place_of(" self.seen +=");
+        assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, line, column), "{}", errors[0]);
+    }
+}
+
+#[test]
+fn types_and_missing_values_are_refused_at_their_place() {
+    let settings = Settings { lf_host: "h", lf_zephyr: "z", deployment: &Deployment::default() };
+    let mut plan = fixture::plan();
+    plan.classes[1].state[0].ty.text = "Vec<".to_owned();
+    let mut errors = emit(&plan, &settings).expect_err("it is wrong");
+    let mut plan = fixture::plan();
+    plan.classes[1].parameters[0].default = None;
+    plan.classes[3].children[0].arguments[0] = None;
+    errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
+    let mut plan = fixture::plan();
+    plan.classes[3].parameters[0].default = None;
+    errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
+    let text: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    insta::assert_snapshot!("emit_errors", text.join("\n"));
+}
+
+#[test]
+fn names_that_clash_are_told_apart() {
+    let mut plan = fixture::plan();
+    plan.files[0].path = "federate.lf".to_owned();
+    plan.classes[0].name = "unit".to_owned();
+    plan.classes[1].children[0].name = "type".to_owned();
+    plan.federates[0].instances[1].path = "unit.type".to_owned();
+    plan.federates[0].ports[0].path = "unit.type".to_owned();
+    plan.classes[0].parameters[0].name = "r#type".to_owned();
+    plan.classes[0].state[0].init = Some(Value::Time { ns: 1_500 });
+    let emitted = emit_on(&plan, &Deployment::default());
+    let paths: Vec<&str> = emitted.files.iter().map(|file| file.path.as_str()).collect();
+    assert!(paths.contains(&"unit/src/federate_2/unit.rs") && paths.contains(&"unit/src/federate_2/unit_2.rs"));
+    let federate = emitted.files.iter().find(|file| file.path == "unit/src/federate.rs").expect("it is emitted");
+    for expected in ["let unit_type = unit.new_type();", "unit_type_2: Port::new"] {
+        assert!(federate.text.contains(expected), "{}", federate.text);
+    }
+    for file in rust_files(&emitted) {
+        assert!(syn::parse_file(&file.text).is_ok(), "{}", file.text);
+    }
+}
