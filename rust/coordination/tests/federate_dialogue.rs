@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Dialogues with the federate's state machine that no recording shows, each named after what it proves.
+//! Dialogues with the running federate's state machine that no recording shows, each named after what it proves.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_coordination::federate::{
-    CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
-    Federate, FederateError, Phase,
-};
+use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::june_2026::{DELAY_NONE, Message};
 
 const NOW: Instant = Instant(1_000_000);
 const START: Instant = Instant(10_000_000_000);
@@ -56,142 +53,6 @@ fn grant(federate: &mut Federate<'_>, tag: Tag) {
 
 fn tagged(tag: Tag, payload: &[u8]) -> Message<'_> {
     Message::TaggedMessage { port: 3, federate: 1, tag: wire(tag), payload }
-}
-
-#[test]
-fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
-    let mut federate = Federate::new(config(UPSTREAM, DOWNSTREAM)).unwrap();
-    assert_eq!(drain(&mut federate), []);
-    federate.handle_connected(NOW);
-    assert_eq!(federate.poll_timeout(), Deadline::At(NOW + CONNECT_TIME_OUT));
-    assert_eq!(federate.poll_transmit(13), None);
-    assert_eq!(federate.poll_transmit(14), Some(Message::FedIds { federate: 1, federation_id: b"federation" }));
-    federate.handle_message(NOW, Message::Ack).unwrap();
-    let names: Vec<_> = drain(&mut federate).iter().map(Message::name).collect();
-    assert_eq!(names, ["NEIGHBOR_STRUCTURE", "UDP_PORT", "TIMESTAMP"]);
-    assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Starting, Deadline::Never));
-}
-
-#[test]
-fn every_rejection_says_what_to_do() {
-    let mut sentences = std::collections::BTreeSet::new();
-    for byte in 0..=8 {
-        let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-        federate.handle_connected(NOW);
-        drain(&mut federate);
-        let error = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(byte))).unwrap_err();
-        assert_eq!(error, FederateError::Rejected(RejectCode::from_byte(byte)));
-        assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Failed, vec![]));
-        let sentence = error.to_string();
-        let advice = sentence.split_once(". ").map_or("", |(_, advice)| advice);
-        assert!(["Start", "End", "Use", "Check", "See"].iter().any(|verb| advice.starts_with(verb)), "{sentence}");
-        sentences.insert(sentence);
-    }
-    assert_eq!(sentences.len(), 9, "{sentences:#?}");
-}
-
-#[test]
-fn a_connection_that_ends_before_the_ack_is_made_again_until_the_time_is_over() {
-    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-    let mut retry = ConnectRetry::new(NOW);
-    let mut now = NOW;
-    let mut attempts = 0;
-    loop {
-        match retry.poll(now) {
-            ConnectStep::Attempt => {
-                attempts += 1;
-                federate.handle_connected(now);
-                assert_eq!(drain(&mut federate).len(), 1);
-                assert_eq!(federate.handle_disconnected(), Ok(Disconnected::ConnectAgain));
-                assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Disconnected, Deadline::Never));
-            }
-            ConnectStep::WaitUntil(time) => {
-                assert!(time > now && time <= now + CONNECT_RETRY);
-                now = time;
-            }
-            ConnectStep::GiveUp => break,
-        }
-    }
-    assert_eq!((attempts, now), (120, NOW + CONNECT_TIME_OUT));
-}
-
-#[test]
-fn an_rti_that_does_not_answer_is_given_up() {
-    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-    federate.handle_connected(NOW);
-    drain(&mut federate);
-    assert_eq!(federate.handle_timeout(NOW), Ok(Event::None));
-    assert_eq!(federate.handle_timeout(NOW + CONNECT_TIME_OUT), Err(FederateError::NoAnswer));
-    assert_eq!(drain(&mut federate), [Message::Failed]);
-}
-
-#[test]
-fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
-    for exchanges in 0..3 {
-        let mut config = config(&[], DOWNSTREAM);
-        config.clock_sync = ClockSync::Init { trials: 5 };
-        let time_out = config.clock_sync_time_out;
-        let mut federate = Federate::new(config).unwrap();
-        federate.handle_connected(NOW);
-        drain(&mut federate);
-        federate.handle_message(NOW, Message::Ack).unwrap();
-        assert_eq!(drain(&mut federate)[1], Message::UdpPort(0));
-        for _ in 0..exchanges {
-            federate.handle_message(NOW, Message::T1(500)).unwrap();
-            assert_eq!(drain(&mut federate), [Message::T3 { federate: 1 }]);
-            federate.handle_written(NOW);
-            assert_eq!(federate.handle_message(NOW, Message::T4(600)), Ok(Event::None));
-        }
-        let late = NOW + time_out;
-        assert_eq!(federate.poll_timeout(), Deadline::At(late));
-        match federate.handle_timeout(late) {
-            Err(error) => assert_eq!((error, exchanges), (FederateError::NoClockSync, 0)),
-            Ok(Event::ClockCorrected(estimate)) => {
-                assert_eq!((estimate.seen, estimate.offset), (exchanges, Interval(50 + 500 - NOW.as_nanos())));
-                let time = late.as_nanos() + estimate.offset.as_nanos();
-                assert_eq!(drain(&mut federate), [Message::Timestamp(time)]);
-            }
-            other => panic!("{other:?}"),
-        }
-    }
-}
-
-#[test]
-fn an_rti_that_makes_more_exchanges_is_told_apart() {
-    let mut config = config(&[], DOWNSTREAM);
-    config.clock_sync = ClockSync::Init { trials: 1 };
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::Ack).unwrap();
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::T1(0)).unwrap();
-    drain(&mut federate);
-    assert!(matches!(federate.handle_message(NOW, Message::T4(0)), Ok(Event::ClockCorrected(_))));
-    assert_eq!(federate.handle_message(NOW, Message::T1(0)), Err(FederateError::TrialsDiffer { trials: 1 }));
-}
-
-#[test]
-fn t4_without_t3_is_unexpected() {
-    let mut config = config(&[], DOWNSTREAM);
-    config.clock_sync = ClockSync::Init { trials: 1 };
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::Ack).unwrap();
-    federate.handle_message(NOW, Message::T1(0)).unwrap();
-    let expected = FederateError::Unexpected { message: "T4", phase: Phase::Synchronizing };
-    assert_eq!(federate.handle_message(NOW, Message::T4(0)), Err(expected));
-}
-
-#[test]
-fn without_clock_synchronization_the_rti_is_told_so() {
-    let mut federate = Federate::new(config(&[], &[])).unwrap();
-    federate.handle_connected(NOW);
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::Ack).unwrap();
-    let sent = drain(&mut federate);
-    assert_eq!(sent[1..], [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF), Message::Timestamp(NOW.as_nanos())]);
 }
 
 #[test]
@@ -269,9 +130,41 @@ fn ltc_is_sent_once_and_only_after_an_input_and_before_the_next_net() {
     assert_eq!(drain(&mut federate), []);
     federate.begin(ms(2)).unwrap();
     federate.complete(true);
-    federate.complete(true);
     federate.next_event(NOW, ms(20));
     assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(2))), net(ms(20))]);
+    federate.complete(true);
+    assert_eq!(drain(&mut federate), []);
+}
+
+#[test]
+fn a_net_that_waited_too_long_does_not_go_out() {
+    let mut federate = running(config(UPSTREAM, &[]));
+    grant(&mut federate, ms(9));
+    federate.next_event(NOW, ms(1));
+    federate.begin(ms(2)).unwrap();
+    assert_eq!(drain(&mut federate), []);
+    federate.next_event(NOW, ms(3));
+    federate.begin(ms(3)).unwrap();
+    federate.complete(true);
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(3)))]);
+}
+
+#[test]
+fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let dnet = |tag| Message::DownstreamNextEventTag(wire(tag));
+    grant(&mut federate, ms(100));
+    federate.handle_message(NOW, dnet(ms(50))).unwrap();
+    let nets = |federate: &mut Federate<'static>, tag| {
+        assert!(federate.next_event(NOW, tag));
+        drain(federate)
+    };
+    assert_eq!(nets(&mut federate, ms(40)), []);
+    assert_eq!(nets(&mut federate, ms(60)), [net(ms(60))]);
+    assert_eq!(nets(&mut federate, ms(70)), []);
+    // Those downstream want to know more after all.
+    federate.handle_message(NOW, dnet(ms(65))).unwrap();
+    assert_eq!(drain(&mut federate), [net(ms(70))]);
 }
 
 #[test]
@@ -431,17 +324,4 @@ fn a_program_that_fails_says_so_instead_of_resigning() {
     federate.handle_connected(NOW);
     federate.finish();
     assert_eq!(drain(&mut federate), [Message::Failed]);
-}
-
-#[test]
-fn what_cannot_work_is_refused_at_once() {
-    let long = [b'x'; 256];
-    let error = Federate::new(Config::new(FederateId(0), &long)).unwrap_err();
-    assert_eq!(error, ConfigError::FederationIdTooLong { bytes: 256 });
-    let mut none = config(&[], &[]);
-    none.clock_sync = ClockSync::Init { trials: 0 };
-    assert_eq!(Federate::new(none).unwrap_err(), ConfigError::NoTrials);
-    let mut never = config(&[], DOWNSTREAM);
-    (never.physical_delay, never.advance_interval) = (Some(Interval::ZERO), Interval::ZERO);
-    assert_eq!(Federate::new(never).unwrap_err(), ConfigError::AdvanceInterval);
 }

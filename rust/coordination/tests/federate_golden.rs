@@ -27,8 +27,8 @@ const NET: u8 = 6;
 struct Replay<'a> {
     driver: Driver<'a>,
     start: Instant,
-    /// Times after the start at which the tester makes its first, second, … `send` after the start; where there is none,
-    /// at once.
+    /// Times after the start at which the tester makes its first, second, … `send` after the start; where there is
+    /// none, at once.
     send_times: &'a [Interval],
     sent_since_start: usize,
     last_net: Vec<u8>,
@@ -205,8 +205,8 @@ fn a_source_without_clock_synchronization() {
     replay("57-clock-sync-off", ALWAYS, &[], resigned);
 }
 
-/// The recorded federate asks again on a connection that the RTI is about to close, for a minute. Ours takes a rejection
-/// as final, tells its reason and what to do, and does not bother the RTI with FAILED.
+/// The recorded federate asks again on a connection that the RTI is about to close, for a minute. Ours takes a
+/// rejection as final, tells its reason and what to do, and does not bother the RTI with FAILED.
 #[test]
 #[allow(clippy::doc_markdown, reason = "the message's name in the protocol is no code")]
 fn a_rejection_is_final() {

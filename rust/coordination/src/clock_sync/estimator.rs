@@ -7,6 +7,8 @@
 //! estimator keeps the [`KEPT`] quickest and takes the mean over those that are nearly as quick as the very quickest.
 //! However disturbed the exchanges were, there is always an estimate, and it says how good it is.
 
+use core::fmt;
+
 use lf_model::time::{Instant, Interval};
 
 /// How many exchanges are kept: the quickest so far.
@@ -72,6 +74,18 @@ pub struct Estimate {
     pub used: u16,
     /// How many exchanges there were.
     pub seen: u16,
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { offset, round_trip, used, seen } = self;
+        write!(
+            f,
+            "own clock off by {} ns, round trip {} ns, from the best {used} of {seen} exchanges",
+            -offset.as_nanos(),
+            round_trip.as_nanos()
+        )
+    }
 }
 
 /// Collects exchanges; see the module's description for what it makes of them.

@@ -1,29 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One federate of a federation with centralized coordination, from the first connection to its end.
 //!
-//! [`Federate`] is told what happens (`handle_*`) and what its event loop does (commands), and is asked for what to send
-//! and when it wants to be called (`poll_*`). All times given to it are readings of the participant's *own* clock, which
-//! never jumps; [`Federate::clock`] turns them into the federation's physical time.
+//! [`Federate`] is told what happens (`handle_*`) and what its event loop does (commands), and is asked for what to
+//! send and when it wants to be called (`poll_*`). All times given to it are readings of the participant's *own* clock,
+//! which never jumps; [`Federate::clock`] turns them into the federation's physical time.
 //!
 //! # What the event loop has to do
 //!
 //! 1. Connect by [`ConnectRetry`], then [`Federate::handle_connected`]. Give every decoded message to
 //!    [`Federate::handle_message`], in order, and the end of the connection to [`Federate::handle_disconnected`].
 //! 2. After *every* call that takes `&mut self`, move messages from [`Federate::poll_transmit`] to the connection's
-//!    out-buffer until it gives `None`; where room is short, go on when there is some. Nothing is lost by going on late:
-//!    the messages are worked out from state, and there is one place per kind. Data messages go straight into the same
-//!    out-buffer, and [`Federate::sent`] is told. Put all data messages of a tag into the out-buffer *before*
-//!    [`Federate::complete`] and the following [`Federate::next_event`]: as both buffer and socket keep the order, no LTC or
-//!    NET can then overtake a message that it speaks for. A NET for tag t itself may go out before or after t's messages.
+//!    out-buffer until it gives `None`; where room is short, go on when there is some. Nothing is lost by going on
+//!    late: the messages are worked out from state, and there is one place per kind. Data messages go straight into the
+//!    same out-buffer, and [`Federate::sent`] is told. Put all data messages of a tag into the out-buffer *before*
+//!    [`Federate::complete`] and the following [`Federate::next_event`]: as both buffer and socket keep the order, no
+//!    LTC or NET can then overtake a message that it speaks for. A NET for tag t itself may go out before or after t's
+//!    messages.
 //! 3. When the out-buffer has become empty by a write, call [`Federate::handle_written`]: T3 of the clock
 //!    synchronization is the time after the write.
-//! 4. Call [`Federate::handle_timeout`] when [`Federate::poll_timeout`] says so; the deadline may change with each call.
-//! 5. Once started: [`Federate::next_event`] whenever the next tag is another one; when it returns `true`, and the tag's
-//!    physical time has come, [`Federate::begin`], run the tag, [`Federate::complete`]. After a
+//! 4. Call [`Federate::handle_timeout`] when [`Federate::poll_timeout`] says so; the deadline may change with each
+//!    call.
+//! 5. Once started: [`Federate::next_event`] whenever the next tag is another one; when it returns `true`, and the
+//!    tag's physical time has come, [`Federate::begin`], run the tag, [`Federate::complete`]. After a
 //!    [`Event::Granted`] or [`Event::StopGranted`], ask again.
-//! 6. After the last tag [`Federate::finish`]; after an error of the program [`Federate::fail`]. After an error that this
-//!    state machine returns, or after either of them: send what `poll_transmit` still gives, then close the connection at
-//!    once, for the RTI waits for it. An error is final; the federate then ignores whatever comes.
+//! 6. After the last tag [`Federate::finish`]; after an error of the program [`Federate::fail`]. After an error that
+//!    this state machine returns, or after either of them: send what `poll_transmit` still gives, and end the writing
+//!    direction of the connection at once, for the RTI holds up all others until then. Close it when the RTI has ended
+//!    its own direction: closing it while something is unread would reset it, and RESIGN could be lost. An error is
+//!    final; the federate then ignores whatever comes.
 
 mod config;
 mod connect;

@@ -100,8 +100,8 @@ impl NetRules {
         }
     }
 
-    /// A message for this federate has come. If it is earlier than this federate's NET, the RTI takes its tag for the NET
-    /// until it is told another one, be it the same as before.
+    /// A message for this federate has come. If it is earlier than this federate's NET, the RTI takes its tag for the
+    /// NET until it is told another one, be it the same as before.
     pub(super) fn message_received(&mut self, tag: Tag) {
         self.sent = self.sent.min(tag);
         self.told = self.told.filter(|told| *told <= tag);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The control messages that are due.
 //!
-//! Not a queue, but one place per kind of message: a later LTC replaces one that has not gone out yet, for it says all that
-//! the earlier one said. So the outbox is bounded however rarely it is emptied. The NET has its place in `net_rules`.
+//! Not a queue, but one place per kind of message: a later LTC replaces one that has not gone out yet, for it says all
+//! that the earlier one said. So the outbox is bounded however rarely it is emptied. The NET has its place in
+//! `net_rules`.
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};

@@ -12,7 +12,8 @@ use crate::tag::from_wire;
 use crate::{Deadline, FederateId};
 
 impl Federate<'_> {
-    /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be begun.
+    /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be
+    /// begun.
     ///
     /// Call it whenever the next tag has changed, also for an earlier one, and after each [`Event::Granted`] and
     /// [`Event::StopGranted`]; calling it more often does no harm. A tag after the last one of this federate counts as
@@ -33,8 +34,8 @@ impl Federate<'_> {
     /// The event loop begins this tag.
     ///
     /// # Errors
-    /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it does
-    /// at such a tag could be wrong.
+    /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it
+    /// does at such a tag could be wrong.
     pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
         if tag <= self.current {
             return self
@@ -202,8 +203,8 @@ impl Federate<'_> {
 
     /// The tag before which no physical action can cause an output, if that is earlier than the next event.
     ///
-    /// A physical action that comes now has at least the time now + its delay. The bound is one ns earlier, as the stock
-    /// federate has it, but not before a tag that is over.
+    /// A physical action that comes now has at least the time now + its delay. The bound is one ns earlier, as the
+    /// stock federate has it, but not before a tag that is over.
     fn physical_bound(&self, now: Instant, tag: Tag) -> Option<Tag> {
         let delay = self.config.physical_delay.filter(|_| self.net.has_downstream())?;
         let earliest = self.clock.physical(now) + delay;

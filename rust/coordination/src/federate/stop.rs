@@ -65,8 +65,8 @@ impl Stop {
         first
     }
 
-    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the reply, if one is due:
-    /// who has asked or replied before has named its tag already.
+    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the reply, if one is
+    /// due: who has asked or replied before has named its tag already.
     pub(super) fn asked(&mut self, tag: Tag, earliest: Tag) -> Option<Tag> {
         if self.agreement != Agreement::None {
             return None;
@@ -78,8 +78,8 @@ impl Stop {
 
     /// The RTI has decided on `tag`; this federate can stop at `earliest` or later. Returns its last tag.
     ///
-    /// The RTI takes the latest of all tags that were named, so `earliest` is later only if the RTI is mistaken. Then the
-    /// federate stops as soon as it can, as the stock one does.
+    /// The RTI takes the latest of all tags that were named, so `earliest` is later only if the RTI is mistaken. Then
+    /// the federate stops as soon as it can, as the stock one does.
     pub(super) fn decided(&mut self, tag: Tag, earliest: Tag) -> Tag {
         self.agreement = Agreement::Granted(tag.max(earliest));
         self.last_tag()
