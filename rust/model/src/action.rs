@@ -4,8 +4,8 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::context::{Moment, Readable, Schedulable};
-use crate::program::{Bounds, TriggerCell};
+use crate::context::{Moment, Readable, Schedulable, schedule_by_view};
+use crate::program::{Bounds, TriggerCell, cell_by_view};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::{ActionTiming, Policy, TriggerId};
 use crate::time::{Instant, Tag};
@@ -66,7 +66,7 @@ impl<T, const N: usize> LogicalActionQueue<T, N> {
     }
 }
 
-impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> LogicalAction<T, S> {
+impl<T> LogicalAction<T> {
     /// Schedules an event at `intended`, or where spacing and other events put it.
     pub(crate) fn insert(
         &mut self,
@@ -147,7 +147,7 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Readable for LogicalAction<T, 
     }
 }
 
-impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for LogicalAction<T, S> {
+impl<T> Schedulable for LogicalAction<T> {
     type Value = T;
     fn id(&self) -> TriggerId {
         self.id
@@ -164,7 +164,7 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for LogicalAction<
     }
 }
 
-impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for LogicalAction<T, S> {
+impl<T> TriggerCell for LogicalAction<T> {
     fn activate(&mut self, tag: Tag) -> Option<Tag> {
         self.present = true;
         self.happened = Some(tag);
@@ -182,6 +182,9 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for LogicalAction<
         self.queue.has_room()
     }
 }
+
+schedule_by_view!(LogicalActionQueue, LogicalAction, T);
+cell_by_view!(LogicalActionQueue, LogicalAction, T);
 
 /// The tag at which a physical event at `time` is meant to happen: never before the start.
 pub(crate) fn physical_tag(time: Instant, timing: &ActionTiming, start: Instant) -> Tag {

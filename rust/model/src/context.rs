@@ -46,6 +46,29 @@ pub trait Schedulable {
     fn capacity(&self) -> usize;
 }
 
+/// Implements [`Schedulable`] for an action with a capacity by way of its view, so that the code exists once per type
+/// of value, not once per capacity.
+macro_rules! schedule_by_view {
+    ($owned:ident, $view:ident, T $($bound:tt)*) => {
+        impl<T $($bound)*, const N: usize> Schedulable for $owned<T, N> {
+            type Value = T;
+            fn id(&self) -> TriggerId {
+                Schedulable::id(self as &$view<T>)
+            }
+            fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
+                Schedulable::schedule(self as &mut $view<T>, value, moment)
+            }
+            fn pending(&self) -> Option<Tag> {
+                Schedulable::pending(self as &$view<T>)
+            }
+            fn capacity(&self) -> usize {
+                N
+            }
+        }
+    };
+}
+pub(crate) use schedule_by_view;
+
 /// When something is scheduled.
 #[allow(missing_debug_implementations)]
 pub struct Moment<'a> {

@@ -18,9 +18,9 @@ use heapless::Deque;
 use heapless::vec::VecStorage;
 
 use crate::action::{LogicalAction, LogicalActionQueue, physical_tag};
-use crate::context::{Moment, Readable, Schedulable};
+use crate::context::{Moment, Readable, Schedulable, schedule_by_view};
 use crate::error::ScheduleError;
-use crate::program::{Bounds, TriggerCell};
+use crate::program::{Bounds, TriggerCell, cell_by_view};
 use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
 use crate::time::{Instant, Offset, Tag};
@@ -195,7 +195,7 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Readable for PhysicalAction<T,
     }
 }
 
-impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for PhysicalAction<T, S> {
+impl<T> Schedulable for PhysicalAction<T> {
     type Value = T;
     fn id(&self) -> TriggerId {
         self.action.id()
@@ -213,7 +213,7 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> Schedulable for PhysicalAction
     }
 }
 
-impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for PhysicalAction<T, S> {
+impl<T> TriggerCell for PhysicalAction<T> {
     fn activate(&mut self, tag: Tag) -> Option<Tag> {
         self.action.activate(tag)
     }
@@ -235,6 +235,9 @@ impl<T, S: VecStorage<Event<Option<T>>> + ?Sized> TriggerCell for PhysicalAction
         }
     }
 }
+
+schedule_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
+cell_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 
 /// What a physical thread has of the program that started it: it can schedule physical actions and ask to stop.
 ///

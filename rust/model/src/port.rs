@@ -6,7 +6,7 @@ use heapless::vec::VecStorage;
 
 use crate::context::Readable;
 use crate::payload::{Payload, PayloadError};
-use crate::program::{PortCell, TriggerCell, Undelivered};
+use crate::program::{PortCell, TriggerCell, Undelivered, cell_by_view};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
 use crate::time::Tag;
@@ -80,9 +80,7 @@ impl<T, const N: usize> QueuedPort<T, N> {
     pub const fn new(port: PortId) -> Self {
         Self { port: Port::new(port), queue: Queue::new() }
     }
-}
 
-impl<T, S: VecStorage<Event<T>> + ?Sized> QueuedPortInner<T, S> {
     /// Copies the value of the connection's source, to arrive at `tag` or, when another one does, a microstep later.
     ///
     /// # Errors
@@ -92,7 +90,7 @@ impl<T, S: VecStorage<Event<T>> + ?Sized> QueuedPortInner<T, S> {
         T: Clone,
     {
         match &source.value {
-            Some(value) => self.queue.insert(tag, value.clone()).map(|_| ()),
+            Some(value) => self.view().queue.insert(tag, value.clone()).map(|_| ()),
             None => Ok(()),
         }
     }
@@ -105,6 +103,18 @@ impl<T, S: VecStorage<Event<T>> + ?Sized> QueuedPortInner<T, S> {
     where
         T: Payload,
     {
+        self.view().take(tag, bytes)
+    }
+
+    fn view(&mut self) -> &mut QueuedPortInner<T> {
+        self
+    }
+}
+
+cell_by_view!(QueuedPort, QueuedPortInner, T);
+
+impl<T: Payload> QueuedPortInner<T> {
+    fn take(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         if !self.queue.has_room() {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
@@ -113,7 +123,7 @@ impl<T, S: VecStorage<Event<T>> + ?Sized> QueuedPortInner<T, S> {
     }
 }
 
-impl<T, S: VecStorage<Event<T>> + ?Sized> TriggerCell for QueuedPortInner<T, S> {
+impl<T> TriggerCell for QueuedPortInner<T> {
     fn activate(&mut self, tag: Tag) -> Option<Tag> {
         self.port.value = self.queue.pop_until(tag);
         self.queue.first_tag()

@@ -100,6 +100,31 @@ pub trait TriggerCell {
     fn drain(&mut self, _timing: &ActionTiming, _bounds: &Bounds) {}
 }
 
+/// Implements [`TriggerCell`] for a queue with a capacity by way of its view, so that the code exists once per type of
+/// value, not once per capacity.
+macro_rules! cell_by_view {
+    ($owned:ident, $view:ident, T $($bound:tt)*) => {
+        impl<T $($bound)*, const N: usize> TriggerCell for $owned<T, N> {
+            fn activate(&mut self, tag: Tag) -> Option<Tag> {
+                TriggerCell::activate(self as &mut $view<T>, tag)
+            }
+            fn clear(&mut self) {
+                TriggerCell::clear(self as &mut $view<T>);
+            }
+            fn pending(&self) -> Option<Tag> {
+                TriggerCell::pending(self as &$view<T>)
+            }
+            fn has_room(&self) -> bool {
+                TriggerCell::has_room(self as &$view<T>)
+            }
+            fn drain(&mut self, timing: &crate::tables::ActionTiming, bounds: &crate::program::Bounds) {
+                TriggerCell::drain(self as &mut $view<T>, timing, bounds);
+            }
+        }
+    };
+}
+pub(crate) use cell_by_view;
+
 /// The tags between which an event can be scheduled.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {

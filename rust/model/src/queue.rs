@@ -32,7 +32,7 @@ impl<T, const N: usize> Queue<T, Owned<T, N>> {
     }
 }
 
-impl<T, S: VecStorage<Event<T>> + ?Sized> Queue<T, S> {
+impl<T> Queue<T> {
     pub(crate) fn capacity(&self) -> usize {
         self.0.storage_capacity()
     }
