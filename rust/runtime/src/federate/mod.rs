@@ -62,7 +62,7 @@ pub fn run_federate<P: Platform>(
     };
     let link = Link::new(platform.now(), join.rti, buffers);
     let mut state = Loop { platform, program, engine, machine, link, limits, ended: false, input_full: false };
-    log::info!("connecting to the RTI at {}", join.rti);
+    log::debug!("connecting to the RTI at {}", join.rti);
     let result = state.run();
     if result.is_err() {
         state.machine.fail();
@@ -154,7 +154,7 @@ impl<P: Platform> Loop<'_, '_, P> {
                     self.engine.deliver(self.program, InputId(port), tag, payload)?;
                 }
                 Event::ClockCorrected(estimate) => {
-                    log::info!("initial clock synchronization: {estimate:?}");
+                    log::debug!("initial clock synchronization: {estimate}");
                     self.platform.set_correction(self.machine.clock());
                 }
                 Event::Started(start) => self.start(start),
@@ -162,7 +162,7 @@ impl<P: Platform> Loop<'_, '_, P> {
                     log::debug!("the federation stops at {tag}");
                     self.engine.set_stop_tag(tag);
                 }
-                Event::Accepted => log::info!("the RTI has accepted this federate"),
+                Event::Accepted => log::debug!("the RTI has accepted this federate"),
                 Event::None
                 | Event::Granted(_)
                 | Event::GrantedProvisionally(_)
@@ -179,7 +179,7 @@ impl<P: Platform> Loop<'_, '_, P> {
     }
 
     fn start(&mut self, start: Instant) {
-        log::info!("the federation starts");
+        log::debug!("the federation starts");
         self.engine.start(start);
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
@@ -224,7 +224,11 @@ impl<P: Platform> Loop<'_, '_, P> {
         }
         let now = self.platform.now();
         let Some(tag) = self.engine.next_tag() else { return Ok(Some(self.idle(now))) };
-        if !self.machine.next_event(now, tag) {
+        let granted = self.machine.next_event(now, tag);
+        // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others, and a
+        // receiver whose queue is full of messages that are not granted yet would read no further.
+        self.collect();
+        if !granted {
             return Ok(Some(Deadline::Never));
         }
         if !self.engine.settings().fast && self.machine.clock().physical(now) < tag.time {
@@ -255,10 +259,7 @@ impl<P: Platform> Loop<'_, '_, P> {
             return;
         }
         loop {
-            while let Some(message) = self.machine.poll_transmit(self.link.buffers.output.room()) {
-                // There is room: the machine was told how much, and gave a message that fits.
-                let _ = self.link.buffers.output.push(&message);
-            }
+            self.collect();
             if !self.link.flush(self.platform) {
                 return;
             }
@@ -267,6 +268,14 @@ impl<P: Platform> Loop<'_, '_, P> {
             if !self.machine.has_transmit() {
                 return;
             }
+        }
+    }
+
+    /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
+    fn collect(&mut self) {
+        while let Some(message) = self.machine.poll_transmit(self.link.buffers.output.room()) {
+            // There is room: the machine was told how much, and gave a message that fits.
+            let _ = self.link.buffers.output.push(&message);
         }
     }
 
