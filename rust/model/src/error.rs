@@ -65,7 +65,8 @@ impl fmt::Display for ModelError {
             }
             Self::NotReady { tag } => write!(
                 f,
-                "tag {tag} cannot begin, because the program is not between two tags: this is an error of the event loop"
+                "tag {tag} cannot begin, because the program is not between two tags: this is an error of the \
+                 event loop"
             ),
         }
     }
@@ -76,7 +77,8 @@ impl core::error::Error for ModelError {}
 /// A message from another federate was not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DeliverError {
-    /// No room now: keep the message, and do not read the connection until [`Engine::has_room`](crate::Engine::has_room).
+    /// No room now: keep the message, and do not read its connection until there is, which
+    /// [`Engine::has_room`](crate::Engine::has_room) tells.
     Full {
         /// The connection.
         input: &'static str,
@@ -111,7 +113,8 @@ impl fmt::Display for DeliverError {
         match self {
             Self::Full { input, capacity } => write!(
                 f,
-                "{input} holds {capacity} messages, which is all it has room for: read no more until one has been handled"
+                "{input} holds {capacity} messages, which is all it has room for: read no more until one has been \
+                 handled"
             ),
             Self::Payload { input, error } => {
                 write!(f, "a message for {input} does not fit its type: {error}; build all federates from one program")
@@ -124,7 +127,8 @@ impl fmt::Display for DeliverError {
             Self::NoSuchPort { port } => {
                 write!(
                     f,
-                    "a message came for input {port}, which this federate does not have: build all federates from one program"
+                    "a message came for input {port}, which this federate does not have: build all federates from one \
+                     program"
                 )
             }
         }

@@ -12,7 +12,7 @@
 //! | capacity | where it stands | what it must hold |
 //! |---|---|---|
 //! | events of a logical action | [`LogicalActionQueue<T, N>`] | those scheduled and not yet happened; `@capacity(n)` |
-//! | events of a physical action | [`PhysicalActionQueue<T, N>`], and again [`PhysicalInbox<T, N>`] | the same; a burst between two turns of the event loop |
+//! | events of a physical action | [`PhysicalActionQueue<T, N>`], [`PhysicalInbox<T, N>`] | the same, in either |
 //! | values on a delayed connection | [`QueuedPort<T, N>`] | those sent within one delay |
 //! | messages of a network input | [`QueuedPort<T, N>`] | those ahead of this federate; when full, the sender waits |
 //! | triggers, reactions, ports | [`storage_for!`] | computed from the tables |

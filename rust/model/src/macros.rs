@@ -3,7 +3,8 @@
 
 /// A [`Duration`](core::time::Duration) in LF's notation: `delay!(10 ms)`, `delay!((n * 2) usec)`, `delay!(0)`.
 ///
-/// The amount is an integer literal, a variable, or an expression in parentheses, of any integer type; negative is zero.
+/// The amount is an integer literal, a variable, or an expression in parentheses, of any integer type. A negative one
+/// is zero.
 #[macro_export]
 macro_rules! delay {
     (0) => {

@@ -31,7 +31,9 @@ proptest! {
 
     #[test]
     fn durations_and_intervals_agree_within_292_years(ns in 0..=i64::MAX, secs: u64, nanos in 0..1_000_000_000u32) {
-        prop_assert_eq!(Interval::from_duration(Interval(ns).to_duration()), if ns / 1_000_000_000 == i64::MAX / 1_000_000_000 { Interval::FOREVER } else { Interval(ns) });
+        let last_second = ns / 1_000_000_000 == i64::MAX / 1_000_000_000;
+        let expected = if last_second { Interval::FOREVER } else { Interval(ns) };
+        prop_assert_eq!(Interval::from_duration(Interval(ns).to_duration()), expected);
         let duration = Duration::new(secs, nanos);
         let exact = i64::try_from(duration.as_nanos()).ok().filter(|_| secs < 9_223_372_036);
         prop_assert_eq!(Interval::from(duration), exact.map_or(Interval::FOREVER, Interval));

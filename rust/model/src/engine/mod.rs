@@ -202,7 +202,7 @@ impl<'s> Engine<'s> {
         Some(event.min(self.state.stop)).filter(|tag| *tag != Tag::FOREVER)
     }
 
-    /// The stop that a reaction or a thread of a federate has asked for since the last call; it is for the RTI to grant.
+    /// The stop that a reaction or a thread of a federate has asked for since the last call. The RTI is to grant it.
     pub fn take_stop_request(&mut self) -> Option<Tag> {
         self.state.stop_request.take()
     }
