@@ -21,7 +21,7 @@ pub(crate) struct Part {
 #[derive(Debug)]
 pub(crate) struct Parts {
     pub(crate) federated: bool,
-    pub(crate) parts: Vec<Part>,
+    pub(crate) list: Vec<Part>,
     /// Per instance of the tree; nothing for the federated reactor itself.
     pub(crate) of: Vec<Option<usize>>,
 }
@@ -32,7 +32,7 @@ pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnost
     let class = &classes[root.class.0];
     if class.ast.kind != ReactorKind::Federated {
         let part = Part { name: root.path.clone(), top: 0, host: None };
-        return Parts { federated: false, parts: vec![part], of: vec![Some(0); tree.instances.len()] };
+        return Parts { federated: false, list: vec![part], of: vec![Some(0); tree.instances.len()] };
     }
     check_federated(class, diagnostics);
     let mut parts = Vec::new();
@@ -53,7 +53,7 @@ pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnost
         };
         of.push(part);
     }
-    Parts { federated: true, parts, of }
+    Parts { federated: true, list: parts, of }
 }
 
 /// Reports what a federated reactor cannot have, and what has no effect in it.

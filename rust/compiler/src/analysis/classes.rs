@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::diagnostics::{SourceMap, Span};
 use crate::instances::Tree;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
-use crate::resolve::{Class, ClassId, PortRef, Variable, literal_ns, rust_text, signature};
+use crate::resolve::{Class, ClassId, Variable, literal_ns, rust_text, signature};
 use crate::syntax::ast;
 
 /// Turns spans into locations.
@@ -195,10 +195,7 @@ fn variable_kind(
             }
         }
         Variable::Port(port) => {
-            let port = match port {
-                PortRef::Own(port) => &class.ports[port],
-                PortRef::Child(child, port) => &classes[class.children[child].class?.0].ports[port],
-            };
+            let port = class.port(port, classes)?;
             plan::VariableKind::Port { ty: places.ty(&port.ty, port.ty_span) }
         }
     })

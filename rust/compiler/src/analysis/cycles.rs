@@ -16,18 +16,18 @@ pub(super) fn between_federates(graph: &Graph, parts: &Parts, diagnostics: &mut 
         .filter(|link| link.network && link.delay.is_none())
         .map(|link| (part(link.from), part(link.to), link))
         .collect();
-    let mut reported = vec![false; parts.parts.len()];
-    for start in 0..parts.parts.len() {
+    let mut reported = vec![false; parts.list.len()];
+    for start in 0..parts.list.len() {
         if reported[start] {
             continue;
         }
-        let Some(cycle) = cycle_through(start, &edges, parts.parts.len()) else { continue };
+        let Some(cycle) = cycle_through(start, &edges, parts.list.len()) else { continue };
         let mut names: Vec<&str> = Vec::new();
         for (from, _, _) in &cycle {
             reported[*from] = true;
-            names.push(&parts.parts[*from].name);
+            names.push(&parts.list[*from].name);
         }
-        names.push(&parts.parts[start].name);
+        names.push(&parts.list[start].name);
         let message = format!("these federates wait for each other without a delay: {}", names.join(" -> "));
         let mut diagnostic = Diagnostic::new(Code::FederateCycle, cycle[0].2.span, message).hint(
             "cycles without a delay are not supported yet: write `after` on one of the connections, \

@@ -200,7 +200,7 @@ impl Builder<'_> {
         diagnostics: &mut Diagnostics,
     ) -> plan::Federate {
         let Context { tree, parts, places, described, .. } = *self.context;
-        let part = &parts.parts[self.part];
+        let part = &parts.list[self.part];
         let mut instances = Vec::new();
         for position in self.instances.keys() {
             let instance = &tree.instances[*position];

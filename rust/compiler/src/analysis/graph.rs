@@ -110,11 +110,9 @@ impl Graph {
         self.into = vec![None; self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
             for connection in &classes[instance.class.0].connections {
-                let delay = match connection.after {
-                    // A delay that is not known has been reported, and there will be no plan.
-                    Some(after) => Some(tree.time(position, after, classes, diagnostics).unwrap_or_default()),
-                    None => None,
-                };
+                // A delay that is not known has been reported, and there will be no plan.
+                let known = |after| tree.time(position, after, classes, diagnostics).unwrap_or_default();
+                let delay = connection.after.map(known);
                 let from = self.node(tree, position, connection.from);
                 let to = self.node(tree, position, connection.to);
                 let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];

@@ -45,7 +45,7 @@ pub(crate) fn analyse(
     let described = classes::describe(classes, tree, &places);
     let network = network::number(&graph, parts);
     let mut federates = Vec::new();
-    for part in 0..parts.parts.len() {
+    for part in 0..parts.list.len() {
         let context = federate::Context {
             classes,
             tree,

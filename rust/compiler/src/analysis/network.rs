@@ -16,7 +16,7 @@ pub(super) struct Network {
 /// Numbers the connections between federates.
 pub(super) fn number(graph: &Graph, parts: &Parts) -> Network {
     let mut network =
-        Network { outputs: vec![Vec::new(); parts.parts.len()], inputs: vec![Vec::new(); parts.parts.len()] };
+        Network { outputs: vec![Vec::new(); parts.list.len()], inputs: vec![Vec::new(); parts.list.len()] };
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         if let Some(part) = parts.of[graph.instance[link.from]] {
             network.outputs[part].push(position);

@@ -8,16 +8,16 @@ use crate::resolve::{ReactionParameter, Variable};
 
 /// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
 /// sent to another federate; nothing if there is no such path.
-pub(super) fn least_delay(context: &Context<'_>, part: usize) -> Option<i64> {
-    let search = Search { context, part };
+pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64> {
+    let paths = Search { context, federate };
     let count = context.graph.steps.len();
-    let mut least: Vec<Option<i64>> = (0..count).map(|step| search.from_physical(step)).collect();
+    let mut least: Vec<Option<i64>> = (0..count).map(|step| paths.physical_start(step)).collect();
     // A shorter way to a reaction can shorten the ways behind it; each round settles at least one reaction.
     let mut open: Vec<usize> = (0..count).filter(|step| least[*step].is_some()).collect();
     let mut sent: Option<i64> = None;
     while let Some(step) = open.pop() {
         let Some(delay) = least[step] else { continue };
-        for effect in search.parameters(step).iter().filter(|parameter| parameter.effect) {
+        for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
             let mut reach = |to: usize, added: i64| {
                 let total = delay.saturating_add(added);
                 if least[to].is_none_or(|known| total < known) {
@@ -27,20 +27,20 @@ pub(super) fn least_delay(context: &Context<'_>, part: usize) -> Option<i64> {
             };
             match effect.variable {
                 Variable::Port(port) => {
-                    let node = context.graph.root[context.graph.node(context.tree, search.instance(step), port)];
-                    for (root, added) in search.ports_behind(node) {
+                    let node = context.graph.root[context.graph.node(context.tree, paths.instance(step), port)];
+                    for (root, added) in paths.ports_behind(node) {
                         for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
                             reach(*reader, added);
                         }
-                        if search.is_sent(root) {
+                        if paths.is_sent(root) {
                             let total = delay.saturating_add(added);
                             sent = Some(sent.map_or(total, |known| known.min(total)));
                         }
                     }
                 }
                 Variable::Action(action) => {
-                    let added = search.min_delay(search.instance(step), action);
-                    for to in search.triggered_by(search.instance(step), action) {
+                    let added = paths.min_delay(paths.instance(step), action);
+                    for to in paths.triggered_by(paths.instance(step), action) {
                         reach(to, added);
                     }
                 }
@@ -53,7 +53,7 @@ pub(super) fn least_delay(context: &Context<'_>, part: usize) -> Option<i64> {
 
 struct Search<'a> {
     context: &'a Context<'a>,
-    part: usize,
+    federate: usize,
 }
 
 impl Search<'_> {
@@ -76,9 +76,9 @@ impl Search<'_> {
     }
 
     /// The delay with which a reaction of this federate is triggered by a physical action directly.
-    fn from_physical(&self, step: usize) -> Option<i64> {
+    fn physical_start(&self, step: usize) -> Option<i64> {
         let instance = self.instance(step);
-        if self.context.parts.of[instance] != Some(self.part) {
+        if self.context.parts.of[instance] != Some(self.federate) {
             return None;
         }
         let class = &self.context.classes[self.context.tree.instances[instance].class.0];
@@ -119,6 +119,6 @@ impl Search<'_> {
 
     fn is_sent(&self, root: Node) -> bool {
         let graph = self.context.graph;
-        self.context.network.outputs[self.part].iter().any(|link| graph.root[graph.links[*link].from] == root)
+        self.context.network.outputs[self.federate].iter().any(|link| graph.root[graph.links[*link].from] == root)
     }
 }

@@ -19,13 +19,16 @@ const CHAIN_MAX: usize = 200;
 /// The least distance of two events of a stream in nanoseconds; nothing for a stream of one event.
 pub(super) type Stream = Option<i64>;
 
+/// The streams of events at a port; nothing if they are not known.
+type Answer = Option<Vec<Stream>>;
+
 /// Answers how often the ports of a program can have events.
 pub(super) struct Rates<'a> {
     graph: &'a Graph,
     tree: &'a Tree,
     classes: &'a [Class<'a>],
-    /// Per storing port: not asked yet, being worked out, or the answer.
-    known: Vec<Option<Option<Vec<Stream>>>>,
+    /// Per storing port: the answer, if it has been asked for.
+    known: Vec<Option<Answer>>,
     depth: usize,
 }
 
@@ -45,12 +48,11 @@ impl<'a> Rates<'a> {
         // While it is being worked out, a cycle back to it is not known.
         self.known[root] = Some(None);
         self.depth += 1;
-        let streams = match self.graph.into[root] {
-            Some(link) => self.of_port(self.graph.root[self.graph.links[link].from]),
-            None => {
-                let writers = self.graph.writers[root].clone();
-                self.of_steps(&writers)
-            }
+        let streams = if let Some(link) = self.graph.into[root] {
+            self.of_port(self.graph.root[self.graph.links[link].from])
+        } else {
+            let writers = self.graph.writers[root].clone();
+            self.of_steps(&writers)
         };
         self.depth -= 1;
         self.known[root] = Some(streams.clone());

@@ -137,24 +137,11 @@ impl Builder<'_> {
             _ => SpacingPolicy::Defer,
         };
         let span = declared.ast.name.span;
-        let capacity = match declared.capacity {
-            Some(capacity) => capacity,
-            None => {
-                let steps = &self.context.graph.steps;
-                let schedules = |step: &usize| {
-                    let step = steps[*step];
-                    step.instance == instance
-                        && class.reactions[step.reaction]
-                            .parameters
-                            .iter()
-                            .any(|parameter| parameter.effect && parameter.variable == Variable::Action(action))
-                };
-                let schedulers: Vec<_> = (0..steps.len()).filter(schedules).collect();
-                let streams = if declared.ast.physical { None } else { rates.of_steps(&schedulers) };
-                let derived = streams.map_or(0, |streams| in_flight(&streams, min_delay_ns));
-                bounded(derived.max(ACTION_CAPACITY), span, diagnostics)
-            }
-        };
+        let capacity = declared.capacity.unwrap_or_else(|| {
+            let streams = if declared.ast.physical { None } else { rates.of_steps(&self.schedulers(instance, action)) };
+            let derived = streams.map_or(0, |streams| in_flight(&streams, min_delay_ns));
+            bounded(derived.max(ACTION_CAPACITY), span, diagnostics)
+        });
         let kind = TriggerKind::Action {
             instance: self.instance_index(instance),
             physical: declared.ast.physical,
@@ -166,6 +153,18 @@ impl Builder<'_> {
         let path = format!("{}.{}", tree.instances[instance].path, declared.ast.name.text);
         let at = Some(self.context.places.at(span));
         self.add(Source::Action(instance, action), plan::Trigger { path, kind, capacity, reactions: Vec::new(), at });
+    }
+
+    /// The reactions that can schedule an action.
+    fn schedulers(&self, instance: usize, action: usize) -> Vec<usize> {
+        let steps = &self.context.graph.steps;
+        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+        let schedules = |step: &usize| {
+            let step = steps[*step];
+            let mut effects = class.reactions.get(step.reaction).into_iter().flat_map(|reaction| &reaction.parameters);
+            step.instance == instance && effects.any(|it| it.effect && it.variable == Variable::Action(action))
+        };
+        (0..steps.len()).filter(schedules).collect()
     }
 
     /// The capacity that the program gives to a connection, at itself or at its destination.

@@ -50,7 +50,7 @@ impl Checker<'_> {
     fn check_diagram(&mut self, attribute: &Attribute) {
         let text = matches!(
             &attribute.parameters[..],
-            [one] if one.value.as_ref().is_some_and(|value| {
+            [one] if one.name.is_none() && one.value.as_ref().is_some_and(|value| {
                 matches!(value.kind, ExpressionKind::Literal(Literal::Text(_)) | ExpressionKind::Name(_))
             })
         );
@@ -70,7 +70,7 @@ impl Checker<'_> {
             return None;
         }
         let value = match &attribute.parameters[..] {
-            [one] => one.value.as_ref().and_then(|value| match &value.kind {
+            [one] if one.name.is_none() => one.value.as_ref().and_then(|value| match &value.kind {
                 ExpressionKind::Literal(Literal::Int(digits)) => digits.parse::<usize>().ok(),
                 _ => None,
             }),

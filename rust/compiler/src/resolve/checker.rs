@@ -15,7 +15,7 @@ const DEPTH_MAX: usize = 200;
 /// Checks every reactor that has to be right: those of the main file, and those that they contain. Returns them with
 /// the position of the main or federated one, if there is exactly one.
 pub(crate) fn check<'p>(program: &'p Program, diagnostics: &mut Diagnostics) -> (Vec<Class<'p>>, Option<ClassId>) {
-    let mut checker = Checker { program, by_id: BTreeMap::new(), found: Vec::new() };
+    let mut checker = Checker { program, by_id: BTreeMap::new(), found: Vec::new(), lenient: false };
     let mut classes = checker.declarations();
     for position in 0..classes.len() {
         checker.children(position, &mut classes);
@@ -38,6 +38,13 @@ pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
     pub(super) by_id: BTreeMap<ReactorId, ClassId>,
     found: Vec<Diagnostic>,
+    /// Whether names may be declared where they cannot be seen, by features that have been refused.
+    pub(super) lenient: bool,
+}
+
+/// Whether a reactor uses a feature that is not supported and that declares names which are not known here.
+pub(super) fn is_opaque(reactor: &ast::Reactor) -> bool {
+    !reactor.extends.is_empty() || !reactor.body.modes.is_empty()
 }
 
 impl<'p> Checker<'p> {
@@ -74,6 +81,7 @@ impl<'p> Checker<'p> {
     fn children(&mut self, position: usize, classes: &mut [Class<'p>]) {
         let class = &classes[position];
         let scope = &self.program.units[class.id.unit].scope;
+        self.lenient = class.opaque;
         let mut children = Vec::new();
         for instance in &class.ast.body.instances {
             let id = scope.get(&instance.class.text).and_then(|id| self.by_id.get(id)).copied();
@@ -88,21 +96,6 @@ impl<'p> Checker<'p> {
             children.push(Child { ast: instance, class: id, arguments });
         }
         classes[position].children = children;
-    }
-
-    /// The class of a child and its port, as far as they are known.
-    pub(super) fn port<'c>(
-        &self,
-        port: PortRef,
-        class: &'c Class<'p>,
-        classes: &'c [Class<'p>],
-    ) -> Option<&'c super::Port<'p>> {
-        match port {
-            PortRef::Own(port) => class.ports.get(port),
-            PortRef::Child(child, port) => {
-                class.children.get(child)?.class.and_then(|class| classes[class.0].ports.get(port))
-            }
-        }
     }
 
     /// Finds a port by its reference, reporting what does not exist.
@@ -134,15 +127,15 @@ impl<'p> Checker<'p> {
             return None;
         };
         // An instance of an unknown reactor has been reported.
-        let contained = &classes[class.children[child].class?.0];
-        let port = contained.ports.iter().position(|port| port.name.text == name.text);
-        if port.is_none() && !contained.opaque {
-            let message = format!("`{}` is a `{}`, which has no port `{}`", container.text, contained.name, name.text);
-            let names = contained.ports.iter().map(|port| port.name.text.as_str());
+        let inner = &classes[class.children[child].class?.0];
+        let port = inner.ports.iter().position(|port| port.name.text == name.text);
+        if port.is_none() && !inner.opaque {
+            let message = format!("`{}` is a `{}`, which has no port `{}`", container.text, inner.name, name.text);
+            let names = inner.ports.iter().map(|port| port.name.text.as_str());
             let hint = did_you_mean(&name.text, names);
             self.report(
                 Diagnostic::new(Code::UnknownPort, name.span, message)
-                    .also(contained.ast.span(), "its declaration")
+                    .also(inner.ast.span(), "its declaration")
                     .hint_maybe(hint),
             );
         }

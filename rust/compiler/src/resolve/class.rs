@@ -2,7 +2,7 @@
 //! What a reactor declares.
 
 use super::attributes::Target;
-use super::checker::Checker;
+use super::checker::{Checker, is_opaque};
 use super::model::{Action, Class, Parameter, Port, ReactorId, State};
 use super::value::Place;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
@@ -15,6 +15,7 @@ impl<'p> Checker<'p> {
             Some(name) => name.text.clone(),
             None => super::mains::file_stem(&self.program.units[id.unit].path).to_owned(),
         };
+        self.lenient = is_opaque(reactor);
         self.check_attributes(&reactor.attributes, Target::Other);
         let parameters = self.parameters(reactor);
         let states = self.states(reactor, &parameters);
@@ -39,7 +40,7 @@ impl<'p> Checker<'p> {
             id,
             ast: reactor,
             name,
-            opaque: !reactor.extends.is_empty() || !reactor.body.modes.is_empty(),
+            opaque: is_opaque(reactor),
             parameters,
             states,
             ports,

@@ -56,7 +56,7 @@ impl<'p> Checker<'p> {
                     PortRef::Child(child, _) => class.children[*child].ast.width.is_some(),
                     PortRef::Own(_) => false,
                 };
-                bank || self.port(*port, class, classes).is_some_and(|port| port.wide)
+                bank || class.port(*port, classes).is_some_and(|port| port.wide)
             }
         };
         // Widths of multiports and of what is unknown are not known; both have been reported.
@@ -85,7 +85,7 @@ impl<'p> Checker<'p> {
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
-        let (Some(source), Some(destination)) = (self.port(from, class, classes), self.port(to, class, classes)) else {
+        let (Some(source), Some(destination)) = (class.port(from, classes), class.port(to, classes)) else {
             return false;
         };
         let is_source = (source.direction == Direction::Input) == matches!(from, PortRef::Own(_));
@@ -101,7 +101,7 @@ impl<'p> Checker<'p> {
         if !is_source || !is_destination {
             return false;
         }
-        if source_type.0 != destination_type.0 {
+        if last_names(&source_type.0) != last_names(&destination_type.0) {
             let message = format!(
                 "`{}` has type `{}`, but `{}` has type `{}`",
                 from_end.text(),
@@ -139,7 +139,7 @@ impl<'p> Checker<'p> {
         let mut first: BTreeMap<PortRef, Span> = BTreeMap::new();
         for connection in &class.connections {
             if let Some(span) = first.get(&connection.to).copied() {
-                let name = self.port_text(connection.to, class, classes);
+                let name = port_text(connection.to, class, classes);
                 let message = format!("`{name}` already has a source: a port takes one connection");
                 self.report(
                     Diagnostic::new(Code::TwoWriters, connection.span, message)
@@ -154,7 +154,7 @@ impl<'p> Checker<'p> {
             for effect in reaction.parameters.iter().filter(|parameter| parameter.effect) {
                 let Variable::Port(port) = effect.variable else { continue };
                 if let Some(span) = first.get(&port).copied() {
-                    let name = self.port_text(port, class, classes);
+                    let name = port_text(port, class, classes);
                     let message = format!("`{name}` is written by a connection, so a reaction cannot write it too");
                     self.report(
                         Diagnostic::new(Code::TwoWriters, effect.span, message)
@@ -165,12 +165,38 @@ impl<'p> Checker<'p> {
             }
         }
     }
+}
 
-    fn port_text(&self, port: PortRef, class: &Class<'p>, classes: &[Class<'p>]) -> String {
-        let name = self.port(port, class, classes).map_or("", |port| port.name.text.as_str());
-        match port {
-            PortRef::Own(_) => name.to_owned(),
-            PortRef::Child(child, _) => format!("{}.{name}", class.children[child].ast.name.text),
+fn port_text(port: PortRef, class: &Class<'_>, classes: &[Class<'_>]) -> String {
+    let name = class.port(port, classes).map_or("", |port| port.name.text.as_str());
+    match port {
+        PortRef::Own(_) => name.to_owned(),
+        PortRef::Child(child, _) => format!("{}.{name}", class.children[child].ast.name.text),
+    }
+}
+
+/// A type without the paths before its names: two files can name one type differently, and Rust compares them in the
+/// end.
+fn last_names(ty: &str) -> String {
+    let mut text = String::new();
+    for (index, part) in ty.split("::").enumerate() {
+        if index > 0 {
+            let start = text.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+            text.truncate(start);
         }
+        text.push_str(part);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::last_names;
+
+    #[test]
+    fn paths_do_not_tell_types_apart() {
+        assert_eq!(last_names("super::source::Hello"), "Hello");
+        assert_eq!(last_names("Vec<core::time::Duration>"), "Vec<Duration>");
+        assert_eq!(last_names("[i32; 3]"), "[i32; 3]");
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::syntax::ast::{Import, ImportSource, Name, SourceUnit};
 use crate::syntax::parse;
 
@@ -54,7 +54,7 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
     let path = normalize(path);
     match loader.sources.read(&path) {
         Ok(text) => {
-            loader.add(&path, text);
+            loader.add(&path, &text);
             Some(Program { units: loader.units })
         }
         Err(reason) => {
@@ -77,9 +77,9 @@ struct Loader<'a> {
 
 impl Loader<'_> {
     /// Adds a file and what it imports; returns its position.
-    fn add(&mut self, path: &str, text: String) -> usize {
-        let file = self.diagnostics.sources_mut().add(path.to_owned(), text.clone());
-        let (ast, found) = parse(file, &text);
+    fn add(&mut self, path: &str, text: &str) -> usize {
+        let file = self.diagnostics.sources_mut().add(path.to_owned(), text.to_owned());
+        let (ast, found) = parse(file, text);
         self.diagnostics.extend(found);
         let unit = self.units.len();
         let scope = self.own_reactors(unit, &ast);
@@ -171,7 +171,7 @@ impl Loader<'_> {
             return Some(known);
         }
         match self.sources.read(path) {
-            Ok(text) => Some(self.add(path, text)),
+            Ok(text) => Some(self.add(path, &text)),
             Err(reason) => {
                 let message = format!("cannot read `{path}`: {reason}");
                 let hint = "the path is relative to the folder of this file";
@@ -208,11 +208,6 @@ fn normalize(path: &str) -> String {
         }
     }
     parts.join("/")
-}
-
-/// The text of a unit in the source map.
-pub(crate) fn unit_of(file: FileId, diagnostics: &Diagnostics) -> usize {
-    diagnostics.sources().iter().position(|(id, _)| id == file).unwrap_or_default()
 }
 
 #[cfg(test)]

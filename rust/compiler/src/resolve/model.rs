@@ -27,6 +27,16 @@ pub(crate) struct Class<'p> {
     pub(crate) reactions: Vec<Reaction<'p>>,
 }
 
+impl Class<'_> {
+    /// The declaration of a port as this reactor sees it, as far as it is known.
+    pub(crate) fn port<'c>(&'c self, port: PortRef, classes: &'c [Class<'_>]) -> Option<&'c Port<'c>> {
+        match port {
+            PortRef::Own(port) => self.ports.get(port),
+            PortRef::Child(child, port) => classes[self.children.get(child)?.class?.0].ports.get(port),
+        }
+    }
+}
+
 /// A parameter with its type.
 #[derive(Debug)]
 pub(crate) struct Parameter<'p> {

@@ -51,7 +51,9 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
     names.sort_by_key(|(name, _)| name.span.start);
     for (name, what) in names {
         if let Some((first, first_what)) = seen.get(name.text.as_str()) {
-            let message = format!("the name `{}` is already taken by a {first_what} of this reactor", name.text);
+            let article = if first_what.starts_with(['a', 'i']) { "an" } else { "a" };
+            let message =
+                format!("the name `{}` is already taken by {article} {first_what} of this reactor", name.text);
             let diagnostic = Diagnostic::new(Code::DuplicateName, name.span, message)
                 .also(*first, "the first one")
                 .hint(format!("rename the {what}"));
@@ -68,7 +70,8 @@ fn check_rust(name: &Name, what: &str, in_bodies: bool, diagnostics: &mut Vec<Di
         return;
     }
     let reason = if taken { "reaction bodies have a variable of this name" } else { "Rust does not allow this name" };
-    let message = format!("a {what} cannot be called `{}`: {reason}", name.text);
+    let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };
+    let message = format!("{article} {what} cannot be called `{}`: {reason}", name.text);
     let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
     diagnostics.push(Diagnostic::new(Code::RustName, name.span, message).hint(hint));
 }

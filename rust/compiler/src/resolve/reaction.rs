@@ -167,7 +167,7 @@ impl<'p> Checker<'p> {
                 Some((Code::NotWritable, format!("timer `{text}` cannot be an effect"), writable_hint))
             }
             (Variable::Port(port), _) => {
-                let input = self.port(port, class, classes).is_some_and(|port| port.direction == Direction::Input);
+                let input = class.port(port, classes).is_some_and(|port| port.direction == Direction::Input);
                 let own = matches!(port, PortRef::Own(_));
                 let kind = if input { "input" } else { "output" };
                 let owner = if own { "this reactor" } else { "a contained reactor" };

@@ -74,7 +74,7 @@ pub(crate) fn check(unit: &SourceUnit, diagnostics: &mut Diagnostics) -> plan::T
             let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
             reader.found.push(diagnostic.hint("write `target Rust` in the first line"));
         }
-        Some(target) if target.name.text != "Rust" => {
+        Some(target) if !target.name.text.eq_ignore_ascii_case("Rust") => {
             let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
             let hint = "write `target Rust`, and the reaction bodies in Rust";
             reader.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
@@ -111,10 +111,11 @@ impl Reader {
     fn property(&mut self, property: &Property) {
         let Property { key, value } = property;
         match key.text.as_str() {
-            "coordination" => match self.word(key, value, &["centralized", "decentralized"]) {
-                Some("decentralized") => self.refuse_value(key, value, "use `centralized`"),
-                _ => {}
-            },
+            "coordination" => {
+                if self.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
+                    self.refuse_value(key, value, "use `centralized`");
+                }
+            }
             "clock-sync" => match self.word(key, value, &["off", "init", "on"]) {
                 Some("off") => self.target.clock_sync = plan::ClockSync::Off,
                 Some("init") => self.target.clock_sync = plan::ClockSync::Init,
@@ -341,9 +342,8 @@ impl Reader {
 /// A word, a path or a string, without quotes.
 fn text_of(value: &PropertyValue) -> Option<String> {
     match &value.kind {
-        PropertyKind::Path(text) => Some(text.clone()),
         PropertyKind::Literal(Literal::Text(text)) => Some(text.trim_matches('"').to_owned()),
-        PropertyKind::Literal(Literal::Int(text)) => Some(text.clone()),
+        PropertyKind::Path(text) | PropertyKind::Literal(Literal::Int(text)) => Some(text.clone()),
         PropertyKind::Literal(Literal::Bool(value)) => Some(value.to_string()),
         _ => None,
     }

@@ -24,7 +24,7 @@ fn is_zero(text: &str) -> bool {
 }
 
 impl Checker<'_> {
-    /// Reports a value that is no time. `what` is its role: `the period of timer `t``. Code is allowed only where the
+    /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where the
     /// value is not needed at build time.
     pub(super) fn check_time(&mut self, value: &Expression, what: &str, scope: &[Parameter<'_>], code_allowed: bool) {
         match &value.kind {
@@ -66,6 +66,9 @@ impl Checker<'_> {
 
     /// Reports a name that no parameter in scope has.
     pub(super) fn unknown_parameter(&mut self, name: &str, span: Span, scope: &[Parameter<'_>]) {
+        if self.lenient {
+            return;
+        }
         let message = format!("there is no parameter `{name}` here");
         let hint = did_you_mean(name, scope.iter().map(|parameter| parameter.name.text.as_str()));
         let hint = hint.or_else(|| Some("other Rust expressions are written as code: `{= … =}`".to_owned()));

@@ -12,7 +12,7 @@ use crate::syntax::ast::{Expression, ExpressionKind, Literal};
 /// Where a value goes.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
-    /// For people: `parameter `p``.
+    /// For people, like "parameter p".
     pub(super) what: &'a str,
     pub(super) ty: &'a str,
     pub(super) ty_span: Span,

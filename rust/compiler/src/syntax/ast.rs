@@ -39,7 +39,8 @@ pub(crate) struct PropertyValue {
 #[derive(Clone, Debug)]
 pub(crate) enum PropertyKind {
     Map(Vec<Property>),
-    List(Vec<PropertyValue>),
+    /// A list; no property that is honoured takes one.
+    List,
     Literal(Literal),
     Time(TimeValue),
     /// A word or a path without quotes.

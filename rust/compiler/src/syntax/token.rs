@@ -105,7 +105,7 @@ pub(super) struct Token {
 
 /// The tokens of a text, with an [`Kind::End`] at the end, and the comments.
 pub(super) struct Tokens {
-    pub(super) tokens: Vec<Token>,
+    pub(super) list: Vec<Token>,
     pub(super) comments: Vec<Range<usize>>,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
@@ -130,7 +130,7 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let end = text.len();
     tokens.push(Token { kind: Kind::End, start: end, end, adjacent: false, first_of_line: true });
     let diagnostics = lexer.extras.iter().map(|(code, range)| describe(file, *code, range)).collect();
-    Tokens { tokens, comments, diagnostics }
+    Tokens { list: tokens, comments, diagnostics }
 }
 
 fn code(lexer: &mut Lexer<'_, Kind>) {

@@ -75,7 +75,8 @@ impl Parser<'_> {
 
     fn reference_name(&mut self, what: &str) -> Parsed<super::Name> {
         // A word that begins a declaration is no name here: something was left out before it.
-        if self.peek(0).first_of_line && self.at_member_start() && self.peek(1).kind == Kind::Word {
+        let declares = matches!(self.peek(1).kind, Kind::Word | Kind::Equals);
+        if self.peek(0).first_of_line && self.at_member_start() && declares {
             return self.unexpected(what);
         }
         self.name(what)

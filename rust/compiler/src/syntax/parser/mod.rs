@@ -36,8 +36,8 @@ struct Parser<'t> {
 
 /// Reads a file.
 pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
-    let Tokens { tokens, comments, diagnostics } = tokens(file, text);
-    let mut parser = Parser { file, text, tokens, comments, position: 0, depth: 0, diagnostics };
+    let Tokens { list, comments, diagnostics } = tokens(file, text);
+    let mut parser = Parser { file, text, tokens: list, comments, position: 0, depth: 0, diagnostics };
     let unit = parser.source_unit();
     (unit, parser.diagnostics)
 }

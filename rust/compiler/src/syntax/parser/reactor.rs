@@ -91,6 +91,11 @@ impl Parser<'_> {
                 return body;
             }
             if self.at_end() || self.at_file_start() {
+                // A comment or a code block without an end takes the brace with it.
+                let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment);
+                if self.at_end() && self.diagnostics.iter().any(|entry| taken(entry.code)) {
+                    return body;
+                }
                 let what = if in_mode { "mode" } else { "reactor" };
                 let message = format!("the body of this {what} has no end");
                 let hint = "close it with `}`";
@@ -145,9 +150,8 @@ impl Parser<'_> {
         while !self.at_end() && !self.at_file_start() {
             match self.kind() {
                 Kind::OpenBrace => depth += 1,
-                Kind::CloseBrace if depth == 0 => return,
+                Kind::CloseBrace | Kind::Semicolon if depth == 0 => return,
                 Kind::CloseBrace => depth -= 1,
-                Kind::Semicolon if depth == 0 => return,
                 _ if depth == 0 && self.at_member_start() => return,
                 _ => {}
             }

@@ -49,7 +49,8 @@ impl Parser<'_> {
             Kind::OpenBrace => PropertyKind::Map(self.properties()?),
             Kind::OpenBracket => {
                 self.advance();
-                PropertyKind::List(self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?)
+                self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?;
+                PropertyKind::List
             }
             _ if self.at_path() => {
                 let span = self.path();

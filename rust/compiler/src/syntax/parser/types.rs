@@ -3,13 +3,20 @@
 
 use super::super::ast::{Type, TypeKind};
 use super::super::token::Kind;
+use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
 
 impl Parser<'_> {
     /// `: T`, if it is here.
     pub(super) fn type_annotation(&mut self) -> Parsed<Option<Type>> {
-        if self.eat(Kind::Colon) { Ok(Some(self.ty()?)) } else { Ok(None) }
+        if self.eat(Kind::Colon) {
+            return Ok(Some(self.ty()?));
+        }
+        let other =
+            matches!(self.peek(1).kind, Kind::Equals | Kind::Dot | Kind::Comma | Kind::Arrow | Kind::PhysicalArrow);
+        let forgotten = self.word_ahead(0).is_some_and(|word| !is_reserved(word)) && !self.peek(0).first_of_line;
+        if forgotten && !other { self.unexpected("`:` before the type") } else { Ok(None) }
     }
 
     pub(super) fn ty(&mut self) -> Parsed<Type> {

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Programs that compile: what is planned for each of them, and the warnings, are kept beside it.
+//!
+//! `INSTA_UPDATE=always cargo test -p lf-compiler --test plans` rewrites the expected output.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lf_compiler::{SourceProvider, Style, compile};
+
+struct Folder(PathBuf);
+
+impl SourceProvider for Folder {
+    fn read(&self, path: &str) -> Result<String, String> {
+        fs::read_to_string(self.0.join(path)).map_err(|error| error.to_string())
+    }
+}
+
+fn check(name: &str) {
+    let provider = Folder(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/plans"));
+    let compilation = compile(&format!("{name}.lf"), &provider);
+    let said = compilation.diagnostics.render(Style::Plain);
+    let plan = compilation.plan.map_or_else(|| "no plan".to_owned(), |plan| plan.to_string());
+    insta::with_settings!({
+        snapshot_path => "plans",
+        prepend_module_to_snapshot => false,
+        omit_expression => true,
+    }, {
+        insta::assert_snapshot!(name, format!("{said}{plan}"));
+    });
+}
+
+#[test]
+fn a_main_reactor_with_everything_it_can_have() {
+    check("hello");
+}
+
+#[test]
+fn undelayed_connections_are_one_port_and_delayed_ones_hold_what_is_on_its_way() {
+    check("hierarchy");
+}
+
+#[test]
+fn each_instance_in_a_federated_reactor_is_a_federate() {
+    check("federation");
+}
+
+#[test]
+fn older_forms_compile_with_warnings() {
+    check("older_forms");
+}
