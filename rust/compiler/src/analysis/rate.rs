@@ -19,8 +19,32 @@ const CHAIN_MAX: usize = 200;
 /// The least distance of two events of a stream in nanoseconds; nothing for a stream of one event.
 pub(super) type Stream = Option<i64>;
 
-/// The streams of events at a port; nothing if they are not known.
-type Answer = Option<Vec<Stream>>;
+/// The streams of events at a port.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rate {
+    /// The streams that are known.
+    pub(super) streams: Vec<Stream>,
+    /// Whether these are all.
+    pub(super) complete: bool,
+}
+
+impl Rate {
+    const NONE: Rate = Rate { streams: Vec::new(), complete: true };
+    const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false };
+
+    fn one(stream: Stream) -> Self {
+        Rate { streams: vec![stream], complete: true }
+    }
+
+    fn add(&mut self, other: Rate) {
+        self.complete &= other.complete;
+        self.streams.extend(other.streams);
+        if self.streams.len() > STREAMS_MAX {
+            self.streams.truncate(STREAMS_MAX);
+            self.complete = false;
+        }
+    }
+}
 
 /// Answers how often the ports of a program can have events.
 pub(super) struct Rates<'a> {
@@ -28,7 +52,7 @@ pub(super) struct Rates<'a> {
     tree: &'a Tree,
     classes: &'a [Class<'a>],
     /// Per storing port: the answer, if it has been asked for.
-    known: Vec<Option<Answer>>,
+    known: Vec<Option<Rate>>,
     depth: usize,
 }
 
@@ -37,61 +61,57 @@ impl<'a> Rates<'a> {
         Self { graph, tree, classes, known: vec![None; graph.instance.len()], depth: 0 }
     }
 
-    /// The streams of events at a storing port; nothing if they are not known.
-    pub(super) fn of_port(&mut self, root: usize) -> Option<Vec<Stream>> {
+    /// The events at a storing port.
+    pub(super) fn of_port(&mut self, root: usize) -> Rate {
         if let Some(known) = &self.known[root] {
             return known.clone();
         }
         if self.depth == CHAIN_MAX {
-            return None;
+            return Rate::UNKNOWN;
         }
         // While it is being worked out, a cycle back to it is not known.
-        self.known[root] = Some(None);
+        self.known[root] = Some(Rate::UNKNOWN);
         self.depth += 1;
-        let streams = if let Some(link) = self.graph.into[root] {
+        let rate = if let Some(link) = self.graph.into[root] {
             self.of_port(self.graph.root[self.graph.links[link].from])
         } else {
             let writers = self.graph.writers[root].clone();
             self.of_steps(&writers)
         };
         self.depth -= 1;
-        self.known[root] = Some(streams.clone());
-        streams
+        self.known[root] = Some(rate.clone());
+        rate
     }
 
-    /// The streams of all these reactions together.
-    pub(super) fn of_steps(&mut self, steps: &[usize]) -> Option<Vec<Stream>> {
-        let mut streams = Vec::new();
+    /// The events that trigger any of these reactions.
+    pub(super) fn of_steps(&mut self, steps: &[usize]) -> Rate {
+        let mut rate = Rate::NONE;
         for step in steps {
             let step = self.graph.steps[*step];
             let class = &self.classes[self.tree.instances[step.instance].class.0];
             let reaction = &class.reactions[step.reaction];
             for parameter in reaction.parameters.iter().filter(|parameter| parameter.triggers) {
-                streams.extend(self.of_variable(step.instance, parameter.variable)?);
-                if streams.len() > STREAMS_MAX {
-                    return None;
-                }
+                rate.add(self.of_variable(step.instance, parameter.variable));
             }
         }
-        Some(streams)
+        rate
     }
 
-    fn of_variable(&mut self, instance: usize, variable: Variable) -> Option<Vec<Stream>> {
+    fn of_variable(&mut self, instance: usize, variable: Variable) -> Rate {
         // What is not a time has been reported before.
         let mut ignored = Diagnostics::default();
         let class = &self.classes[self.tree.instances[instance].class.0];
+        let mut time = |value: Option<&_>| {
+            let time = value.and_then(|value| self.tree.time(instance, value, self.classes, &mut ignored));
+            time.filter(|ns| *ns > 0)
+        };
         match variable {
-            Variable::Startup | Variable::Shutdown => Some(vec![None]),
-            Variable::Timer(timer) => {
-                let period = class.timers[timer].period.as_ref();
-                let period = period.and_then(|period| self.tree.time(instance, period, self.classes, &mut ignored));
-                Some(vec![period.filter(|period| *period > 0)])
-            }
-            Variable::Action(action) => {
-                let spacing = class.actions[action].ast.min_spacing.as_ref()?;
-                let spacing = self.tree.time(instance, spacing, self.classes, &mut ignored)?;
-                (spacing > 0).then(|| vec![Some(spacing)])
-            }
+            Variable::Startup | Variable::Shutdown => Rate::one(None),
+            Variable::Timer(timer) => Rate::one(time(class.timers[timer].period.as_ref())),
+            Variable::Action(action) => match time(class.actions[action].ast.min_spacing.as_ref()) {
+                Some(spacing) => Rate::one(Some(spacing)),
+                None => Rate::UNKNOWN,
+            },
             Variable::Port(port) => self.of_port(self.graph.root[self.graph.node(self.tree, instance, port)]),
         }
     }

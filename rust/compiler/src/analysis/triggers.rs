@@ -4,9 +4,9 @@
 //! | queue | capacity |
 //! |---|---|
 //! | timer, startup, shutdown | 1 |
-//! | action | what is on its way by its minimum delay, but at least [`ACTION_CAPACITY`]: bodies can delay more |
+//! | action | what is on its way by its minimum delay, and [`ACTION_CAPACITY`], because bodies can delay more |
 //! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
-//! | connection between federates | what is on its way by the delay, but at least [`NETWORK_CAPACITY`] |
+//! | connection between federates | what is on its way by the delay, as far as known, and [`NETWORK_CAPACITY`] |
 //!
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
@@ -17,10 +17,11 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
 
-/// How many pending events an action holds at least.
+/// How many pending events an action holds besides those that its minimum delay keeps on their way.
 const ACTION_CAPACITY: usize = 8;
 
-/// How many messages a connection between federates holds at least. When they are used up, the sender waits.
+/// How many messages a connection between federates holds besides those that its delay keeps on their way. When all
+/// places are used up, the sender waits.
 const NETWORK_CAPACITY: usize = 16;
 
 /// What a trigger is in the program.
@@ -138,9 +139,9 @@ impl Builder<'_> {
         };
         let span = declared.ast.name.span;
         let capacity = declared.capacity.unwrap_or_else(|| {
-            let streams = if declared.ast.physical { None } else { rates.of_steps(&self.schedulers(instance, action)) };
-            let derived = streams.map_or(0, |streams| in_flight(&streams, min_delay_ns));
-            bounded(derived.max(ACTION_CAPACITY), span, diagnostics)
+            let rate = rates.of_steps(&self.schedulers(instance, action));
+            let derived = in_flight(&rate.streams, min_delay_ns);
+            bounded(derived.saturating_add(ACTION_CAPACITY), span, diagnostics)
         });
         let kind = TriggerKind::Action {
             instance: self.instance_index(instance),
@@ -179,12 +180,20 @@ impl Builder<'_> {
         let graph = self.context.graph;
         let link = &graph.links[position];
         let delay_ns = link.delay.unwrap_or_default();
-        let capacity = match (self.given_capacity(position), rates.of_port(graph.root[link.from])) {
-            (Some(capacity), _) => capacity,
-            // One value waits for the next microstep while the one before it is there.
-            (None, _) if delay_ns == 0 => 2,
-            (None, Some(streams)) => bounded(in_flight(&streams, delay_ns), link.span, diagnostics),
-            (None, None) => {
+        let rate = rates.of_port(graph.root[link.from]);
+        // One value waits for the next microstep while the one before it is there.
+        let derived = if delay_ns == 0 { 2 } else { in_flight(&rate.streams, delay_ns) };
+        let capacity = match self.given_capacity(position) {
+            Some(capacity) => {
+                if rate.complete && capacity < derived {
+                    let message = format!("{derived} values can be on their way here, and the capacity is {capacity}");
+                    let hint = "the program ends with an error when the queue is full; raise the capacity";
+                    diagnostics.push(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
+                }
+                capacity
+            }
+            None if rate.complete || delay_ns == 0 => bounded(derived, link.span, diagnostics),
+            None => {
                 let name = self.link_name(position);
                 let message = format!("how many values of `{name}` are on their way at the same time is not known");
                 let hint = "its source can be written at any rate: write `@capacity(n)` before the connection, \
@@ -207,9 +216,9 @@ impl Builder<'_> {
         let graph = self.context.graph;
         let link = &graph.links[position];
         let capacity = self.given_capacity(position).unwrap_or_else(|| {
-            let streams = rates.of_port(graph.root[link.from]);
-            let derived = streams.map_or(0, |streams| in_flight(&streams, link.delay.unwrap_or_default()));
-            bounded(derived.max(NETWORK_CAPACITY), link.span, diagnostics)
+            let rate = rates.of_port(graph.root[link.from]);
+            let derived = in_flight(&rate.streams, link.delay.unwrap_or_default());
+            bounded(derived.saturating_add(NETWORK_CAPACITY), link.span, diagnostics)
         });
         let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
         self.add_link(position, kind, capacity);

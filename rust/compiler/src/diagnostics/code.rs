@@ -153,6 +153,8 @@ codes! {
     CType = "W004-c-type",
     /// Something that has no effect.
     NoEffect = "W005-no-effect",
+    /// A capacity below what the program needs at most.
+    SmallCapacity = "W006-small-capacity",
 }
 
 impl Code {

@@ -2,9 +2,9 @@
 //! Diagnostics as text for people: `FILE.lf:LINE:COLUMN: error[CODE]: sentence`, the lines meant, and a hint.
 
 use annotate_snippets::renderer::DecorStyle;
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
-use super::{Diagnostic, Severity, SourceMap, Span};
+use super::{Diagnostic, Label, Severity, SourceFile, SourceMap, Span};
 
 /// Whether to use colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -54,28 +54,24 @@ fn excerpt(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> Option
     if file.text().trim().is_empty() {
         return None;
     }
-    let main = Snippet::source(file.text()).annotation(
-        AnnotationKind::Primary
-            .span(underlined(diagnostic.span, file.text()))
-            .label((!diagnostic.label.is_empty()).then_some(diagnostic.label.as_str())),
-    );
     let (here, elsewhere): (Vec<_>, Vec<_>) =
         diagnostic.secondary.iter().partition(|label| label.span.file == diagnostic.span.file);
-    let main = main.annotations(
-        here.into_iter()
-            .map(|label| AnnotationKind::Context.span(underlined(label.span, file.text())).label(label.text.as_str())),
-    );
+    let main = Window::new(file, here.iter().map(|label| label.span).chain([diagnostic.span]));
+    let primary = AnnotationKind::Primary
+        .span(main.underlined(diagnostic.span))
+        .label((!diagnostic.label.is_empty()).then_some(diagnostic.label.as_str()));
+    let others = here.into_iter().map(|label| main.context(label));
+    let snippet = Snippet::source(main.text).line_start(main.line).annotation(primary).annotations(others);
     let level = match diagnostic.severity() {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut group = Group::with_level(level).element(main);
+    let mut group = Group::with_level(level).element(snippet);
     for label in elsewhere {
         let Some(other) = sources.get(label.span.file) else { continue };
-        let snippet = Snippet::source(other.text())
-            .path(other.path())
-            .annotation(AnnotationKind::Context.span(underlined(label.span, other.text())).label(label.text.as_str()));
-        group = group.element(snippet);
+        let window = Window::new(other, [label.span]);
+        let snippet = Snippet::source(window.text).line_start(window.line).path(other.path());
+        group = group.element(snippet.annotation(window.context(label)));
     }
     let renderer = match style {
         Style::Plain => Renderer::plain(),
@@ -84,12 +80,45 @@ fn excerpt(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> Option
     Some(renderer.decor_style(DecorStyle::Ascii).render(&[group]))
 }
 
-/// The span within the text, on character boundaries and within one line, so that a missing end of a block does not
-/// print the whole file.
-fn underlined(span: Span, text: &str) -> std::ops::Range<usize> {
-    let floor = |at: usize| (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
-    let start = floor(span.start);
-    let end = floor(span.end).max(start);
-    let line_end = text[start..end].find(['\n', '\r']).map_or(end, |length| start + length);
-    start..line_end
+/// The lines of a file that some spans touch; the rest of a long file is not looked at.
+struct Window<'s> {
+    text: &'s str,
+    /// The first byte of the window in the file.
+    start: usize,
+    /// The number of its first line.
+    line: usize,
+}
+
+impl<'s> Window<'s> {
+    fn new(file: &'s SourceFile, spans: impl IntoIterator<Item = Span>) -> Self {
+        let text = file.text();
+        let (mut first, mut last) = (text.len(), 0);
+        for span in spans {
+            first = first.min(span.start);
+            last = last.max(span.start);
+        }
+        let first = floor(text, first);
+        let last = floor(text, last).max(first);
+        let start = text[..first].rfind('\n').map_or(0, |at| at + 1);
+        let end = text[last..].find('\n').map_or(text.len(), |length| last + length);
+        Self { text: &text[start..end], start, line: file.position(start).line }
+    }
+
+    /// A span within the window, on character boundaries and within one line, so that a missing end of a block does
+    /// not print the whole file.
+    fn underlined(&self, span: Span) -> std::ops::Range<usize> {
+        let start = floor(self.text, span.start.saturating_sub(self.start));
+        let end = floor(self.text, span.end.saturating_sub(self.start)).max(start);
+        let line_end = self.text[start..end].find(['\n', '\r']).map_or(end, |length| start + length);
+        start..line_end
+    }
+
+    fn context<'l>(&self, label: &'l Label) -> Annotation<'l> {
+        AnnotationKind::Context.span(self.underlined(label.span)).label(label.text.as_str())
+    }
+}
+
+/// The last character boundary that is not after a byte.
+fn floor(text: &str, at: usize) -> usize {
+    (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0)
 }
