@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The program under test, built from this workspace.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+
+use serde_json::Value;
+
+use crate::run::Run;
+
+static LFZ: OnceLock<PathBuf> = OnceLock::new();
+
+/// The repository.
+fn repository() -> &'static Path {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    manifest.ancestors().nth(2).expect("this crate lies two folders below the repository")
+}
+
+/// The LF programs that exist for these tests.
+pub fn programs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("programs")
+}
+
+/// The `lfz` program.
+pub struct Lfz;
+
+impl Lfz {
+    /// Where it is; the first call has cargo build it.
+    ///
+    /// # Panics
+    /// When it does not compile.
+    pub fn path() -> &'static Path {
+        LFZ.get_or_init(build)
+    }
+
+    /// A command with these arguments, started in the repository.
+    pub fn command<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
+        let mut command = Command::new(Self::path());
+        command.current_dir(repository()).args(arguments);
+        command
+    }
+
+    /// Runs a program, with files generated where no other test generates any.
+    pub fn run(test: &str, file: &Path, arguments: &[&str]) -> Run {
+        let mut command = Self::command(["run"]);
+        command.arg(file).arg("--out").arg(Self::out(test)).args(arguments);
+        Run::start(command)
+    }
+
+    /// Starts an RTI on a port that the system chooses, and gives it and the port.
+    ///
+    /// # Panics
+    /// When it does not listen.
+    pub fn rti(arguments: &[&str]) -> (Run, u16) {
+        let mut command = Self::command(["rti", "--port", "0"]);
+        command.args(arguments);
+        let mut rti = Run::start(command);
+        let line = rti.wait_for("listening on TCP port");
+        let port = line.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("the line ends with the port");
+        (rti, port)
+    }
+
+    /// Builds a program; gives the executable of each federate.
+    ///
+    /// # Panics
+    /// When it does not compile.
+    pub fn build(test: &str, file: &Path) -> BTreeMap<String, PathBuf> {
+        let mut command = Self::command(["build", "--json"]);
+        let output = command.arg(file).arg("--out").arg(Self::out(test)).stdin(Stdio::null()).output();
+        let output = output.expect("lfz can be started");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let description: Value = serde_json::from_slice(&output.stdout).expect("lfz prints JSON");
+        let participants = description["participants"].as_array().expect("it has participants");
+        let string = |value: &Value| value.as_str().expect("it is a text").to_owned();
+        participants.iter().map(|one| (string(&one["name"]), PathBuf::from(string(&one["program"])))).collect()
+    }
+
+    /// A folder for what is generated in a test; it is kept, so that the next time there is nothing to compile.
+    fn out(test: &str) -> PathBuf {
+        let target = Self::path().ancestors().nth(2).expect("lfz lies in a folder of the target folder");
+        target.join("federations").join(test)
+    }
+}
+
+fn build() -> PathBuf {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let arguments = ["build", "--package", "lfz", "--bin", "lfz", "--message-format", "json-render-diagnostics"];
+    let output = Command::new(cargo).current_dir(repository()).args(arguments).stdin(Stdio::null()).output();
+    let output = output.expect("cargo can be started");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let messages = String::from_utf8_lossy(&output.stdout);
+    let messages = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let executable = messages
+        .filter(|message| message["target"]["name"] == "lfz")
+        .find_map(|message| message["executable"].as_str().map(PathBuf::from));
+    executable.expect("cargo says where it put lfz")
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the end-to-end tests have in common: the `lfz` program, and processes that are watched.
+//!
+//! Tests wait for lines and for ends of processes, never for a time. [`PATIENCE`] only keeps a broken program from
+//! blocking a test run for ever.
+#![forbid(unsafe_code)]
+
+mod lfz;
+mod processes;
+mod run;
+
+use std::time::Duration;
+
+pub use lfz::{Lfz, programs};
+pub use processes::{Participant, wait_for_ends};
+pub use run::{Finished, Run};
+
+/// Far longer than anything takes here, compiling on a busy computer included.
+pub const PATIENCE: Duration = Duration::from_secs(600);

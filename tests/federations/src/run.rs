@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A process whose output is read as it comes.
+
+use std::fmt;
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::PATIENCE;
+use crate::processes::{self, Participant};
+
+static RUNS: AtomicU32 = AtomicU32::new(0);
+
+/// A started process. It is killed when this is dropped.
+pub struct Run {
+    child: Child,
+    lines: Receiver<String>,
+    seen: Vec<String>,
+    /// Marks this process and all its descendants in their environment.
+    mark: String,
+}
+
+/// What a process has left.
+pub struct Finished {
+    /// How it ended.
+    pub status: ExitStatus,
+    /// All lines of both outputs, in the order in which they came.
+    pub lines: Vec<String>,
+}
+
+impl Run {
+    /// Starts a command, without input.
+    ///
+    /// # Panics
+    /// When it cannot be started.
+    pub fn start(mut command: Command) -> Self {
+        let mark = format!("{}-{}", std::process::id(), RUNS.fetch_add(1, Ordering::Relaxed));
+        command.env(processes::MARK, &mark).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap_or_else(|error| panic!("{command:?}: {error}"));
+        let (sender, lines) = channel();
+        read(child.stdout.take(), sender.clone());
+        read(child.stderr.take(), sender);
+        Self { child, lines, seen: Vec::new(), mark }
+    }
+
+    /// Waits for a line that contains this text, and returns it; a line that has come already counts.
+    ///
+    /// # Panics
+    /// When the process ends its output before.
+    pub fn wait_for(&mut self, text: &str) -> String {
+        if let Some(line) = self.seen.iter().find(|line| line.contains(text)) {
+            return line.clone();
+        }
+        loop {
+            match self.next() {
+                Some(line) if line.contains(text) => return line,
+                Some(_) => {}
+                None => panic!("the output has ended without `{text}`:\n{}", self.seen.join("\n")),
+            }
+        }
+    }
+
+    /// Waits for the end of the process and of its output.
+    ///
+    /// # Panics
+    /// When it does not end.
+    pub fn finish(mut self) -> Finished {
+        while self.next().is_some() {}
+        let status = self.child.wait().expect("it is a child of this process");
+        Finished { status, lines: std::mem::take(&mut self.seen) }
+    }
+
+    /// Sends it a signal.
+    ///
+    /// # Panics
+    /// When it has ended.
+    pub fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_child(&self.child), signal).expect("it still runs");
+    }
+
+    /// The processes that this one has started, directly or not, and that run now.
+    pub fn participants(&self) -> Vec<Participant> {
+        processes::marked(&self.mark, self.child.id())
+    }
+
+    fn next(&mut self) -> Option<String> {
+        match self.lines.recv_timeout(PATIENCE) {
+            Ok(line) => {
+                self.seen.push(line.clone());
+                Some(line)
+            }
+            Err(RecvTimeoutError::Disconnected) => None,
+            Err(RecvTimeoutError::Timeout) => {
+                panic!("nothing has come for a long time after\n{}", self.seen.join("\n"))
+            }
+        }
+    }
+}
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        // An error means that it has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Finished {
+    /// The exit status, 128 + n for signal n.
+    pub fn code(&self) -> i32 {
+        self.status.code().or_else(|| self.status.signal().map(|signal| 128 + signal)).unwrap_or(-1)
+    }
+
+    /// The line that contains all of these texts.
+    ///
+    /// # Panics
+    /// When there is none.
+    pub fn line(&self, texts: &[&str]) -> &str {
+        let line = self.lines.iter().find(|line| texts.iter().all(|text| line.contains(text)));
+        line.unwrap_or_else(|| panic!("no line with {texts:?} in\n{self}"))
+    }
+
+    /// The lines of one participant, without its name.
+    pub fn of<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
+        let lines = self.lines.iter().filter_map(|line| line.split_once(" | "));
+        lines.filter(move |(prefix, _)| prefix.trim_end() == name).map(|(_, text)| text)
+    }
+}
+
+impl fmt::Display for Finished {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.status)?;
+        f.write_str(&self.lines.join("\n"))
+    }
+}
+
+fn read(stream: Option<impl Read + Send + 'static>, lines: Sender<String>) {
+    let Some(stream) = stream else { return };
+    thread::spawn(move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            // The test may be over.
+            if lines.send(line).is_err() {
+                return;
+            }
+        }
+    });
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What goes wrong ends all participants, with a sentence that says what happened, and leaves no process behind.
+
+use std::net::TcpListener;
+use std::path::PathBuf;
+use std::process::Command;
+
+use lf_federations::{Finished, Lfz, Participant, Run, programs, wait_for_ends};
+use rustix::process::Signal;
+
+fn endless() -> PathBuf {
+    programs().join("Endless.lf")
+}
+
+/// A run of the endless program whose federates have begun, and its participants: the RTI and the two federates.
+fn running(test: &str, arguments: &[&str]) -> (Run, Vec<Participant>) {
+    let mut run = Lfz::run(test, &endless(), arguments);
+    run.wait_for("the source runs");
+    run.wait_for("the sink runs");
+    let participants = run.participants();
+    assert_eq!(participants.len(), 3);
+    (run, participants)
+}
+
+fn find<'a>(participants: &'a [Participant], text: &str) -> &'a Participant {
+    participants.iter().find(|participant| participant.command.contains(text)).expect("it takes part")
+}
+
+/// Both federates, by their names in the output, say something like this.
+fn assert_both_say(finished: &Finished, texts: &[&str]) {
+    for name in ["source", "sink"] {
+        let mut lines = finished.of(name);
+        assert!(lines.any(|line| texts.iter().all(|text| line.contains(text))), "{name}, {texts:?}: {finished}");
+    }
+}
+
+#[test]
+fn a_lost_rti_ends_the_federates() {
+    let (run, participants) = running("lost_rti", &[]);
+    find(&participants, " rti ").kill();
+    let finished = run.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["lfz", "RTI was ended by signal 9 (SIGKILL)"]);
+    assert_both_say(&finished, &["error:", "RTI"]);
+    wait_for_ends(&participants);
+}
+
+#[test]
+fn a_killed_federate_ends_the_rti_and_the_others() {
+    let (run, participants) = running("killed_federate", &[]);
+    find(&participants, "endless-source").kill();
+    let finished = run.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["lfz", "source was ended by signal 9 (SIGKILL)"]);
+    finished.line(&["RTI", "federate 0 is lost: its connection ended without a word"]);
+    assert!(finished.of("sink").any(|line| line.contains("error:")), "{finished}");
+    wait_for_ends(&participants);
+}
+
+#[test]
+fn a_wrong_federation_id_is_refused() {
+    let run = Lfz::run("wrong_id", &endless(), &["--", "--id", "another federation"]);
+    let finished = run.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["RTI", "refused", "another federation"]);
+    assert_both_say(&finished, &["error:", "federation"]);
+}
+
+#[test]
+fn a_port_in_use_is_named() {
+    let taken = TcpListener::bind(("0.0.0.0", 0)).expect("there is a free port");
+    let port = taken.local_addr().expect("it is bound").port();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("Endless.lf");
+    let text = std::fs::read_to_string(endless()).expect("the program is there");
+    let text = text.replace("federated reactor Endless", &format!("federated reactor Endless at localhost:{port}"));
+    std::fs::write(&file, text).expect("it can be written");
+    let finished = Lfz::run("port_in_use", &file, &[]).finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["RTI", &port.to_string(), "in use"]);
+    assert_eq!(finished.of("source").count(), 0, "no federate is started without an RTI: {finished}");
+}
+
+#[test]
+fn a_second_federate_with_the_same_id_is_refused() {
+    let programs = Lfz::build("same_id", &endless());
+    let (mut rti, port) = Lfz::rti(&["-n", "2", "-i", "same id"]);
+    let source = || {
+        let mut command = Command::new(&programs["source"]);
+        command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", "same id"]);
+        Run::start(command)
+    };
+    let first = source();
+    rti.wait_for("federate 0 has joined");
+    let second = source().finish();
+    assert_ne!(second.code(), 0);
+    second.line(&["error:", "id"]);
+    rti.wait_for("refused");
+    // The first one is not disturbed; it ends when the RTI does.
+    rti.signal(Signal::TERM);
+    let (rti, first) = (rti.finish(), first.finish());
+    assert_eq!(rti.code(), 130, "{rti}");
+    assert_ne!(first.code(), 0, "{first}");
+    first.line(&["error:", "RTI"]);
+}
+
+#[test]
+fn an_interrupt_ends_everything() {
+    let (run, participants) = running("interrupt", &[]);
+    run.signal(Signal::INT);
+    let finished = run.finish();
+    assert_eq!(finished.code(), 130, "{finished}");
+    wait_for_ends(&participants);
+}
+
+#[test]
+fn nothing_survives_a_killed_lfz() {
+    let (run, participants) = running("killed_lfz", &[]);
+    run.signal(Signal::KILL);
+    assert_eq!(run.finish().code(), 137);
+    wait_for_ends(&participants);
+}
+
+#[test]
+fn the_time_limit_ends_everything_with_its_own_status() {
+    let finished = Lfz::run("time_limit", &endless(), &["--timeout", "100 ms"]).finish();
+    assert_eq!(finished.code(), 124, "{finished}");
+    finished.line(&["lfz", "the time limit is reached"]);
+}
+
+#[test]
+fn errors_of_rustc_are_reported_in_the_lf_file() {
+    let file = programs().join("WrongBody.lf");
+    let finished = Lfz::run("wrong_body", &file, &[]).finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["WrongBody.lf:9:49: error[E0308]: mismatched types"]);
+    finished.line(&["WrongBody.lf:14:29: error[E0609]: no field `unknown`"]);
+    let text = finished.to_string();
+    assert!(text.contains("let number: u32 = text;"), "the line is shown: {text}");
+    assert_eq!(text.matches("E0308").count(), 1, "each error is reported once, though two federates have it: {text}");
+}
+
+#[test]
+fn a_federate_that_fails_by_itself_decides_the_exit_status() {
+    let finished = Lfz::run("bad_argument", &endless(), &["--", "--no-such-option"]).finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    assert_both_say(&finished, &["--no-such-option"]);
+    finished.line(&["lfz", "ended with exit status 2"]);
+}

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz rti` over TCP answers as the stock RTI did in the recordings.
+//!
+//! The RTI reads several connections, so the order in which it sees what is sent on different ones has to be forced:
+//! after what a joined federate sends, the tester asks for an address on the same connection and waits for the answer.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, Read, Write};
+use std::net::{Shutdown, TcpStream};
+
+use lf_federations::{Lfz, PATIENCE};
+use lf_golden::replay::{Received, Rti, replay};
+use lf_wire::Limits;
+use lf_wire::june_2026::{self, Decoded, Message};
+
+/// Nothing in the recordings is longer.
+const LIMITS: Limits = Limits { payload_bytes_max: 1 << 20, federation_id_bytes_max: 255, neighbors_max: 100 };
+/// Type bytes of what a federate sends.
+const UDP_PORT: u8 = 254;
+const RESIGN: u8 = 4;
+const FAILED: u8 = 25;
+
+struct Tcp {
+    port: u16,
+    connections: BTreeMap<u16, Connection>,
+    /// Federates that may ask for addresses.
+    joined: BTreeSet<u16>,
+}
+
+struct Connection {
+    stream: TcpStream,
+    /// What has come and has not been asked for.
+    bytes: Vec<u8>,
+    ended: bool,
+}
+
+impl Connection {
+    /// Reads what there is; waits for at least one byte or the end.
+    fn read(&mut self) -> io::Result<()> {
+        let mut buffer = [0; 64 * 1024];
+        match self.stream.read(&mut buffer) {
+            Ok(0) => self.ended = true,
+            Ok(length) => self.bytes.extend_from_slice(&buffer[..length]),
+            Err(error) if error.kind() == io::ErrorKind::ConnectionReset => self.ended = true,
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+
+    /// Takes the answer to an address query out of what comes; it is the last that comes before a further action.
+    fn take_address(&mut self) -> io::Result<()> {
+        let mut start = 0;
+        while !self.ended {
+            match june_2026::decode(&self.bytes[start..], &LIMITS) {
+                Ok(Decoded::Complete { message: Message::AddressQueryReply { .. }, len }) => {
+                    self.bytes.drain(start..start + len);
+                    return Ok(());
+                }
+                Ok(Decoded::Complete { len, .. }) => start += len,
+                Ok(Decoded::Incomplete { .. }) => self.read()?,
+                Err(error) => return Err(io::Error::other(format!("{error:?}"))),
+            }
+        }
+        Err(io::Error::other("the connection has ended"))
+    }
+}
+
+impl Rti for Tcp {
+    type Error = io::Error;
+
+    fn connect(&mut self, connection: u16) -> io::Result<()> {
+        let stream = TcpStream::connect(("127.0.0.1", self.port))?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        self.connections.insert(connection, Connection { stream, bytes: Vec::new(), ended: false });
+        Ok(())
+    }
+
+    fn send(&mut self, connection: u16, bytes: &[u8]) -> io::Result<()> {
+        let open = self.connections.get_mut(&connection).ok_or(io::ErrorKind::NotConnected)?;
+        open.stream.write_all(bytes)?;
+        match bytes.first() {
+            Some(&UDP_PORT) => {
+                self.joined.insert(connection);
+            }
+            Some(&(RESIGN | FAILED)) => {
+                self.joined.remove(&connection);
+            }
+            _ => {}
+        }
+        if self.joined.contains(&connection) {
+            let [low, high] = connection.to_le_bytes();
+            open.stream.write_all(&[13, low, high])?;
+            open.take_address()?;
+        }
+        Ok(())
+    }
+
+    fn close(&mut self, connection: u16) -> io::Result<()> {
+        self.joined.remove(&connection);
+        if let Some(open) = self.connections.remove(&connection) {
+            // It may be closed from the other side already.
+            let _ = open.stream.shutdown(Shutdown::Both);
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> io::Result<Received> {
+        let open = self.connections.get_mut(&connection).ok_or(io::ErrorKind::NotConnected)?;
+        while !open.ended && (open.bytes.len() < bytes || end) {
+            open.read()?;
+        }
+        Ok(Received { bytes: std::mem::take(&mut open.bytes), ended: open.ended })
+    }
+}
+
+fn play(name: &str) {
+    let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
+    let setup = recording.rti().expect("it is the recording of an RTI");
+    let federates = setup.federates.to_string();
+    // The recorded RTI lets the others go on when a federate fails.
+    let mut arguments = vec!["--go-on-after-loss", "-n", &federates, "-i", &setup.federation_id];
+    arguments.extend(setup.options.iter().map(String::as_str));
+    let (rti, port) = Lfz::rti(&arguments);
+    let mut tcp = Tcp { port, connections: BTreeMap::new(), joined: BTreeSet::new() };
+    if let Err(difference) = replay(&recording, &mut tcp) {
+        panic!("{difference}");
+    }
+    let finished = rti.finish();
+    assert_eq!(finished.code(), setup.exit_code.expect("the recorded RTI ended"), "{finished}");
+}
+
+macro_rules! recordings {
+    ($($test:ident: $name:literal,)*) => {
+        $(
+            #[test]
+            fn $test() {
+                play($name);
+            }
+        )*
+    };
+}
+
+recordings! {
+    handshake: "01-handshake",
+    reject_federation_id: "02-reject-federation-id",
+    reject_id_in_use: "04-reject-id-in-use",
+    two_federates: "06-two-federates",
+    chain: "07-chain",
+    after: "10-after",
+    dnet: "17-dnet",
+    stop: "20-stop",
+    failed: "23-failed",
+    large_message: "26-large-message",
+    start_time_multiple: "32-start-time-multiple",
+    random_dag_40: "33-random-dag-40",
+}
