@@ -37,7 +37,7 @@ struct Connection {
 impl Connection {
     /// Reads what there is; waits for at least one byte or the end.
     fn read(&mut self) -> io::Result<()> {
-        let mut buffer = [0; 64 * 1024];
+        let mut buffer = [0; 8 * 1024];
         match self.stream.read(&mut buffer) {
             Ok(0) => self.ended = true,
             Ok(length) => self.bytes.extend_from_slice(&buffer[..length]),
