@@ -111,7 +111,10 @@ impl Crate<'_> {
             #(#modules)*
             #entry
         };
-        Splices::new(self.plan).finish(format!("{}/src/lib.rs", self.folder), tokens)
+        let (mut file, map) = Splices::new(self.plan).finish(format!("{}/src/lib.rs", self.folder), tokens)?;
+        // The formatter knows nothing of what a macro takes, and puts a blank after every sign.
+        file.text = file.text.replace("lf::main!(& ", "lf::main!(&");
+        Ok((file, map))
     }
 
     /// `main.rs` of a program for this computer.

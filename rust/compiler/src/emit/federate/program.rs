@@ -36,16 +36,16 @@ impl Module<'_> {
                     }
                 }
                 fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
-                    Some(match port {
+                    match port {
                         #ports
-                        _ => return None,
-                    })
+                        _ => None,
+                    }
                 }
                 fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
-                    Some(match trigger {
+                    match trigger {
                         #triggers
-                        _ => return None,
-                    })
+                        _ => None,
+                    }
                 }
                 fn capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full> {
                     match trigger {
@@ -100,7 +100,7 @@ impl Module<'_> {
     fn port_arms(&self) -> TokenStream {
         let arm = |(index, _)| {
             let (id, place) = (self.symbols.port_id(index), self.port_place(index));
-            quote! { #id => &mut #place, }
+            quote! { #id => Some(&mut #place), }
         };
         self.ports().map(arm).collect()
     }
@@ -109,7 +109,7 @@ impl Module<'_> {
         let arm = |(index, trigger): (_, &crate::plan::Trigger)| {
             let (id, field) = (self.symbols.trigger_id(index), self.symbols.trigger(index));
             let has_cell = !matches!(trigger.kind, TriggerKind::Startup | TriggerKind::Shutdown);
-            has_cell.then(|| quote! { #id => &mut self.#field, })
+            has_cell.then(|| quote! { #id => Some(&mut self.#field), })
         };
         self.triggers().filter_map(arm).collect()
     }

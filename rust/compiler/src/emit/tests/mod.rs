@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What is emitted, file by file, and how it maps back to the program.
 
+mod applications;
 mod deployments;
 mod fixture;
 
@@ -8,11 +9,15 @@ use std::path::Path;
 
 use super::deployment::{Deployment, Platform};
 use super::{Emitted, File, Settings, emit};
-use crate::plan::{Plan, Value};
+use crate::plan::{Plan, ReactorClass, Value};
 
 fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
     let settings = Settings { lf_host: "../../rust/host", lf_zephyr: "../../rust/zephyr", deployment };
     emit(plan, &settings).expect("the plan can be emitted")
+}
+
+fn class<'p>(plan: &'p mut Plan, name: &str) -> &'p mut ReactorClass {
+    plan.classes.iter_mut().find(|class| class.name == name).expect("the fixture has it")
 }
 
 /// All files as one text.
@@ -87,7 +92,7 @@ fn verbatim_pieces_map_to_the_same_characters() {
                 }
                 let place = emitted.source_map.to_lf(&file.path, line + 1, column + 1);
                 let (path, lf_line, lf_column) = place.expect("what is verbatim has a place");
-                assert_eq!(path, "src/everything.lf");
+                assert_eq!(path, fixture::PATH);
                 // The place behind the last character belongs to the piece, for errors about what is missing there.
                 let Some(original) = lines[lf_line - 1].get(lf_column - 1) else { continue };
                 let next = text.chars().nth(column.wrapping_sub(1));
@@ -102,7 +107,7 @@ fn verbatim_pieces_map_to_the_same_characters() {
             }
         }
     }
-    assert!(mapped > 900, "only {mapped} characters were mapped");
+    assert!(mapped > 800, "only {mapped} characters were mapped");
 }
 
 #[test]
@@ -115,32 +120,26 @@ fn errors_in_bodies_and_in_scaffolding_are_found_in_the_program() {
         emitted.source_map.to_lf(path, line + 1, column)
     };
     let unit = "unit/src/everything/unit.rs";
-    let (line, column) = place_of("let wrong");
-    assert_eq!(find(unit, "let wrong"), Some(("src/everything.lf", line, column)));
-    let (line, column) = place_of("limit / HALF");
-    assert_eq!(find(unit, "limit / HALF"), Some(("src/everything.lf", line, column)));
+    let (line, column) = fixture::place_of("let wrong");
+    assert_eq!(find(unit, "let wrong"), Some((fixture::PATH, line, column)));
+    let (line, column) = fixture::place_of("limit / HALF");
+    assert_eq!(find(unit, "limit / HALF"), Some((fixture::PATH, line, column)));
     // A field's type is the declaration's.
-    let (line, _) = place_of("state wait");
+    let (line, _) = fixture::place_of("state wait");
     assert_eq!(find(unit, "wait: core").map(|(_, line, _)| line), Some(line));
     // Nothing of the program stands behind the rest.
     assert_eq!(find(unit, "use super"), None);
     assert_eq!(emitted.source_map.to_lf("unit/src/nothing.rs", 1, 1), None);
 }
 
-/// Line and column of a text in the program.
-fn place_of(text: &str) -> (usize, usize) {
-    let end = fixture::at(text);
-    (end.line, end.column - text.chars().count())
-}
-
 #[test]
 fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
     for wrong in ["if true {", "}", "\"", "/* "] {
         let mut plan = fixture::plan();
-        plan.classes[1].reactions[2].body.text = wrong.to_owned();
+        class(&mut plan, "Unit").reactions[2].body.text = wrong.to_owned();
         let settings = Settings { lf_host: "h", lf_zephyr: "z", deployment: &Deployment::default() };
         let errors = emit(&plan, &settings).expect_err("it is wrong");
-        let (line, column) = place_of(" self.seen +=");
+        let (line, column) = fixture::place_of(" self.seen +=");
         assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, line, column), "{}", errors[0]);
     }
 }
@@ -149,14 +148,14 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
 fn types_and_missing_values_are_refused_at_their_place() {
     let settings = Settings { lf_host: "h", lf_zephyr: "z", deployment: &Deployment::default() };
     let mut plan = fixture::plan();
-    plan.classes[1].state[0].ty.text = "Vec<".to_owned();
+    class(&mut plan, "Unit").state[0].ty.text = "Vec<".to_owned();
     let mut errors = emit(&plan, &settings).expect_err("it is wrong");
     let mut plan = fixture::plan();
-    plan.classes[1].parameters[0].default = None;
-    plan.classes[3].children[0].arguments[0] = None;
+    class(&mut plan, "Unit").parameters[0].default = None;
+    class(&mut plan, "Everything").children[0].arguments[0] = None;
     errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
     let mut plan = fixture::plan();
-    plan.classes[3].parameters[0].default = None;
+    class(&mut plan, "Everything").parameters[0].default = None;
     errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
     let text: Vec<String> = errors.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!("emit_errors", text.join("\n"));
@@ -166,12 +165,14 @@ fn types_and_missing_values_are_refused_at_their_place() {
 fn names_that_clash_are_told_apart() {
     let mut plan = fixture::plan();
     plan.files[0].path = "federate.lf".to_owned();
-    plan.classes[0].name = "unit".to_owned();
-    plan.classes[1].children[0].name = "type".to_owned();
+    class(&mut plan, "Unit").children[0].name = "type".to_owned();
     plan.federates[0].instances[1].path = "unit.type".to_owned();
-    plan.federates[0].ports[0].path = "unit.type".to_owned();
-    plan.classes[0].parameters[0].name = "r#type".to_owned();
-    plan.classes[0].state[0].init = Some(Value::Time { ns: 1_500 });
+    let raw = plan.federates[0].ports.iter_mut().find(|port| port.path == "unit.first.raw");
+    raw.expect("the fixture has it").path = "unit.type".to_owned();
+    let filter = class(&mut plan, "Filter");
+    filter.name = "unit".to_owned();
+    filter.parameters[0].name = "r#type".to_owned();
+    filter.state[0].init = Some(Value::Time { ns: 1_500 });
     let emitted = emit_on(&plan, &Deployment::default());
     let paths: Vec<&str> = emitted.files.iter().map(|file| file.path.as_str()).collect();
     assert!(paths.contains(&"unit/src/federate_2/unit.rs") && paths.contains(&"unit/src/federate_2/unit_2.rs"));
