@@ -76,6 +76,8 @@ endfunction()
 
 # Writes what lf_cargo_build.cmake needs, once CMake knows the include folders. Uses the caller's variables.
 macro(_lf_write_settings file)
+  # The profiles are set here and not in the crates, so that images that share a target folder agree on them: else
+  # cargo compiles everything anew for each.
   set(profile release)
   if(CONFIG_DEBUG)
     set(profile dev)
@@ -83,6 +85,11 @@ macro(_lf_write_settings file)
   set(optimization s)
   if(CONFIG_SPEED_OPTIMIZATIONS)
     set(optimization 3)
+  endif()
+  # Flash is scarce on a board; a program of the build computer had better be built fast.
+  set(link_time_optimization fat)
+  if(CONFIG_ARCH_POSIX)
+    set(link_time_optimization false)
   endif()
   find_program(LF_CLANG NAMES clang DOC "clang, whose own headers bindgen uses")
   set(resources "")
@@ -107,7 +114,13 @@ list(APPEND environment
   [==[WRAPPER_FILE=${wrapper}]==]
   [==[LF_HEADER_FILE=${header}]==]
   [==[LF_CLANG_RESOURCE_DIR=${resources}]==]
-  [==[CARGO_PROFILE_RELEASE_OPT_LEVEL=${optimization}]==]
+  CARGO_PROFILE_DEV_OPT_LEVEL=1
+  CARGO_PROFILE_DEV_PANIC=abort
+  CARGO_PROFILE_RELEASE_OPT_LEVEL=${optimization}
+  CARGO_PROFILE_RELEASE_LTO=${link_time_optimization}
+  CARGO_PROFILE_RELEASE_CODEGEN_UNITS=1
+  CARGO_PROFILE_RELEASE_DEBUG=line-tables-only
+  CARGO_PROFILE_RELEASE_PANIC=abort
 )
 set(include_dirs [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_INCLUDE_DIRECTORIES>]==])
 set(include_defines [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_COMPILE_DEFINITIONS>]==])
