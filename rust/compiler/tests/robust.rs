@@ -172,20 +172,17 @@ proptest! {
 /// Instances of a few reactors, connected at random; half of the connections are delayed.
 fn network() -> impl Strategy<Value = String> {
     let connection = (0_usize..6, 0_usize..6, 0_usize..2, proptest::option::of(0_u32..30));
-    let nodes = proptest::collection::vec(0_usize..4, 6);
+    let nodes = proptest::collection::vec(proptest::sample::select(&["Source", "Pass", "Relay", "Group"][..]), 6);
     (any::<bool>(), nodes, proptest::collection::vec(connection, 0..8)).prop_map(|(federated, nodes, connections)| {
-        let kinds = ["Source", "Pass", "Relay", "Group"];
-        let mut text = String::from(NODES);
-        text.push_str(if federated { "federated reactor {\n" } else { "main reactor {\n" });
-        for (index, kind) in nodes.iter().enumerate() {
-            text.push_str(&format!("  n{index} = new {}()\n", kinds[*kind]));
-        }
-        for (from, to, input, delay) in connections {
+        let mut lines = vec![NODES.to_owned()];
+        lines.push(if federated { "federated reactor {" } else { "main reactor {" }.to_owned());
+        lines.extend(nodes.iter().enumerate().map(|(index, kind)| format!("n{index} = new {kind}()")));
+        lines.extend(connections.into_iter().map(|(from, to, input, delay)| {
             let after = delay.map_or_else(String::new, |delay| format!(" after {delay} ms"));
-            text.push_str(&format!("  @capacity(9) n{from}.out -> n{to}.in{input}{after}\n"));
-        }
-        text.push_str("}\n");
-        text
+            format!("@capacity(9) n{from}.out -> n{to}.in{input}{after}")
+        }));
+        lines.push("}".to_owned());
+        lines.join("\n")
     })
 }
 
@@ -207,38 +204,26 @@ fn the_random_networks_are_not_all_refused() {
 
 #[test]
 fn a_long_chain_of_reactors_ends() {
-    let mut text = String::from("target Rust\nmain reactor { r = new R0() }\n");
-    for index in 0..3000 {
-        text.push_str(&format!("reactor R{index} {{ r = new R{}() }}\n", index + 1));
-    }
-    text.push_str("reactor R3000 { }");
+    let chain = (0..3000).map(|index| format!("reactor R{index} {{ r = new R{}() }}", index + 1));
+    let lines: Vec<_> = chain.collect();
+    let text = format!("target Rust\nmain reactor {{ r = new R0() }}\n{}\nreactor R3000 {{ }}", lines.join("\n"));
     assert!(!compile_and_check(text));
 }
 
 #[test]
 fn a_tree_that_doubles_at_each_level_ends() {
-    let mut text = String::from("target Rust\nmain reactor { r = new R0() }\n");
-    for index in 0..60 {
-        text.push_str(&format!("reactor R{index} {{ a = new R{0}() b = new R{0}() }}\n", index + 1));
-    }
-    text.push_str("reactor R60 { }");
+    let tree = (0..60).map(|index| format!("reactor R{index} {{ a = new R{0}() b = new R{0}() }}", index + 1));
+    let lines: Vec<_> = tree.collect();
+    let text = format!("target Rust\nmain reactor {{ r = new R0() }}\n{}\nreactor R60 {{ }}", lines.join("\n"));
     assert!(!compile_and_check(text));
 }
 
 #[test]
 fn a_long_chain_of_connections_ends() {
-    let mut text =
-        String::from("target Rust\nreactor P { input x: i32 output y: i32 reaction(x) -> y {= =} }\nmain reactor {\n");
-    for index in 0..5000 {
-        text.push_str(&format!("  p{index} = new P()\n"));
-    }
-    for index in 1..5000 {
-        text.push_str(&format!(
-            "  @capacity(2) p{}.y -> p{index}.x{}\n",
-            index - 1,
-            if index % 9 == 0 { " after 1 ms" } else { "" }
-        ));
-    }
-    text.push('}');
-    compile_and_check(text);
+    let after = |index: usize| if index.is_multiple_of(9) { " after 1 ms" } else { "" };
+    let instances = (0..5000).map(|index| format!("  p{index} = new P()"));
+    let connections = (1..5000).map(|index| format!("  @capacity(2) p{}.y -> p{index}.x{}", index - 1, after(index)));
+    let lines: Vec<_> = instances.chain(connections).collect();
+    let node = "reactor P { input x: i32 output y: i32 reaction(x) -> y {= =} }";
+    assert!(compile_and_check(format!("target Rust\n{node}\nmain reactor {{\n{}\n}}", lines.join("\n"))));
 }

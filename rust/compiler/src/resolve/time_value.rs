@@ -24,8 +24,8 @@ fn is_zero(text: &str) -> bool {
 }
 
 impl Checker<'_> {
-    /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where the
-    /// value is not needed at build time.
+    /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where
+    /// the value is not needed at build time.
     pub(super) fn check_time(&mut self, value: &Expression, what: &str, scope: &[Parameter<'_>], code_allowed: bool) {
         match &value.kind {
             ExpressionKind::Time(time) => self.check_time_literal(time, value.span, what),

@@ -32,7 +32,8 @@ fn older_initialisers_are_read_with_a_warning() {
 
 #[test]
 fn the_comment_before_a_reactor_documents_it() {
-    let text = "reactor Q {} // not this\n/** One.\n  * Two. */\nreactor R {}\n// a\n// b\n@label(\"x\")\nreactor S {}\n\n// c\n\nreactor T {}";
+    let text = "reactor Q {} // not this\n/** One.\n  * Two. */\nreactor R {}\n// a\n// b\n@label(\"x\")\nreactor S {}
+        \n\n// c\n\nreactor T {}";
     let (unit, _) = parse(FileId::default(), text);
     let docs: Vec<_> = unit.reactors.iter().map(|reactor| reactor.docs.as_deref()).collect();
     assert_eq!(docs, [None, Some("One.\nTwo."), Some("a\nb"), None]);
@@ -40,7 +41,13 @@ fn the_comment_before_a_reactor_documents_it() {
 
 #[test]
 fn several_errors_are_found_in_one_go() {
-    let text = "target Rust\nreactor A { input ; output x i32\n state = 3\n timer t(\n}\nmain reactor { a = new ; b -> }\nreactor {";
+    let text = "target Rust
+        reactor A { input ; output x i32
+        state = 3
+        timer t(
+        }
+        main reactor { a = new ; b -> }
+        reactor {";
     let found = rendered(text);
     assert!(found.matches("error[").count() >= 6, "{found}");
 }
@@ -153,7 +160,9 @@ proptest! {
 
     #[test]
     fn a_mutated_program_ends_without_a_panic(
-        cuts in proptest::collection::vec((any::<prop::sample::Index>(), 0_usize..12, proptest::sample::select(WORDS)), 1..6)
+        cuts in proptest::collection::vec(
+            (any::<prop::sample::Index>(), 0_usize..12, proptest::sample::select(WORDS)), 1..6
+        ),
     ) {
         let mut text: Vec<char> = WHOLE_GRAMMAR.chars().collect();
         for (at, length, word) in cuts {
