@@ -82,9 +82,9 @@ fn network(fragment: &mut Fragment, place: &Place) {
 fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
     // A federate has one connection, to the RTI; while it is made anew, the old socket may not be gone yet.
     let sockets = if plan.is_federated() { 2 } else { 1 };
-    fragment.comment("What the federate needs: sockets, and descriptors for them and for the wake-up.");
+    fragment.comment("What the federate needs: sockets, and descriptors for them, the wake-up and the console.");
     fragment.set("LF_SOCKETS", sockets);
-    fragment.set("ZVFS_OPEN_MAX", sockets + 2);
+    fragment.set("ZVFS_OPEN_MAX", sockets + 4);
     fragment.set("ZVFS_POLL_MAX", 2 * sockets + 1);
     let is_physical = |kind: &TriggerKind| matches!(kind, TriggerKind::Action { physical: true, .. });
     let threads = match plan.target.user_threads {
