@@ -29,7 +29,7 @@ pub fn execute(cli: Cli) -> ExitCode {
     };
     result.unwrap_or_else(|failure| {
         if let Failure::Message(text) = failure {
-            eprintln!("lfz: {text}");
+            eprintln!("error: {text}");
         }
         ExitCode::FAILURE
     })

@@ -30,7 +30,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
             Err(Failure::message(format!("the federation has failed: federate {federate} is lost: {cause}")))
         }
         Outcome::Aborted => {
-            eprintln!("lfz: the RTI was told to end before its federation was over");
+            eprintln!("error: the RTI was told to end before its federation was over");
             Ok(ExitCode::from(INTERRUPTED))
         }
     }
