@@ -48,9 +48,12 @@ fn print_for_people(built: &Built) {
 
 /// The same for other programs, such as the west commands. Paths are absolute.
 fn description(built: &Built) -> Value {
+    let target = &built.plan.target;
     let rti = built.plan.rti.as_ref().map(|rti| {
-        json!({ "host": rti.host, "port": rti.port, "federation_id": rti.federation_id,
-            "federates": built.plan.federates.len() })
+        json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
+            "port": built.rti.port.unwrap_or(rti.port), "federation_id": rti.federation_id,
+            "federates": built.plan.federates.len(), "clock_sync": target.clock_sync,
+            "clock_sync_trials": target.clock_sync_trials })
     });
     let participants: Vec<Value> = built
         .participants

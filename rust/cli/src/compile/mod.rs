@@ -13,7 +13,7 @@ mod source;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform};
+use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform, RtiPlace};
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit};
 use lf_compiler::plan::Plan;
 
@@ -48,6 +48,8 @@ pub(crate) struct Request<'a> {
 pub(crate) struct Built {
     /// The plan of the whole program.
     pub(crate) plan: Plan,
+    /// Where the deployment puts the RTI.
+    pub(crate) rti: RtiPlace,
     /// The folder with the generated files.
     pub(crate) out: PathBuf,
     /// The participants that were wanted, in order of id.
@@ -75,7 +77,7 @@ impl Request<'_> {
         let participants: Vec<Participant> =
             emitted.participants.iter().filter(|participant| wanted.contains(&participant.name)).cloned().collect();
         let programs = self.compile(&program, &emitted, &participants, &folders)?;
-        Ok(Built { plan: program.plan, out: folders.out, participants, programs })
+        Ok(Built { plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
     }
 
     /// Where the federates run.

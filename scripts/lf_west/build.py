@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Building a program: the compiler first, then west for every image."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lf_west import compiler, description, west_arguments
+from lf_west.application import Application
+from lf_west.description import Description, Participant
+from lf_west.errors import LfError
+from lf_west.image import Image, plan_image
+from lf_west.jobs import Job, Jobs, Screen
+from lf_west.memory import measure
+from lf_west.summary import Row
+from lf_west.west_arguments import WestArguments
+from lf_west.workspace import REPOSITORY, Workspace
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a build needs to know beside its arguments."""
+
+    environment: Mapping[str, str]
+    # West's configuration build.board.
+    configured_board: str | None
+    say: Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to build, as the user said it."""
+
+    application: Application
+    west: WestArguments
+    conf_overlays: Sequence[Path]
+    cmake_arguments: Sequence[str]
+    lfc: str | None
+    generate: bool = True
+    deployment: Path | None = None
+    federates: Sequence[str] = ()
+
+    def board(self, surroundings: Surroundings) -> str | None:
+        """The board for all images: a deployment yields to -b only."""
+        if self.deployment is not None:
+            return self.west.board
+        return west_arguments.chosen_board(self.west, surroundings.environment, surroundings.configured_board)
+
+
+def generate(request: Request, surroundings: Surroundings) -> Description:
+    """Let the compiler make the crates, or take those that it made before; the boards are those to build for."""
+    application, file = request.application, request.application.description
+    board = request.board(surroundings)
+    if not request.generate:
+        described = description.load(file)
+        return described.with_board(request.west.board) if request.west.board else described
+    if request.deployment is None and board is None:
+        raise LfError(f"there is no board to build {application.program} for.", *_board_advice(application))
+    lfz = compiler.find(request.lfc, surroundings.environment, surroundings.say)
+    described = lfz.build(
+        application.file,
+        application.generated,
+        deployment=request.deployment,
+        board=board,
+        federates=request.federates,
+    )
+    if board is not None:
+        described = described.with_board(board)
+    kept = described
+    if request.federates and file.is_file():
+        kept = described.merged_over(description.load(file))
+    kept.save(file)
+    return described
+
+
+def images(request: Request, participants: Sequence[Participant], federated: bool, target: Path) -> list[Image]:
+    """How the images among the participants are built."""
+    return [
+        plan_image(
+            request.application,
+            participant,
+            federated=federated,
+            west=request.west,
+            conf_overlays=request.conf_overlays,
+            cmake_arguments=request.cmake_arguments,
+            cargo_folder=target,
+        )
+        for participant in participants
+        if participant.is_image
+    ]
+
+
+def cargo_folder(environment: Mapping[str, str]) -> Path:
+    """Where cargo keeps what all images have in common, so that it is compiled once."""
+    outer = environment.get("CARGO_TARGET_DIR")
+    return (Path(outer).absolute() if outer else REPOSITORY / "target") / "lf-zephyr"
+
+
+def build_images(
+    planned: Sequence[Image],
+    application: Application,
+    workspace: Workspace,
+    surroundings: Surroundings,
+    parallel: int,
+) -> None:
+    """Build images at once; an `LfError` with the end of the log of the first one that fails."""
+    jobs = []
+    for image in planned:
+        jobs.append(Job(image.name, image.command(), application.log(image.name), workspace.topdir))
+        image.forget()
+    environment = workspace.environment(surroundings.environment)
+    status = Jobs(environment, parallel, Screen(surroundings.say)).run(jobs)
+    for image, job in zip(planned, jobs, strict=True):
+        if job.status == 0:
+            image.remember()
+    if status == 0:
+        return
+    failed = [job for job in jobs if job.status]
+    if not failed:
+        raise LfError("the build was interrupted.", status=status)
+    tails = "\n".join("\n".join([f"---- end of {job.log}", *job.tail, "----"]) for job in failed)
+    names = ", ".join(job.name for job in failed)
+    raise LfError(
+        f"{tails}\n{names} could not be built.",
+        *(f"Read the whole log: {job.log}" for job in failed),
+        'Make the build folder anew, if its settings are out of date: -w "-p always"',
+        f"Build one federate alone: -f {failed[0].name}",
+        status=status,
+    )
+
+
+def rows(participants: Sequence[Participant], planned: Sequence[Image]) -> list[Row]:
+    """What came out, for the summary."""
+    by_name = {image.name: image for image in planned}
+    result = []
+    for participant in participants:
+        image = by_name.get(participant.name)
+        if image is None:
+            result.append(Row(participant.name, "host", None, participant.program))
+        else:
+            file = image.executable()
+            result.append(Row(image.name, image.board, measure(image.folder), file if file.is_file() else None))
+    return result
+
+
+def _board_advice(application: Application) -> list[str]:
+    deployments = [f"Take a deployment of the application: --deployment {file}" for file in application.deployments()]
+    return [
+        *deployments,
+        'Name a board for all images: -w "-b native_sim/native/64"',
+        "Set BOARD in the environment, or `west config build.board BOARD`.",
+    ]

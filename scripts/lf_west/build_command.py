@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`west lf-build`"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+
+from lf_west import west_arguments
+from lf_west.application import open_application
+from lf_west.build import Request, Surroundings, cargo_folder, generate, images, rows
+from lf_west.command import LfCommand
+from lf_west.errors import LfError
+from lf_west.options import add_build_options
+from lf_west.summary import table
+from lf_west.workspace import find_workspace
+
+_DESCRIPTION = """\
+Build a Lingua Franca program without federates as one Zephyr image.
+
+The image gets what the program needs, then prj.conf and boards/BOARD.conf and .overlay of the application's folder,
+then the files of --conf-overlays. The board is that of --west-commands, of BOARD, or of west's build.board.
+"""
+
+
+class LfBuild(LfCommand):
+    """One main reactor, one image."""
+
+    def __init__(self) -> None:
+        """Its texts."""
+        super().__init__("lf-build", "build a Lingua Franca program as one Zephyr image", _DESCRIPTION)
+
+    def do_add_parser(
+        self, parser_adder: argparse._SubParsersAction[argparse.ArgumentParser]
+    ) -> argparse.ArgumentParser:
+        """Its options."""
+        parser = self.new_parser(parser_adder)
+        add_build_options(parser, federated=False)
+        return parser
+
+    def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
+        """Generate, then hand over to west."""
+        application = open_application(file, args.build_dir)
+        request = Request(
+            application=application,
+            west=west_arguments.parse(args.west_commands),
+            conf_overlays=application.conf_overlays(args.conf_overlays),
+            cmake_arguments=cmake_arguments,
+            lfc=args.lfc,
+        )
+        workspace = find_workspace(os.environ, self.topdir)
+        surroundings = Surroundings(os.environ, self.config.get("build.board"), self.inf)
+        described = generate(request, surroundings)
+        if described.is_federated:
+            raise LfError(
+                f"{described.program} is federated: it has {len(described.participants)} images and an RTI.",
+                f"Build all federates: west lf-fed-build {file}",
+            )
+        planned = images(request, described.participants, described.is_federated, cargo_folder(os.environ))
+        for image in planned:
+            command = image.command()
+            image.forget()
+            # The command is west's whole screen, so that what it runs may also ask questions and show colours.
+            status = subprocess.call(command, cwd=workspace.topdir, env=workspace.environment(os.environ))
+            if status != 0:
+                raise LfError(
+                    f"{described.program} could not be built.",
+                    'Make the build folder anew, if its settings are out of date: -w "-p always"',
+                    status=status if status > 0 else 128 - status,
+                )
+            image.remember()
+        self.inf(table(rows(described.participants, planned)))

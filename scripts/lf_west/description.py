@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the compiler says about a program that it has built: the federates, where they run, and their RTI.
+
+`lfz build --json` prints it. It is kept beside the images, so that a program can be run or built again without the
+compiler.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from lf_west.errors import LfError
+
+
+@dataclass(frozen=True)
+class Rti:
+    """What the federates expect of their RTI."""
+
+    port: int
+    federation_id: str
+    federates: int
+    clock_sync: str
+    clock_sync_trials: int
+
+
+@dataclass(frozen=True)
+class Participant:
+    """A federate, or the main reactor of a program without federates."""
+
+    name: str
+    # The generated crate.
+    crate: Path
+    # For a Zephyr image, else None.
+    board: str | None = None
+    kconfig: Path | None = None
+    overlay: Path | None = None
+    # For a program of this computer, else None.
+    program: Path | None = None
+
+    @property
+    def is_image(self) -> bool:
+        """Whether it is a Zephyr image."""
+        return self.board is not None
+
+
+@dataclass(frozen=True)
+class Description:
+    """A program that was generated."""
+
+    program: str
+    rti: Rti | None
+    participants: tuple[Participant, ...]
+    # The text that it was read from, for `save`.
+    source: dict[str, Any]
+
+    @property
+    def is_federated(self) -> bool:
+        """Whether there are federates and an RTI."""
+        return self.rti is not None
+
+    def names(self) -> list[str]:
+        """The participants' names."""
+        return [participant.name for participant in self.participants]
+
+    def select(self, names: list[str]) -> list[Participant]:
+        """The participants with these names, in the program's order; all when there are no names."""
+        unknown = [name for name in names if name not in self.names()]
+        if unknown:
+            raise LfError(
+                f"{self.program} has no federate {', '.join(unknown)}.",
+                f"Choose among those that are built: {', '.join(self.names())}",
+                "Build the federate first, or check its name with `lfz plan`.",
+            )
+        return [participant for participant in self.participants if not names or participant.name in names]
+
+    def merged_over(self, older: Description) -> Description:
+        """This description of some federates, completed by what was known about the others."""
+        names = self.names()
+        mine = {item["name"]: item for item in self.source["participants"]}
+        others = [item for item in older.source["participants"] if item["name"] not in names]
+        items = sorted([*mine.values(), *others], key=lambda item: int(item["id"]))
+        return parse({**self.source, "participants": items}, "the merged description")
+
+    def with_board(self, board: str) -> Description:
+        """The same, with one board for all images."""
+        moved = (replace(item, board=board) if item.is_image else item for item in self.participants)
+        return replace(self, participants=tuple(moved))
+
+    def save(self, file: Path) -> None:
+        """Keep it for `load`."""
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(self.source, indent=2) + "\n", encoding="utf-8")
+
+
+def load(file: Path) -> Description:
+    """Read what `save` has kept."""
+    try:
+        text = file.read_text(encoding="utf-8")
+    except OSError as error:
+        raise LfError(
+            f"nothing has been generated yet: {file} cannot be read ({error.strerror}).",
+            "Build without --no-lfc and --no-build first.",
+            "Check that the LF file and --build-dir are those of the build.",
+        ) from error
+    return parse_text(text, str(file))
+
+
+def parse_text(text: str, origin: str) -> Description:
+    """Read JSON; `origin` says in error messages where it is from."""
+    try:
+        source = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise _unreadable(origin, str(error)) from error
+    return parse(source, origin)
+
+
+def parse(source: Any, origin: str) -> Description:
+    """Check what was read and give it types."""
+    try:
+        rti = source["rti"]
+        return Description(
+            program=_text(source["program"]),
+            rti=None if rti is None else _rti(rti),
+            participants=tuple(_participant(item) for item in source["participants"]),
+            source=source,
+        )
+    except KeyError as error:
+        raise _unreadable(origin, f"{error} is missing") from error
+    except (TypeError, ValueError) as error:
+        raise _unreadable(origin, str(error)) from error
+
+
+def _rti(item: Any) -> Rti:
+    return Rti(
+        port=_number(item["port"]),
+        federation_id=_text(item["federation_id"]),
+        federates=_number(item["federates"]),
+        clock_sync=_text(item["clock_sync"]),
+        clock_sync_trials=_number(item["clock_sync_trials"]),
+    )
+
+
+def _participant(item: Any) -> Participant:
+    name, crate, platform = _text(item["name"]), Path(_text(item["crate"])), _text(item["platform"])
+    _number(item["id"])
+    if platform == "host":
+        return Participant(name, crate, program=Path(_text(item["program"])))
+    return Participant(
+        name,
+        crate,
+        board=_text(item["board"]),
+        kconfig=Path(_text(item["kconfig"])),
+        overlay=Path(_text(item["overlay"])),
+    )
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is not a text")
+    return value
+
+
+def _number(value: Any) -> int:
+    if not isinstance(value, int):
+        raise TypeError(f"{value!r} is not a number")
+    return value
+
+
+def _unreadable(origin: str, reason: str) -> LfError:
+    return LfError(
+        f"{origin} is no description of a program: {reason}.",
+        "Use an lfz and west commands of the same version.",
+        "Build again without --no-lfc and --no-build.",
+    )

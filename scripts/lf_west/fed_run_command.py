@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`west lf-fed-run`"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+
+from lf_west import compiler, description
+from lf_west.application import open_application
+from lf_west.children import Children
+from lf_west.command import LfCommand
+from lf_west.durations import seconds
+from lf_west.fed_build_command import add_generate_option, build_federation, fed_request
+from lf_west.federation import Federation, listening_port, plan_federation
+from lf_west.options import add_build_options
+from lf_west.output import Output
+from lf_west.supervisor import Limits, Supervisor
+
+_DESCRIPTION = """\
+Build a federated Lingua Franca program as `lf-fed-build` does, then run its RTI and its federates on this computer:
+native_sim images and programs. A federate on another board has to be started by hand; choose the others with -f.
+
+Each line of output bears the name of the participant that wrote it. ^C stops all participants, and so does the first
+one that fails.
+
+Exit status: 0 when all participants ended well; that of the first one that failed; 124 when --timeout ended the run;
+130 after ^C.
+"""
+
+
+class LfFedRun(LfCommand):
+    """A federation from its build to its result."""
+
+    def __init__(self) -> None:
+        """Its texts."""
+        super().__init__(
+            "lf-fed-run", "run a federated Lingua Franca program with its RTI on this computer", _DESCRIPTION
+        )
+
+    def do_add_parser(
+        self, parser_adder: argparse._SubParsersAction[argparse.ArgumentParser]
+    ) -> argparse.ArgumentParser:
+        """Its options."""
+        parser = self.new_parser(parser_adder)
+        add_build_options(parser, federated=True)
+        add_generate_option(parser)
+        parser.add_argument("--no-build", action="store_true", help="run what was built before")
+        parser.add_argument(
+            "--timeout", metavar="TIME", type=seconds, help="stop all after this time: 90, 90s, 500ms, 2min"
+        )
+        parser.add_argument(
+            "--rti-port",
+            metavar="PORT",
+            type=_port,
+            help="the RTI's TCP port; default: a free one, or the deployed one when -f leaves federates out",
+        )
+        return parser
+
+    def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
+        """Build, run, and end with the status of the run."""
+        application = open_application(file, args.build_dir)
+        if args.no_build:
+            described = description.load(application.description)
+        else:
+            described = build_federation(
+                self, fed_request(application, args, cmake_arguments, args.deployment), args.jobs
+            )
+        lfz = compiler.find(args.lfc, os.environ, self.inf)
+        federation = plan_federation(
+            application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port
+        )
+        status = run(federation, Limits(run_s=args.timeout))
+        if status != 0:
+            # What happened has been said.
+            sys.exit(status)
+
+
+def run(federation: Federation, limits: Limits) -> int:
+    """Start the RTI, then the federates, and wait for all; the exit status."""
+    output = Output("west", federation.names())
+    with Children() as children:
+        supervisor = Supervisor(children, output, limits)
+        port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
+        if port is not None:
+            for participant in federation.participants:
+                supervisor.start(participant.name, federation.command(participant, port))
+        return supervisor.finish()
+
+
+def _port(text: str) -> int:
+    number = int(text) if text.isascii() and text.isdigit() else 0
+    if not 1 <= number <= 65535:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port from 1 to 65535")
+    return number

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The options that several commands have."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+
+def add_build_options(parser: argparse.ArgumentParser, *, federated: bool) -> None:
+    """How an LF file is compiled."""
+    parser.add_argument(
+        "-w",
+        "--west-commands",
+        metavar="ARGUMENTS",
+        help='arguments for `west build`, as one text: -w "-b BOARD -p always"',
+    )
+    parser.add_argument(
+        "-c",
+        "--conf-overlays",
+        metavar="CONF",
+        nargs="+",
+        action="extend",
+        default=[],
+        type=_not_an_lf_file("-c"),
+        help="further configuration files, such as debug.conf, which count more than the others",
+    )
+    parser.add_argument(
+        "--lfc",
+        metavar="PATH",
+        help="the LF compiler, lfz; default: LFZ in the environment, else that of this repository, built if need be",
+    )
+    parser.add_argument(
+        "-d", "--build-dir", metavar="DIR", help="where everything is built; default: build in the application's folder"
+    )
+    if federated:
+        parser.add_argument(
+            "-f",
+            "--federate",
+            metavar="FEDERATE",
+            nargs="+",
+            action="extend",
+            default=[],
+            type=_not_an_lf_file("-f"),
+            help="only these federates; default: all",
+        )
+        parser.add_argument(
+            "--deployment",
+            metavar="FILE",
+            help="where each federate runs; default: deployment.yaml in the application's folder, if there is one",
+        )
+        parser.add_argument(
+            "-j",
+            "--jobs",
+            metavar="N",
+            type=_positive,
+            default=os.cpu_count() or 1,
+            help="how many images are built at once; default: one per processor (%(default)s)",
+        )
+
+
+def _positive(text: str) -> int:
+    number = int(text) if text.isascii() and text.isdigit() else 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 on")
+    return number
+
+
+class _NotAnLfFile:
+    """An option that takes several words takes the LF file, too, when that comes last."""
+
+    def __init__(self, option: str) -> None:
+        self._option = option
+
+    def __call__(self, text: str) -> str:
+        if text.endswith(".lf"):
+            raise argparse.ArgumentTypeError(f"{text} looks like the LF file; write it before {self._option}")
+        return text
+
+
+def _not_an_lf_file(option: str) -> _NotAnLfFile:
+    return _NotAnLfFile(option)
