@@ -49,7 +49,8 @@ impl Crate<'_> {
             generated.push(self.main()?);
         }
         let path = format!("{}/src/federate.rs", self.folder);
-        generated.push(federate::emit(self.plan, self.federate, &layout, path)?);
+        let rti = settings.deployment.rti_of(self.plan);
+        generated.push(federate::emit(self.plan, self.federate, &layout, rti.as_ref(), path)?);
         for (file, module) in layout.files() {
             let folder = format!("{}/src/{module}", self.folder);
             generated.push(self.file_module(&layout, file, format!("{folder}/mod.rs"))?);

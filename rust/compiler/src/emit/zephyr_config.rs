@@ -3,6 +3,7 @@
 //! overlay with the MAC address. A user's own files are added on top of both.
 
 use core::fmt::Write;
+use core::net::Ipv4Addr;
 
 use super::deployment::{Deployment, Mac, Place};
 use crate::plan::{Federate, Logging, Plan, TriggerKind};
@@ -48,18 +49,14 @@ impl Fragment {
 pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment) -> String {
     let place = deployment.place(&federate.name);
     let mut fragment = Fragment(header("#", plan, federate));
-    if let Some(rti) = &plan.rti {
+    if let Some(rti) = deployment.rti_of(plan) {
         fragment.comment("The federation.");
         fragment.set_text("LF_FEDERATION_ID", &rti.federation_id);
-        match deployment.rti.ip {
-            Some(ip) => fragment.set_text("LF_RTI_ADDRESS", &ip.to_string()),
-            // The fragment takes addresses only; a name such as localhost leaves the default, this computer.
-            None if rti.host.parse::<core::net::Ipv4Addr>().is_ok() => {
-                fragment.set_text("LF_RTI_ADDRESS", &rti.host);
-            }
-            None => {}
+        // The symbol takes addresses only; a name such as localhost leaves the default.
+        if rti.host.parse::<Ipv4Addr>().is_ok() {
+            fragment.set_text("LF_RTI_ADDRESS", &rti.host);
         }
-        fragment.set("LF_RTI_PORT", deployment.rti.port.unwrap_or(rti.port));
+        fragment.set("LF_RTI_PORT", rti.port);
     }
     network(&mut fragment, &place);
     capacities(&mut fragment, plan, federate);

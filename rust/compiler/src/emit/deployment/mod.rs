@@ -26,7 +26,7 @@ use core::fmt;
 use core::net::Ipv4Addr;
 use std::collections::BTreeMap;
 
-use crate::plan::Plan;
+use crate::plan::{Plan, Rti};
 
 /// Where everything runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -144,6 +144,16 @@ impl Deployment {
         let place = || Place { platform: platform.clone(), ..Place::default() };
         let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
         Self { rti: RtiPlace::default(), federates }
+    }
+
+    /// Where the federates of a program find its RTI: as deployed, else as the program says.
+    pub fn rti_of(&self, plan: &Plan) -> Option<Rti> {
+        let mut rti = plan.rti.clone()?;
+        if let Some(ip) = self.rti.ip {
+            rti.host = ip.to_string();
+        }
+        rti.port = self.rti.port.unwrap_or(rti.port);
+        Some(rti)
     }
 
     /// The place of a federate; this computer when it is not listed.

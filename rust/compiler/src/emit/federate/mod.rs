@@ -15,7 +15,7 @@ use super::reactor::{child_method, type_path, type_tokens};
 use super::source_map::FileMap;
 use super::splice::Splices;
 use super::{EmitError, File};
-use crate::plan::{ClassIndex, Federate, Plan, Port, PortIndex, Trigger, TriggerIndex, TriggerKind, Type};
+use crate::plan::{ClassIndex, Federate, Plan, Port, PortIndex, Rti, Trigger, TriggerIndex, TriggerKind, Type};
 use symbols::Symbols;
 
 /// Emits the module of a federate.
@@ -23,10 +23,11 @@ pub(super) fn emit(
     plan: &Plan,
     federate: &Federate,
     layout: &Layout,
+    rti: Option<&Rti>,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
     let symbols = Symbols::new(federate);
-    let mut module = Module { plan, federate, layout, symbols, splices: Splices::new(plan) };
+    let mut module = Module { plan, federate, layout, rti, symbols, splices: Splices::new(plan) };
     let tokens = module.tokens()?;
     module.splices.finish(path, tokens)
 }
@@ -41,6 +42,8 @@ struct Module<'p> {
     plan: &'p Plan,
     federate: &'p Federate,
     layout: &'p Layout,
+    /// Where the RTI is, as deployed.
+    rti: Option<&'p Rti>,
     symbols: Symbols,
     splices: Splices<'p>,
 }

@@ -202,7 +202,7 @@ impl Module<'_> {
             Logging::Log => quote!(Debug),
             Logging::Debug => quote!(Trace),
         };
-        let federation = match &self.plan.rti {
+        let federation = match self.rti {
             None => quote!(None),
             Some(rti) => self.federation(rti),
         };

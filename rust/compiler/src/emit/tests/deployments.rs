@@ -81,7 +81,8 @@ fn wrong_files() {
         ),
         (
             "addresses of more than one",
-            "rti: { ip: 0.0.0.0 }\nfederates:\n  unit: { platform: mps2/an385, ip: 224.0.0.1, mac: 01:00:00:00:00:01 }\n"
+            "rti: { ip: 0.0.0.0 }\nfederates:\n  \
+             unit: { platform: mps2/an385, ip: 224.0.0.1, mac: 01:00:00:00:00:01 }\n"
                 .to_owned(),
         ),
         (

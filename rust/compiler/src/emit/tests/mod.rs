@@ -36,7 +36,8 @@ fn rust_files(emitted: &Emitted) -> impl Iterator<Item = &File> {
 /// A deployment of the fixture with one board.
 fn mixed(plan: &Plan) -> Deployment {
     let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
-                federates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2, gateway: 10.0.0.1, mac: 02-00-00-00-00-0A }\n";
+                federates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2, gateway: 10.0.0.1, \
+                mac: 02-00-00-00-00-0A }\n";
     Deployment::parse("deployment.yaml", text, plan).expect("it is right")
 }
 
@@ -64,6 +65,17 @@ fn a_board_and_a_host_federate() {
     let config: Vec<_> = emitted.files.iter().filter(|file| !file.path.contains("/src/f")).cloned().collect();
     insta::assert_snapshot!("board", listing(&Emitted { files: config, ..emitted.clone() }));
     insta::assert_debug_snapshot!("board_participants", emitted.participants);
+}
+
+#[test]
+fn all_federates_look_for_the_rti_where_it_is_deployed() {
+    let plan = fixture::plan();
+    let emitted = emit_on(&plan, &mixed(&plan));
+    let text = |path: &str| &emitted.files.iter().find(|file| file.path == path).expect("it is emitted").text;
+    assert!(text("unit/unit.conf").contains("CONFIG_LF_RTI_PORT=15099"));
+    for federate in ["unit/src/federate.rs", "other/src/federate.rs"] {
+        assert!(text(federate).contains("rti_port: 15099"), "{federate}");
+    }
 }
 
 #[test]
