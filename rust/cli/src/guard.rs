@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs that cannot outlive this one, however it ends.
 //!
-//! A signal handler cannot act on SIGKILL. So what `lfz` starts is started through `lfz guard`, which asks the kernel to
-//! kill it when its parent ends and then becomes the program; the kernel keeps the request across that.
+//! A signal handler cannot act on SIGKILL. So what `lfz` starts is started through `lfz guard`, which asks the kernel
+//! to kill it when its parent ends and then becomes the program; the kernel keeps the request across that.
 
 use std::ffi::{OsStr, OsString};
 use std::io;

@@ -2,6 +2,7 @@
 //! The options of `lfz rti`, which are those of the stock RTI, with its letters and words.
 
 use clap::Args;
+use clap::builder::RangedI64ValueParser;
 use lf_host::model::time::Interval;
 use lf_host::rti::Options;
 
@@ -27,16 +28,18 @@ const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
 pub struct RtiArgs {
     /// The number of federates in the federation.
     #[arg(short = 'n', long = "number_of_federates", alias = "number-of-federates", value_name = "N")]
-    #[arg(required_unless_present = "version", value_parser = clap::value_parser!(u16).range(1..=i64::from(FEDERATES_MAX)))]
+    #[arg(required_unless_present = "version", value_parser = federates())]
     federates: Option<u16>,
     /// The id of the federation that this RTI coordinates; federates with another one are rejected.
-    #[arg(short = 'i', long = "id", value_name = "ID", default_value = FEDERATION_ID_DEFAULT, value_parser = federation_id)]
+    #[arg(short = 'i', long = "id", value_name = "ID", value_parser = federation_id)]
+    #[arg(default_value = FEDERATION_ID_DEFAULT)]
     id: String,
     /// The TCP port to listen on; 0 lets the system choose one.
     #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
     port: u16,
     /// Clock synchronization: `off`, or `init` for once before the start; then `exchanges-per-interval N`.
-    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init", default_value = "init")]
+    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init")]
+    #[arg(default_value = "init")]
     clock_sync: Vec<String>,
     /// Authenticate federates with HMAC; not supported yet.
     #[arg(short = 'a', long = "auth")]
@@ -96,6 +99,10 @@ fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
     let multiple = time::of_unit(value, unit)?;
     let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);
     Ok((nanoseconds > 0).then(|| Interval::from_nanos(nanoseconds)))
+}
+
+fn federates() -> RangedI64ValueParser<u16> {
+    clap::value_parser!(u16).range(1..=i64::from(FEDERATES_MAX))
 }
 
 fn federation_id(text: &str) -> Result<String, String> {
