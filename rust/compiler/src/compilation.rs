@@ -29,7 +29,7 @@ pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
 fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {
     let program = resolve::load(main_path, sources, diagnostics)?;
     let incomplete = diagnostics.iter().any(|entry| leaves_gaps(entry.code));
-    let target = resolve::check_target(&program.units[0].ast, diagnostics);
+    let target = resolve::check_target(&program, diagnostics);
     // A declaration that could not be read would be missed at every use.
     if incomplete {
         return None;

@@ -145,16 +145,14 @@ codes! {
 
     /// An initial value in parentheses.
     OldInitialiser = "W001-old-initialiser",
-    /// An old word of the language.
-    OldWord = "W002-old-word",
     /// A target property that says nothing new.
-    IdleProperty = "W003-idle-property",
+    IdleProperty = "W002-idle-property",
     /// A C type where a Rust type belongs.
-    CType = "W004-c-type",
+    CType = "W003-c-type",
     /// Something that has no effect.
-    NoEffect = "W005-no-effect",
+    NoEffect = "W004-no-effect",
     /// A capacity below what the program needs at most.
-    SmallCapacity = "W006-small-capacity",
+    SmallCapacity = "W005-small-capacity",
 }
 
 impl Code {

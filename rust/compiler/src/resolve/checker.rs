@@ -21,6 +21,7 @@ pub(crate) fn check<'p>(program: &'p Program, diagnostics: &mut Diagnostics) -> 
         checker.children(position, &mut classes);
     }
     for position in 0..classes.len() {
+        checker.lenient = classes[position].opaque;
         let connections = checker.connections(position, &classes);
         classes[position].connections = connections;
         let reactions = checker.reactions(position, &classes);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target declaration: `target Rust`, and each property honoured or refused by name.
 
+use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
 use crate::plan;
-use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, SourceUnit, TimeValue};
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
 use crate::syntax::{UNITS, nanoseconds};
 
 /// Properties that are honoured.
@@ -66,19 +67,18 @@ const REFUSED: &[(&str, &str)] = &[
 ];
 
 /// Checks the target of the main file and gives the properties that have an effect.
-pub(crate) fn check(unit: &SourceUnit, diagnostics: &mut Diagnostics) -> plan::Target {
+///
+/// Properties of imported files have no effect, as in LF: they belong to the programs in those files.
+pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::Target {
     let mut reader = Reader { target: plan::Target::default(), found: Vec::new() };
-    match &unit.target {
+    let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
+    match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
             let span = Span::new(FileId::default(), 0, 0);
             let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
             reader.found.push(diagnostic.hint("write `target Rust` in the first line"));
         }
-        Some(target) if !target.name.text.eq_ignore_ascii_case("Rust") => {
-            let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
-            let hint = "write `target Rust`, and the reaction bodies in Rust";
-            reader.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
-        }
+        Some(target) if !is_rust(target) => reader.wrong_target(target),
         Some(target) => {
             reader.unique(&target.properties);
             for property in &target.properties {
@@ -87,8 +87,16 @@ pub(crate) fn check(unit: &SourceUnit, diagnostics: &mut Diagnostics) -> plan::T
             reader.idle_options(&target.properties);
         }
     }
+    let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
+    for target in targets.filter(|target| !is_rust(target)) {
+        reader.wrong_target(target);
+    }
     diagnostics.extend(reader.found);
     reader.target
+}
+
+fn is_rust(target: &Target) -> bool {
+    target.name.text.eq_ignore_ascii_case("Rust")
 }
 
 struct Reader {
@@ -97,6 +105,12 @@ struct Reader {
 }
 
 impl Reader {
+    fn wrong_target(&mut self, target: &Target) {
+        let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
+        let hint = "write `target Rust`, and the reaction bodies in Rust";
+        self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
+    }
+
     fn unique(&mut self, properties: &[Property]) {
         for (index, property) in properties.iter().enumerate() {
             let first = properties[..index].iter().find(|first| first.key.text == property.key.text);

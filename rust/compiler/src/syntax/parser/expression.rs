@@ -9,18 +9,20 @@ use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
 
 impl Parser<'_> {
-    /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here.
-    pub(super) fn initialiser(&mut self, what: &str) -> Parsed<Option<Initialiser>> {
+    /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here. `kind` and `name` are
+    /// those of what is initialised.
+    pub(super) fn initialiser(&mut self, kind: &str, name: &Name) -> Parsed<Option<Initialiser>> {
         if self.eat(Kind::Equals) {
             return Ok(Some(Initialiser { value: self.expression()? }));
         }
         if !matches!(self.kind(), Kind::OpenParenthesis | Kind::OpenBrace) {
             return Ok(None);
         }
+        let declared = self.slice(name.span.to(self.before())).to_owned();
         let mut value = self.expression()?;
         let written = self.slice(value.span);
-        let hint = format!("write ` = {}`", written[1..written.len() - 1].trim());
-        let message = format!("the initial value of {what} is written in the older form");
+        let hint = format!("write `{declared} = {}`", written[1..written.len() - 1].trim());
+        let message = format!("the initial value of {kind} `{}` is written in the older form", name.text);
         self.report(Diagnostic::new(Code::OldInitialiser, value.span, message).hint(hint));
         if let ExpressionKind::List(items) = &mut value.kind
             && items.len() == 1

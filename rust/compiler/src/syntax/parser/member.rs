@@ -65,7 +65,7 @@ impl Parser<'_> {
         }
         let name = self.name("the name of a state variable")?;
         let ty = self.type_annotation()?;
-        let init = self.initialiser(&format!("state variable `{}`", name.text))?;
+        let init = self.initialiser("state variable", &name)?;
         Ok(State { attributes, reset, name, ty, init })
     }
 
@@ -184,7 +184,7 @@ impl Parser<'_> {
 
     fn assignment(&mut self) -> Parsed<Assignment> {
         let name = self.name("the name of a parameter")?;
-        let init: Option<Initialiser> = self.initialiser(&format!("parameter `{}`", name.text))?;
+        let init: Option<Initialiser> = self.initialiser("parameter", &name)?;
         match init {
             Some(init) => Ok(Assignment { name, init }),
             None => self.unexpected("`=` and a value"),

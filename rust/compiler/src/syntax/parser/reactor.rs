@@ -68,7 +68,7 @@ impl Parser<'_> {
         let attributes = self.attributes()?;
         let name = self.name("the name of a parameter")?;
         let ty = self.type_annotation()?;
-        let init = self.initialiser(&format!("parameter `{}`", name.text))?;
+        let init = self.initialiser("parameter", &name)?;
         Ok(Parameter { attributes, name, ty, init })
     }
 
