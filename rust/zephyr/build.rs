@@ -179,7 +179,10 @@ fn write_header() -> Outcome<()> {
         .with_style(cbindgen::Style::Tag)
         .with_cpp_compat(true)
         .with_include_guard("LF_LF_H_")
-        .with_header("/* SPDX-License-Identifier: Apache-2.0 */\n/* The C API of a federate, as the crate lf-zephyr offers it. */")
+        .with_header(
+            "/* SPDX-License-Identifier: Apache-2.0 */\n\
+             /* The C API of a federate, as the crate lf-zephyr offers it. */",
+        )
         .generate()?
         .write_to_file(header);
     Ok(())

@@ -28,17 +28,16 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
-    pub fn run<E: fmt::Display>(
-        self,
-        logging: LevelFilter,
-        run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
-    ) {
+    pub fn run<E: fmt::Display>(self, logging: LevelFilter, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>) {
         crate::logger::install(logging);
         let outcome = match ZephyrPlatform::new() {
-            Ok(mut platform) => run(&mut platform).map_err(|error| report(format_args!("{error}"))),
-            Err(error) => Err(report(format_args!("{}", ImageError::Platform(error)))),
+            Ok(mut platform) => run(&mut platform).inspect_err(|error| report(format_args!("{error}"))).is_ok(),
+            Err(error) => {
+                report(format_args!("{}", ImageError::Platform(error)));
+                false
+            }
         };
-        *self.status = c_int::from(outcome.is_err());
+        *self.status = c_int::from(!outcome);
     }
 }
 

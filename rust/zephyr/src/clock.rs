@@ -66,11 +66,7 @@ impl Extension {
 
 /// The longest that the event loop may wait without asking for the time.
 pub(crate) fn longest_wait_ns() -> i64 {
-    if cfg!(CONFIG_TIMER_HAS_64BIT_CYCLE_COUNTER) {
-        i64::MAX
-    } else {
-        nanoseconds(1 << 30, frequency())
-    }
+    if cfg!(CONFIG_TIMER_HAS_64BIT_CYCLE_COUNTER) { i64::MAX } else { nanoseconds(1 << 30, frequency()) }
 }
 
 /// Cycles per second.

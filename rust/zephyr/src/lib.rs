@@ -36,6 +36,7 @@ pub use thread::SpawnPhysicalThread;
 pub use wake::wake;
 
 /// Numbers that the image's Kconfig sets.
+#[allow(clippy::unreadable_literal, reason = "the build script wrote them")]
 pub mod kconfig {
     include!(concat!(env!("OUT_DIR"), "/kconfig.rs"));
 }
@@ -55,15 +56,18 @@ pub mod prelude {
 #[macro_export]
 macro_rules! main {
     (&$module:ident::DESCRIPTION, $_1:ident::$program:ident::new() $(, $_2:ident::Storage::new())? $(,)?) => {
-        $crate::main!(|platform| {
-            static MEMORY: $crate::image::Memory<
-                $module::$program,
-                $module::Storage,
-                { $crate::image::input_bytes(&$module::DESCRIPTION) },
-                { $crate::image::output_bytes(&$module::DESCRIPTION) },
-            > = $crate::image::Memory::new();
-            MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
-        }, $module::DESCRIPTION.logging);
+        $crate::main!(
+            |platform| {
+                static MEMORY: $crate::image::Memory<
+                    $module::$program,
+                    $module::Storage,
+                    { $crate::image::input_bytes(&$module::DESCRIPTION) },
+                    { $crate::image::output_bytes(&$module::DESCRIPTION) },
+                > = $crate::image::Memory::new();
+                MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
+            },
+            $module::DESCRIPTION.logging
+        );
     };
     // A function of the platform, for tests that are no LF programs.
     ($run:expr, $logging:expr) => {

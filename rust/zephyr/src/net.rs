@@ -28,9 +28,8 @@ impl Descriptor {
     /// A TCP socket whose calls return at once.
     fn stream() -> Result<Self, NetError> {
         // SAFETY: it has no precondition.
-        let number = unsafe {
-            raw::zsock_socket(integer(raw::AF_INET), integer(raw::net_sock_type::SOCK_STREAM), integer(TCP))
-        };
+        let number =
+            unsafe { raw::zsock_socket(integer(raw::AF_INET), integer(raw::net_sock_type::SOCK_STREAM), integer(TCP)) };
         Self::adopt(number)
     }
 
@@ -168,9 +167,8 @@ impl Descriptor {
         let on: c_int = 1;
         let length = size_of_in_bytes::<c_int>();
         // SAFETY: pointer and length are those of a local.
-        let _ = unsafe {
-            raw::zsock_setsockopt(self.0, integer(level), integer(option), (&raw const on).cast(), length)
-        };
+        let _ =
+            unsafe { raw::zsock_setsockopt(self.0, integer(level), integer(option), (&raw const on).cast(), length) };
     }
 }
 
@@ -228,14 +226,16 @@ fn error_of(number: c_int) -> NetError {
 }
 
 fn system_address(address: SocketAddrV4) -> (raw::sockaddr_in, raw::socklen_t) {
-    let mut system = raw::sockaddr_in { sin_port: address.port().to_be(), ..Default::default() };
-    // The type is narrow, and the constant is 1.
-    system.sin_family = raw::AF_INET as raw::sa_family_t;
+    // The type is narrow, but the constant is 1.
+    #[allow(clippy::cast_possible_truncation, reason = "see above")]
+    let sin_family = raw::AF_INET as raw::sa_family_t;
+    let mut system = raw::sockaddr_in { sin_family, sin_port: address.port().to_be(), ..Default::default() };
     system.sin_addr.__bindgen_anon_1.s_addr = address.ip().to_bits().to_be();
     (system, size_of_in_bytes::<raw::sockaddr_in>())
 }
 
 /// A size as the functions of C take it.
+#[allow(clippy::cast_possible_truncation, reason = "it is asked only for an address and an integer")]
 fn size_of_in_bytes<T>() -> raw::socklen_t {
     size_of::<T>() as raw::socklen_t
 }

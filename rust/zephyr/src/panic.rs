@@ -18,7 +18,7 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     stop(STATUS)
 }
 
-/// Ends the program: on native_sim with this exit status, elsewhere by stopping the calling thread.
+/// Ends the program: on `native_sim` with this exit status, elsewhere by stopping the calling thread.
 pub(crate) fn stop(status: core::ffi::c_int) -> ! {
     // SAFETY: it has no precondition.
     unsafe { raw::lf_stop(status) }

@@ -218,6 +218,7 @@ fn busy_wait(nanoseconds: i64) {
 }
 
 /// Flags as the poll structure has them; they are all below 2¹⁵.
+#[allow(clippy::cast_possible_truncation, reason = "see above")]
 const fn bits(flags: u32) -> i16 {
     (flags as u16).cast_signed()
 }

@@ -57,11 +57,7 @@ struct Place {
 unsafe impl Sync for Place {}
 
 static PLACES: [Place; LF_USER_THREADS] = [const {
-    Place {
-        taken: AtomicBool::new(false),
-        run: UnsafeCell::new(None),
-        closure: UnsafeCell::new(MaybeUninit::uninit()),
-    }
+    Place { taken: AtomicBool::new(false), run: UnsafeCell::new(None), closure: UnsafeCell::new(MaybeUninit::uninit()) }
 }; LF_USER_THREADS];
 
 /// Starts a thread. A closure that captures more than `CONFIG_LF_USER_THREAD_CLOSURE_SIZE` bytes does not compile.
