@@ -59,7 +59,7 @@ class Application:
             raise LfError(
                 f"there is no deployment file {option}, neither here nor in {self.folder}.",
                 *(f"Name it: --deployment {place}" for place in self.deployments()),
-                "Leave --deployment out and name a board for all federates: -w \"-b BOARD\"",
+                'Leave --deployment out and name a board for all federates: -w "-b BOARD"',
             )
         return found
 

@@ -55,9 +55,7 @@ class Compiler:
         return description.parse_text(result.stdout, f"the output of {self.path}")
 
 
-def find(
-    option: str | None, environment: Mapping[str, str], say: Callable[[str], None] = lambda _: None
-) -> Compiler:
+def find(option: str | None, environment: Mapping[str, str], say: Callable[[str], None] = lambda _: None) -> Compiler:
     """The compiler that --lfc or LFZ names; else this repository's, built if need be; else the one in PATH."""
     for origin, text in (("--lfc", option), ("LFZ", environment.get("LFZ"))):
         if text:

@@ -68,9 +68,7 @@ class LfFedRun(LfCommand):
                 self, fed_request(application, args, cmake_arguments, args.deployment), args.jobs
             )
         lfz = compiler.find(args.lfc, os.environ, self.inf)
-        federation = plan_federation(
-            application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port
-        )
+        federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
         status = run(federation, Limits(run_s=args.timeout))
         if status != 0:
             # What happened has been said.

@@ -49,9 +49,7 @@ class Federation:
     def command(self, participant: Participant, port: int) -> list[str]:
         """A federate that joins this federation, whatever it was built for."""
         if participant.program is not None:
-            return self._guarded(
-                [str(participant.program), "--rti", f"{_ADDRESS}:{port}", "--id", self.federation_id]
-            )
+            return self._guarded([str(participant.program), "--rti", f"{_ADDRESS}:{port}", "--id", self.federation_id])
         image = image_file(self.application, participant)
         options = {"federation-id": self.federation_id, "rti-address": _ADDRESS, "rti-port": port}
         return self._guarded([str(image), *(f"-lf-{name}={value}" for name, value in options.items())])

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An application, a Zephyr workspace and programs that stand in for lfz and west.
+
+The stand-ins are small programs in PATH. They record their arguments, one JSON list per line, and do what a test asks
+for in environment variables.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+LFZ = """
+if words[0] == "guard":
+    program = words[words.index("--") + 1:]
+    os.execv(program[0], program)
+if words[0] == "rti":
+    print("listening on TCP port 4242", flush=True)
+    exec(os.environ.get("STAND_IN_RTI", ""))
+    sys.exit(0)
+status = int(os.environ.get("STAND_IN_LFZ_STATUS", "0"))
+if status:
+    print("Grid.lf:1:1: error: wrong", file=sys.stderr)
+    sys.exit(status)
+description = json.loads(open(os.environ["STAND_IN_DESCRIPTION"]).read())
+if "--federate" in words:
+    wanted = words[words.index("--federate") + 1:]
+    description["participants"] = [item for item in description["participants"] if item["name"] in wanted]
+print(json.dumps(description))
+"""
+
+WEST = """
+folder = pathlib.Path(words[words.index("--build-dir") + 1])
+if folder.name in os.environ.get("STAND_IN_WEST_FAILS", "").split():
+    print("[1/2] compiling")
+    print("main.c:1: error: no such thing", file=sys.stderr)
+    sys.exit(3)
+(folder / "zephyr").mkdir(parents=True, exist_ok=True)
+(folder / "build.ninja").write_text("")
+image = folder / "zephyr" / "zephyr.exe"
+image.write_text("#!" + sys.executable + os.linesep + os.environ.get("STAND_IN_IMAGE", ""))
+image.chmod(0o755)
+print("[2/2] linking")
+"""
+
+
+@dataclass
+class World:
+    """Everything that a command of a test works on."""
+
+    top: Path
+    bin: Path
+    application: Path
+    zephyr: Path
+    description: Path
+    monkeypatch: pytest.MonkeyPatch
+
+    @property
+    def file(self) -> str:
+        return str(self.application / "src" / "Grid.lf")
+
+    @property
+    def build(self) -> Path:
+        return self.application / "build"
+
+    def program(self, name: str, body: str) -> Path:
+        """Put a program into PATH that records its arguments and then does what `body` says."""
+        path = self.bin / name
+        record = f"open({str(self.top / (name + '.calls'))!r}, 'a').write(json.dumps(words) + os.linesep)"
+        head = f"#!{sys.executable}\nimport json, os, pathlib, signal, sys\nwords = sys.argv[1:]\n{record}\n"
+        path.write_text(head + body)
+        path.chmod(0o755)
+        return path
+
+    def calls(self, name: str) -> list[list[str]]:
+        """What a stand-in was called with."""
+        path = self.top / f"{name}.calls"
+        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+
+    def forget_calls(self) -> None:
+        for path in self.top.glob("*.calls"):
+            path.unlink()
+
+    def set(self, name: str, value: str) -> None:
+        self.monkeypatch.setenv(name, value)
+
+    def describe(self, **platforms: str) -> None:
+        """Let the compiler say that the program has these federates, on these boards or on `host`."""
+        participants = [self.participant(index, *item) for index, item in enumerate(platforms.items())]
+        rti = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
+        rti |= {"clock_sync": "init", "clock_sync_trials": 10}
+        self.write({"program": "Grid", "rti": rti, "participants": participants})
+
+    def describe_unfederated(self) -> None:
+        item = self.participant(0, "main", "native_sim/native/64")
+        self.write({"program": "Grid", "rti": None, "participants": [item]})
+
+    def write(self, description: dict[str, Any]) -> None:
+        self.description.write_text(json.dumps(description))
+
+    def participant(self, index: int, name: str, platform: str) -> dict[str, Any]:
+        crate = self.top / "crates" / name
+        item: dict[str, Any] = {"id": index, "name": name, "package": f"grid-{name}", "crate": str(crate)}
+        if platform == "host":
+            return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}")}
+        files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}
+        return {**item, "platform": "zephyr", "board": platform, **files}
+
+    def touch(self, path: str) -> Path:
+        """A file of the application."""
+        file = self.application / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("")
+        return file
+
+
+@pytest.fixture
+def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
+    top = tmp_path / "top"
+    zephyr = top / "workspace" / "zephyr"
+    made = World(top, top / "bin", top / "grid", zephyr, top / "description.json", monkeypatch)
+    for folder in (made.bin, zephyr, zephyr.parent / ".west", made.application / "src"):
+        folder.mkdir(parents=True)
+    (zephyr / "VERSION").write_text("")
+    (zephyr / "Kconfig.zephyr").write_text("")
+    Path(made.file).write_text("target Rust\n")
+    lfz = made.program("lfz", LFZ)
+    made.program("west", WEST)
+    made.describe(a="host", b="native_sim/native/64")
+    for name in ("BOARD", "CARGO_TARGET_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in {
+        "PATH": f"{made.bin}:{os.environ['PATH']}",
+        "ZEPHYR_BASE": str(zephyr),
+        "LFZ": str(lfz),
+        "STAND_IN_DESCRIPTION": str(made.description),
+        # West reads no configuration of the person who runs the tests.
+        "WEST_CONFIG_SYSTEM": str(top / "no-config"),
+        "WEST_CONFIG_GLOBAL": str(top / "no-config"),
+        "WEST_CONFIG_LOCAL": str(top / "no-config"),
+    }.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.chdir(top)
+    yield made
