@@ -208,7 +208,7 @@ impl Spacing {
     /// Whether a blank line belongs before this one.
     fn blank_before(&mut self, line: &str) -> bool {
         let previous = core::mem::replace(&mut self.previous, line.to_owned());
-        if line.starts_with("impl") {
+        if line.starts_with("impl ") {
             self.in_impl = true;
         } else if line == "}" {
             self.in_impl = false;

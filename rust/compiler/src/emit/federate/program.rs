@@ -19,6 +19,7 @@ impl Module<'_> {
         let (ports, triggers) = (self.port_arms(), self.trigger_arms());
         let (captures, encodes, delivers) = (self.capture_arms(), self.encode_arms(), self.deliver_arms());
         quote! {
+            #[allow(unused_variables)]
             impl Program for #name {
                 fn tables(&self) -> &'static Tables {
                     &TABLES
