@@ -1,0 +1,217 @@
+# SPDX-License-Identifier: Apache-2.0
+"""lf-fed-run: which processes it starts with which arguments, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from conftest import World
+
+from lf_west import description
+from lf_west.application import open_application
+from lf_west.errors import LfError
+from lf_west.federation import Federation, listening_port, plan_federation
+from lf_west.main import main
+
+BOARD = "native_sim/native/64"
+SAY = "print(*sys.argv[1:], flush=True)"
+LF = Path(__file__).resolve().parents[1] / "lf"
+
+
+@pytest.fixture
+def grid(world: World) -> World:
+    """A federation of a program and an image that print their arguments."""
+    world.touch("deployment.yaml")
+    world.program("grid-a", SAY)
+    world.set("STAND_IN_IMAGE", f"import sys\n{SAY}")
+    return world
+
+
+def planned(
+    world: World, *, build: bool = True, federates: tuple[str, ...] = (), port: int | None = None
+) -> Federation:
+    application = open_application(world.file, None)
+    described = description.load(world.description)
+    for item in described.participants:
+        image = application.image_folder(item.name) / "zephyr" / "zephyr.exe"
+        if build and item.is_image:
+            image.parent.mkdir(parents=True, exist_ok=True)
+            image.write_text("")
+    return plan_federation(application, described, lfz=Path("/lfz"), federates=federates, port=port)
+
+
+def status_of(arguments: list[str]) -> int | str | None:
+    """The exit status of a command that ends the program."""
+    with pytest.raises(SystemExit) as raised:
+        main(arguments)
+    return raised.value.code
+
+
+def test_a_federation_is_built_and_run(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["lf-fed-run", grid.file, "--timeout", "10min"]) == 0
+    output = capfd.readouterr().out
+    guard, rti = [call for call in grid.calls("lfz") if call[0] in ("guard", "rti") and "rti" in call[:6]]
+    assert guard[:4] == ["guard", "--parent", str(os.getpid()), "--"]
+    federation_id = rti[rti.index("--id") + 1]
+    assert federation_id.startswith("Grid ")
+    clock_sync = ["--clock_sync", "init", "exchanges-per-interval", "10"]
+    assert rti == ["rti", "--id", federation_id, "--port", "0", "--number_of_federates", "2", *clock_sync]
+    assert f"a    | --rti 127.0.0.1:4242 --id {federation_id}\n" in output
+    options = f"-lf-federation-id={federation_id} -lf-rti-address=127.0.0.1 -lf-rti-port=4242"
+    assert f"b    | {options}\n" in output
+    assert "listening" not in output
+
+
+def test_what_was_built_is_run_without_building(grid: World) -> None:
+    assert main(["lf-fed-build", grid.file]) == 0
+    grid.forget_calls()
+    assert main(["lf-fed-run", grid.file, "--no-build"]) == 0
+    assert grid.calls("west") == []
+    assert not any(call[0] == "build" for call in grid.calls("lfz"))
+
+
+def test_a_failing_federate_decides_the_status(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
+    grid.set("STAND_IN_IMAGE", "import sys; sys.exit('lost it')")
+    assert status_of(["lf-fed-run", grid.file]) == 1
+    error = capfd.readouterr().err
+    assert "b    | lost it" in error
+    assert "west | b ended with exit status 1" in error
+
+
+def test_an_rti_that_cannot_listen_ends_the_run(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
+    body = "if words[0] == 'guard': os.execv(words[4], words[4:])\n"
+    assert main(["lf-fed-build", grid.file]) == 0
+    grid.program("lfz", body + "sys.exit('the port 15045 is in use')")
+    assert status_of(["lf-fed-run", grid.file, "--no-build", "--rti-port", "15045"]) == 1
+    captured = capfd.readouterr()
+    assert "RTI  | the port 15045 is in use" in captured.err
+    assert "a    |" not in captured.out
+
+
+def test_the_time_limit_ends_the_run(grid: World) -> None:
+    grid.program("grid-a", "while True: signal.pause()")
+    assert status_of(["lf-fed-run", grid.file, "--timeout", "0"]) == 124
+
+
+def test_a_chosen_port_is_the_rtis(world: World) -> None:
+    world.program("grid-a", "")
+    assert planned(world).port == 0
+    assert planned(world, port=20000).port == 20000
+
+
+def test_federates_that_run_elsewhere_find_the_rti_as_they_were_built(world: World) -> None:
+    world.describe(a="host", b="qemu_cortex_m3")
+    world.program("grid-a", "")
+    federation = planned(world, federates=("a",))
+    assert (federation.port, federation.federation_id) == (15045, "Grid")
+    assert [item.name for item in federation.participants] == ["a"]
+    assert federation.rti_command()[federation.rti_command().index("--number_of_federates") + 1] == "2"
+
+
+def test_boards_are_refused_by_name(world: World) -> None:
+    world.describe(a="host", b="qemu_cortex_m3", c=BOARD, d="mps2/an385")
+    with pytest.raises(LfError) as raised:
+        planned(world)
+    message = "these federates do not run on this computer: b (qemu_cortex_m3), d (mps2/an385)."
+    assert message in str(raised.value)
+    assert "-f a c" in str(raised.value)
+
+
+def test_what_is_not_built_is_named(world: World) -> None:
+    with pytest.raises(LfError, match="a is not built: there is no"):
+        planned(world, build=False)
+    world.program("grid-a", "")
+    with pytest.raises(LfError, match="b is not built: there is no"):
+        planned(world, build=False)
+
+
+def test_a_federation_that_is_not_complete_is_refused(world: World) -> None:
+    world.program("grid-a", "")
+    older = description.load(world.description)
+    world.write({**older.source, "participants": older.source["participants"][:1]})
+    with pytest.raises(LfError, match="Grid has 2 federates, but 1 are built: a"):
+        planned(world)
+
+
+def test_a_program_without_federates_is_refused(world: World, capsys: pytest.CaptureFixture[str]) -> None:
+    world.describe_unfederated()
+    with pytest.raises(LfError, match="Grid is not federated"):
+        planned(world)
+    assert status_of(["lf-fed-run", world.file, "-w", f"-b {BOARD}"]) == 1
+    assert "west lf-build" in capsys.readouterr().err
+
+
+def test_clock_sync_can_be_off(world: World) -> None:
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    world.write({**source, "rti": {**source["rti"], "clock_sync": "off"}})
+    assert planned(world).rti_command()[-2:] == ["--clock_sync", "off"]
+
+
+def test_federation_ids_differ_and_fit_on_the_wire(world: World) -> None:
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    world.write({**source, "rti": {**source["rti"], "federation_id": "é" * 300}})
+    first, second = planned(world).federation_id, planned(world).federation_id
+    assert first != second
+    assert len(first.encode()) <= 255
+
+
+@pytest.mark.parametrize(
+    ("line", "port"),
+    [("listening on TCP port 15045", 15045), ("listening on TCP port x", None), ("15045", None), ("", None)],
+)
+def test_the_rtis_port_is_read_from_its_line(line: str, port: int | None) -> None:
+    assert listening_port(line) == port
+
+
+@pytest.fixture
+def running(grid: World) -> Iterator[subprocess.Popen[str]]:
+    """A run whose federates do not end by themselves, once all of them are there; they print their process ids."""
+    wait = "import os, signal\nprint('pid', os.getpid(), flush=True)\nwhile True: signal.pause()"
+    grid.program("grid-a", wait)
+    grid.set("STAND_IN_IMAGE", wait)
+    grid.set("STAND_IN_RTI", wait)
+    command = [sys.executable, str(LF), "lf-fed-run", grid.file]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def process_ids(process: subprocess.Popen[str]) -> dict[str, int]:
+    """The processes of the federation, by name, when all three have said theirs."""
+    found: dict[str, int] = {}
+    assert process.stdout is not None
+    while len(found) < 3:
+        line = process.stdout.readline()
+        assert line, "the run has ended"
+        name, _, text = line.partition("|")
+        if text.startswith(" pid "):
+            found[name.strip()] = int(text.split()[1])
+    return found
+
+
+def is_gone(pid: int) -> bool:
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return True
+    return stat.rpartition(")")[2].split()[0] in "ZX"
+
+
+def test_an_interrupted_run_leaves_nothing_behind(running: subprocess.Popen[str]) -> None:
+    participants = process_ids(running)
+    assert set(participants) == {"RTI", "a", "b"}
+    running.send_signal(signal.SIGINT)
+    output, _ = running.communicate()
+    assert running.returncode == 130
+    assert "interrupted; stopping all participants" in output
+    assert all(is_gone(pid) for pid in participants.values())
