@@ -21,7 +21,7 @@ impl<'s> Buffers<'s> {
     }
 
     /// Forgets what belonged to a connection that has ended.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.input.clear();
         self.output.clear();
     }
@@ -29,9 +29,9 @@ impl<'s> Buffers<'s> {
 
 /// How a connection is after reading.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Reading {
-    /// More may come. `true` when bytes came now.
-    Open(bool),
+pub(crate) enum Reading {
+    /// More may come.
+    Open,
     /// The peer has closed its direction: nothing more comes after what is in the buffer.
     Ended,
 }
@@ -43,17 +43,17 @@ impl Buffers<'_> {
     ///
     /// # Errors
     /// When the connection broke.
-    pub fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<Reading, NetError> {
+    pub(crate) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<Reading, NetError> {
         let space = self.input.space();
         if space.is_empty() {
-            return Ok(Reading::Open(false));
+            return Ok(Reading::Open);
         }
         match platform.read(socket, space)? {
             Transfer::Bytes(count) => {
                 self.input.filled(count);
-                Ok(Reading::Open(true))
+                Ok(Reading::Open)
             }
-            Transfer::WouldBlock => Ok(Reading::Open(false)),
+            Transfer::WouldBlock => Ok(Reading::Open),
             Transfer::Closed => Ok(Reading::Ended),
         }
     }
@@ -62,7 +62,7 @@ impl Buffers<'_> {
     ///
     /// # Errors
     /// When the connection broke.
-    pub fn flush<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<(), NetError> {
+    pub(crate) fn flush<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<(), NetError> {
         while !self.output.is_empty() {
             match platform.write(socket, self.output.pending())? {
                 Transfer::Bytes(count) => self.output.consume(count),
@@ -73,8 +73,8 @@ impl Buffers<'_> {
         Ok(())
     }
 
-    /// What to wait for: bytes if `reading` is wanted and there is space, and room if something is pending.
-    pub fn interest(&mut self, reading: bool) -> Interest {
-        Interest { readable: reading && !self.input.space().is_empty(), writable: !self.output.is_empty() }
+    /// What to wait for: bytes if there is space, and room if something is pending.
+    pub(crate) fn interest(&mut self) -> Interest {
+        Interest { readable: !self.input.space().is_empty(), writable: !self.output.is_empty() }
     }
 }

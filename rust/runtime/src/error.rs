@@ -33,12 +33,20 @@ pub enum RunError {
     Deliver(DeliverError),
     /// Somebody asked this program to end (^C, SIGTERM).
     Interrupted,
-    /// The RTI's TCP port cannot be listened on.
-    Listen {
-        /// The port.
-        port: u16,
-        /// Why not.
-        error: NetError,
+    /// The queue of an input and the receive buffer are full of messages that have to wait, and what they wait for can
+    /// never be read behind them.
+    InputFull {
+        /// The input.
+        input: &'static str,
+    },
+    /// A buffer cannot hold the longest message.
+    BufferTooSmall {
+        /// What it is for.
+        buffer: &'static str,
+        /// Bytes that it has to hold.
+        needed: usize,
+        /// Bytes that it holds.
+        found: usize,
     },
     /// The RTI's configuration and memory do not go together.
     Setup(SetupError),
@@ -62,8 +70,13 @@ impl fmt::Display for RunError {
             }
             Self::Deliver(error) => error.fmt(f),
             Self::Interrupted => f.write_str("interrupted"),
-            Self::Listen { port, error } => {
-                write!(f, "cannot listen on TCP port {port}: {error}; choose another one with -p")
+            Self::InputFull { input } => write!(
+                f,
+                "the queue of {input} and the receive buffer are full, and the grant that would empty them lies behind \
+                 still more messages: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
+            ),
+            Self::BufferTooSmall { buffer, needed, found } => {
+                write!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least")
             }
             Self::Setup(error) => error.fmt(f),
         }

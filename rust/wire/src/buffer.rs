@@ -49,6 +49,17 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
         }
     }
 
+    /// Drops `n` bytes behind the first `offset` ones, which move up to close the gap; no more than there are.
+    fn remove(&mut self, offset: usize, n: usize) {
+        let offset = offset.min(self.len());
+        let n = n.min(self.len() - offset);
+        let (start, end) = (self.start, self.end);
+        if let Some(bytes) = self.storage.as_mut().get_mut(start..end) {
+            bytes.copy_within(..offset, n);
+        }
+        self.consume(n);
+    }
+
     /// Moves the bytes to the front of the storage.
     fn compact(&mut self) {
         if self.start > 0 {
@@ -112,6 +123,12 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
     /// Drops the first `n` bytes; no more than there are.
     pub fn consume(&mut self, n: usize) {
         self.0.consume(n);
+    }
+
+    /// Drops `n` bytes behind the first `offset` ones, which stay; no more than there are. For owners that can handle
+    /// a message though one before it has to wait. Costs a move of the first `offset` bytes.
+    pub fn remove(&mut self, offset: usize, n: usize) {
+        self.0.remove(offset, n);
     }
 
     /// Drops all bytes, for a connection that begins anew.

@@ -39,10 +39,8 @@ enum State {
 /// What reading from the link found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Arrival {
-    /// Nothing new.
-    Nothing,
-    /// Bytes in the input buffer.
-    Bytes,
+    /// Nothing, or bytes in the input buffer.
+    Open,
     /// The connection has ended; what is in the input buffer is still to be handled.
     End,
 }
@@ -94,14 +92,13 @@ impl<'s> Link<'s> {
 
     /// Reads once, if there is something to read.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> Arrival {
-        let State::Open(socket) = self.state else { return Arrival::Nothing };
+        let State::Open(socket) = self.state else { return Arrival::Open };
         if !self.readable || self.buffers.input.space().is_empty() {
-            return Arrival::Nothing;
+            return Arrival::Open;
         }
         self.readable = false;
         match self.buffers.fill(platform, socket) {
-            Ok(Reading::Open(true)) => Arrival::Bytes,
-            Ok(Reading::Open(false)) => Arrival::Nothing,
+            Ok(Reading::Open) => Arrival::Open,
             Ok(Reading::Ended) | Err(_) => Arrival::End,
         }
     }
@@ -135,11 +132,11 @@ impl<'s> Link<'s> {
         self.state = State::Closed;
     }
 
-    /// Says what to wait for. `reading`: whether what comes can be handled.
-    pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, reading: bool) {
+    /// Says what to wait for: bytes as long as there is space for them, and room if something is pending.
+    pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P) {
         match self.state {
             State::Connecting(socket, _) => platform.set_interest(socket, Interest::WRITE),
-            State::Open(socket) => platform.set_interest(socket, self.buffers.interest(reading)),
+            State::Open(socket) => platform.set_interest(socket, self.buffers.interest()),
             State::Waiting(_) | State::Closed => {}
         }
     }
@@ -153,9 +150,11 @@ impl<'s> Link<'s> {
         }
     }
 
-    /// When [`Link::establish`] is to be called though no socket is ready.
-    pub(super) fn poll_timeout(&self) -> Deadline {
+    /// When [`Link::establish`] or [`Link::fill`] is to be called though no socket is ready.
+    pub(super) fn poll_timeout(&mut self) -> Deadline {
         match self.state {
+            // A write found the connection broken; the end is to be read.
+            State::Open(_) if self.readable && !self.buffers.input.space().is_empty() => Deadline::Now,
             State::Waiting(time) => Deadline::At(time),
             State::Connecting(..) => Deadline::At(self.retry.give_up()),
             State::Open(_) | State::Closed => Deadline::Never,

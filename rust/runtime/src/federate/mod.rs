@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loop of a federate with centralized coordination.
 
+mod input;
 mod link;
 mod output;
+mod tags;
 
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::{Config, Disconnected, Event, Federate, Phase};
-use lf_model::time::{Instant, Interval, Tag};
-use lf_model::{Engine, InputId, Program, Progress};
+use lf_coordination::federate::{Config, Event, Federate, Phase};
+use lf_model::time::Interval;
+use lf_model::{Engine, InputId, Program, Tables};
 use lf_wire::Limits;
-use lf_wire::june_2026::Message;
+use lf_wire::june_2026::{Message, NeighborStructure};
 
 use crate::connection::Buffers;
-use crate::description::Federation;
+use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::error::RunError;
 use crate::platform::Platform;
+use input::Held;
 use link::{Arrival, Link};
-use output::Output;
+use tags::Advance;
 
-/// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
-const TAGS_PER_TURN: u32 = 16;
 /// How long a federate that has failed tries to tell the RTI.
 const LAST_WORDS: Interval = Interval::from_secs(1);
 
@@ -54,6 +55,7 @@ pub fn run_federate<P: Platform>(
         ..Config::new(federation.id.into(), join.federation_id)
     };
     let machine = Federate::new(config)?;
+    check_buffers(&buffers, engine.tables(), federation, join)?;
     let limits = Limits {
         // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
         payload_bytes_max: buffers.input.capacity(),
@@ -61,7 +63,9 @@ pub fn run_federate<P: Platform>(
         neighbors_max: 0,
     };
     let link = Link::new(platform.now(), join.rti, buffers);
-    let mut state = Loop { platform, program, engine, machine, link, limits, ended: false, input_full: false };
+    let has_upstream = !federation.upstream.is_empty();
+    let mut state =
+        Loop { platform, program, engine, machine, link, limits, held: Held::NONE, has_upstream, silent: false };
     log::debug!("connecting to the RTI at {}", join.rti);
     let result = state.run();
     if result.is_err() {
@@ -72,6 +76,29 @@ pub fn run_federate<P: Platform>(
     result
 }
 
+/// Whether the buffers can hold what this federate sends and receives; otherwise it would wait for room for ever.
+fn check_buffers(
+    buffers: &Buffers<'_>,
+    tables: &Tables,
+    federation: &Federation,
+    join: &Join<'_>,
+) -> Result<(), RunError> {
+    let message = |payload: usize| payload.saturating_add(TAGGED_MESSAGE_HEADER_BYTES);
+    let longest_input = tables.inputs.iter().map(|input| message(input.max_len)).max().unwrap_or(0);
+    let longest_output = tables.outputs.iter().map(|output| message(output.max_len)).max().unwrap_or(0);
+    let ids = Message::FedIds { federate: federation.id, federation_id: join.federation_id };
+    let neighbors = NeighborStructure::new(federation.upstream, federation.downstream);
+    let handshake = ids.encoded_len().max(Message::NeighborStructure(neighbors).encoded_len());
+    let needs = [
+        ("receive", longest_input.max(CONTROL_BYTES), buffers.input.capacity()),
+        ("send", longest_output.saturating_add(CONTROL_BYTES).max(handshake), buffers.output.capacity()),
+    ];
+    match needs.into_iter().find(|(_, needed, found)| found < needed) {
+        Some((buffer, needed, found)) => Err(RunError::BufferTooSmall { buffer, needed, found }),
+        None => Ok(()),
+    }
+}
+
 struct Loop<'a, 's, P> {
     platform: &'a mut P,
     program: &'a mut dyn Program,
@@ -79,21 +106,11 @@ struct Loop<'a, 's, P> {
     machine: Federate<'a>,
     link: Link<'s>,
     limits: Limits,
-    /// The RTI has closed the connection; what it said before may still be in the buffer.
-    ended: bool,
-    /// The message at the front of the input buffer waits for room in its input's queue.
-    input_full: bool,
-}
-
-/// How far the tags of one turn came.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Advance {
-    /// All that is possible now is done; at this time more may be.
-    Until(Deadline),
-    /// The output buffer is full in the middle of a tag.
-    OutputFull,
-    /// The last tag is complete.
-    Done,
+    /// The messages in the input buffer that wait for room in their inputs' queues.
+    held: Held,
+    has_upstream: bool,
+    /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
+    silent: bool,
 }
 
 impl<P: Platform> Loop<'_, '_, P> {
@@ -107,12 +124,15 @@ impl<P: Platform> Loop<'_, '_, P> {
                 self.machine.handle_connected(now);
             }
             self.receive()?;
-            let now = self.platform.now();
-            if self.machine.poll_timeout().is_due(now) {
-                self.machine.handle_timeout(now)?;
-            }
+            self.handle_timeout()?;
             let advance = self.advance()?;
             self.transmit();
+            if advance == Advance::NotGranted
+                && let Some(InputId(input)) = self.choked()
+            {
+                let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
+                return Err(RunError::InputFull { input: name });
+            }
             if self.machine.phase() == Phase::Ended && self.link.buffers.output.is_empty() {
                 return Ok(());
             }
@@ -120,137 +140,22 @@ impl<P: Platform> Loop<'_, '_, P> {
         }
     }
 
-    /// Reads what has come and handles it, as long as there is room for it.
-    fn receive(&mut self) -> Result<(), RunError> {
-        if self.link.fill(self.platform) == Arrival::End {
-            self.ended = true;
-        }
-        self.handle_messages()?;
-        if self.ended && !self.input_full {
-            self.ended = false;
-            match self.machine.handle_disconnected()? {
-                Disconnected::ConnectAgain => self.link.begin_anew(self.platform),
-                Disconnected::Ended => self.link.close(self.platform),
-            }
+    fn handle_timeout(&mut self) -> Result<(), RunError> {
+        let now = self.platform.now();
+        if self.machine.poll_timeout().is_due(now)
+            && let Event::ClockCorrected(estimate) = self.machine.handle_timeout(now)?
+        {
+            log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
+            self.platform.set_correction(self.machine.clock());
         }
         Ok(())
     }
 
-    /// Handles the messages in the input buffer; bounded by its size.
-    fn handle_messages(&mut self) -> Result<(), RunError> {
-        self.input_full = false;
-        let now = self.platform.now();
-        loop {
-            let Some((message, length)) = self.link.buffers.input.next(&self.limits)? else { return Ok(()) };
-            if let Message::TaggedMessage { port, .. } = message
-                && usize::from(port) < self.engine.tables().inputs.len()
-                && !self.engine.has_room(self.program, InputId(port))
-            {
-                self.input_full = true;
-                return Ok(());
-            }
-            match self.machine.handle_message(now, message)? {
-                Event::Message { port, tag, payload } => {
-                    self.engine.deliver(self.program, InputId(port), tag, payload)?;
-                }
-                Event::ClockCorrected(estimate) => {
-                    log::debug!("initial clock synchronization: {estimate}");
-                    self.platform.set_correction(self.machine.clock());
-                }
-                Event::Started(start) => self.start(start),
-                Event::StopGranted(tag) => {
-                    log::debug!("the federation stops at {tag}");
-                    self.engine.set_stop_tag(tag);
-                }
-                Event::Accepted => log::debug!("the RTI has accepted this federate"),
-                Event::None
-                | Event::Granted(_)
-                | Event::GrantedProvisionally(_)
-                | Event::MessageAfterStop { .. }
-                | Event::PortAbsent { .. }
-                | Event::StopRequested(_) => {}
-            }
-            self.link.buffers.input.consume(length);
-            // Answers to clock synchronization are as good as they are prompt.
-            if self.machine.phase() < Phase::Running {
-                self.transmit();
-            }
+    /// Sends what the handshake has to say at once: answers to clock synchronization are as good as they are prompt.
+    fn say_early(&mut self) {
+        if self.machine.phase() < Phase::Running {
+            self.transmit();
         }
-    }
-
-    fn start(&mut self, start: Instant) {
-        log::debug!("the federation starts");
-        self.engine.start(start);
-        if self.engine.stop_tag() < Tag::FOREVER {
-            self.machine.limit_stop(self.engine.stop_tag());
-        }
-    }
-
-    /// Runs the tags that are due and granted.
-    fn advance(&mut self) -> Result<Advance, RunError> {
-        if self.machine.phase() != Phase::Running {
-            return Ok(Advance::Until(Deadline::Never));
-        }
-        for _ in 0..TAGS_PER_TURN {
-            if !self.engine.is_in_tag()
-                && let Some(deadline) = self.begin_next()?
-            {
-                return Ok(Advance::Until(deadline));
-            }
-            let mut output = Output::new(self.platform, &mut self.link, &mut self.machine);
-            match self.engine.advance(self.program, &mut output, None) {
-                Progress::Complete => {}
-                Progress::OutputFull { .. } | Progress::LevelLimit { .. } => return Ok(Advance::OutputFull),
-                Progress::Failed(error) => return Err(error.into()),
-            }
-            self.machine.complete(self.engine.had_network_input());
-            if let Some(tag) = self.engine.take_stop_request() {
-                self.machine.request_stop(tag);
-            }
-            if self.engine.is_done() {
-                self.machine.finish();
-                return Ok(Advance::Done);
-            }
-        }
-        Ok(Advance::Until(Deadline::Now))
-    }
-
-    /// Begins the next tag, if it is due and granted; else says when to try again.
-    fn begin_next(&mut self) -> Result<Option<Deadline>, RunError> {
-        let env = Output::new(self.platform, &mut self.link, &mut self.machine);
-        self.engine.drain_physical(self.program, &env);
-        if let Some(tag) = self.engine.take_stop_request() {
-            self.machine.request_stop(tag);
-        }
-        let now = self.platform.now();
-        let Some(tag) = self.engine.next_tag() else { return Ok(Some(self.idle(now))) };
-        let granted = self.machine.next_event(now, tag);
-        // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others, and a
-        // receiver whose queue is full of messages that are not granted yet would read no further.
-        self.collect();
-        if !granted {
-            return Ok(Some(Deadline::Never));
-        }
-        if !self.engine.settings().fast && self.machine.clock().physical(now) < tag.time {
-            return Ok(Some(Deadline::At(self.machine.clock().local(tag.time))));
-        }
-        self.machine.begin(tag)?;
-        self.engine.begin(self.program, tag)?;
-        Ok(None)
-    }
-
-    /// There is no event. When none can come any more, the next microstep is the last tag.
-    fn idle(&mut self, now: Instant) -> Deadline {
-        let nothing_comes = self.machine.next_event(now, Tag::FOREVER) && self.has_no_source_of_its_own();
-        if nothing_comes {
-            self.engine.set_stop_tag(Tag::NEVER);
-        }
-        if nothing_comes { Deadline::Now } else { Deadline::Never }
-    }
-
-    /// Whether neither the program nor one of its threads can make an event out of nothing.
-    fn has_no_source_of_its_own(&self) -> bool {
-        !self.engine.settings().keepalive && self.platform.outside().mailbox().links() == 0
     }
 
     /// Moves what the machine has to say into the output buffer, and writes it.
@@ -281,11 +186,12 @@ impl<P: Platform> Loop<'_, '_, P> {
 
     fn wait(&mut self, advance: Advance) {
         let event = match advance {
+            _ if self.held.is_stale() => Deadline::Now,
             Advance::Until(deadline) => deadline,
-            Advance::OutputFull | Advance::Done => Deadline::Never,
+            Advance::NotGranted | Advance::OutputFull | Advance::Done => Deadline::Never,
         };
         let until = event.min(self.machine.poll_timeout()).min(self.link.poll_timeout());
-        self.link.set_interest(self.platform, !self.input_full && !self.ended);
+        self.link.set_interest(self.platform);
         let link = &mut self.link;
         self.platform.wait(until, &mut |socket, interest| link.handle_ready(socket, interest));
     }
@@ -305,7 +211,7 @@ impl<P: Platform> Loop<'_, '_, P> {
             if self.link.fill(self.platform) == Arrival::End {
                 return;
             }
-            self.link.set_interest(self.platform, true);
+            self.link.set_interest(self.platform);
             let link = &mut self.link;
             self.platform.wait(Deadline::At(until), &mut |socket, interest| link.handle_ready(socket, interest));
         }

@@ -83,6 +83,7 @@ impl<'s> Inlet<'s> {
     /// Reads once and forgets it: for a peer whose connection is closed for the RTI.
     pub(super) fn discard<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
         self.buffer.clear();
+        (self.blocked_by, self.fresh) = (None, false);
         self.fill(platform, socket);
         self.buffer.clear();
     }
@@ -98,6 +99,11 @@ impl<'s> Outgoing<'s> {
         self.socket = Some(socket);
         self.buffer.clear();
         self.state = State::Open;
+    }
+
+    /// Whether it is open in both directions; nothing waits for room on one that is not.
+    pub(super) fn is_open(&self) -> bool {
+        self.socket.is_some() && self.state == State::Open
     }
 
     /// Whether the RTI still reads this connection.
@@ -138,12 +144,13 @@ impl<'s> Outgoing<'s> {
                 self.state = State::Draining(until);
                 self.advance_closing(platform, ended);
             }
-            State::Closing(Some(until)) | State::Draining(until) => {
-                if ended || platform.now() >= until {
-                    platform.close(socket);
-                    self.socket = None;
-                    self.buffer.clear();
-                }
+            // The peer may have closed its own direction only, so its end does not mean that it reads no more.
+            State::Closing(Some(until)) if platform.now() < until => {}
+            State::Draining(until) if !ended && platform.now() < until => {}
+            State::Closing(_) | State::Draining(_) => {
+                platform.close(socket);
+                self.socket = None;
+                self.buffer.clear();
             }
         }
     }

@@ -5,6 +5,7 @@ mod connections;
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
+use lf_model::time::{Instant, Interval};
 
 pub use connections::{Inlet, Outgoing};
 
@@ -14,6 +15,8 @@ use connections::{Outgoings, State};
 
 /// How many messages of one connection are handled before the next connection has its turn.
 const MESSAGES_PER_TURN: u32 = 64;
+/// How long no connection is accepted after the system has had no resources for one.
+const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
 
 /// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections.
 pub struct RtiSetup<'s> {
@@ -32,7 +35,8 @@ pub struct RtiSetup<'s> {
 /// `notices` is told what people may want to know.
 ///
 /// # Errors
-/// [`RunError::Setup`] when configuration and storage do not go together.
+/// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a buffer
+/// cannot hold the longest message. The listening socket is closed in any case.
 pub fn run_rti<P: Platform>(
     platform: &mut P,
     setup: RtiSetup<'_>,
@@ -40,24 +44,44 @@ pub fn run_rti<P: Platform>(
     notices: &mut impl FnMut(Notice<'_>),
 ) -> Result<Outcome, RunError> {
     let RtiSetup { config, storage, inlets, outgoings } = setup;
-    let rti = Rti::new(config, storage).map_err(RunError::Setup)?;
+    let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
+        check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
+        Ok(rti)
+    });
+    let rti = match rti {
+        Ok(rti) => rti,
+        Err(error) => {
+            platform.close(listener);
+            return Err(error);
+        }
+    };
     let count = inlets.len().min(outgoings.len());
     let mut state = Loop {
         platform,
         rti,
         inlets: &mut inlets[..count],
         outgoings: &mut outgoings[..count],
-        listener,
+        listener: Some(listener),
         acceptable: true,
+        accept_again: None,
         aborted: false,
         notices,
     };
     loop {
         if let Some(outcome) = state.turn() {
-            state.platform.close(listener);
             return Ok(outcome);
         }
         state.wait();
+    }
+}
+
+/// Whether each buffer can hold the longest message; one that cannot would hold that message back for ever.
+fn check_buffers(needed: usize, inlets: &[Inlet<'_>], outgoings: &[Outgoing<'_>]) -> Result<(), RunError> {
+    let receive = inlets.iter().map(|inlet| ("receive", inlet.buffer.capacity()));
+    let send = outgoings.iter().map(|outgoing| ("send", outgoing.buffer.capacity()));
+    match receive.chain(send).find(|(_, found)| *found < needed) {
+        Some((buffer, found)) => Err(RunError::BufferTooSmall { buffer, needed, found }),
+        None => Ok(()),
     }
 }
 
@@ -66,9 +90,12 @@ struct Loop<'a, 's, P, N> {
     rti: Rti<'s>,
     inlets: &'a mut [Inlet<'s>],
     outgoings: &'a mut [Outgoing<'s>],
-    listener: SocketId,
+    /// Until the federation is over.
+    listener: Option<SocketId>,
     /// A connection may be waiting at the listener.
     acceptable: bool,
+    /// When to accept again after the system had no resources.
+    accept_again: Option<Instant>,
     aborted: bool,
     notices: &'a mut N,
 }
@@ -101,6 +128,10 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
     fn close_all(&mut self) -> bool {
+        if let Some(listener) = self.listener.take() {
+            // Whoever comes now shall see at once that nobody is here.
+            self.platform.close(listener);
+        }
         for outgoing in self.outgoings.iter_mut().filter(|outgoing| outgoing.is_read()) {
             outgoing.state = State::Closing(None);
         }
@@ -109,17 +140,27 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
 
     /// Takes the connections that wait, as long as there are places for them.
     fn accept(&mut self) {
+        let now = self.platform.now();
+        if self.accept_again.is_some_and(|time| time <= now) {
+            (self.accept_again, self.acceptable) = (None, true);
+        }
         while self.acceptable {
+            let Some(listener) = self.listener else { return };
             let Some(index) = self.outgoings.iter().position(|outgoing| outgoing.socket.is_none()) else { return };
-            match self.platform.accept(self.listener) {
+            match self.platform.accept(listener) {
                 Ok(Some((socket, address))) => {
                     self.outgoings[index].open(socket);
                     self.inlets[index].reset();
-                    let now = self.platform.now();
                     let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
                     self.rti.handle_connect(now, ConnectionId(index), address.octets(), &mut outlet);
                 }
-                Ok(None) | Err(_) => self.acceptable = false,
+                Ok(None) => self.acceptable = false,
+                Err(error) => {
+                    // The connection still waits, so the listener stays ready: asking it at once would be without end.
+                    log::warn!("a connection could not be accepted: {error}");
+                    self.acceptable = false;
+                    self.accept_again = Some(now + ACCEPT_PAUSE);
+                }
             }
         }
     }
@@ -190,9 +231,11 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
                 self.unblock(ConnectionId(index));
             }
             self.outgoings[index].advance_closing(self.platform, self.inlets[index].ended);
-            if self.outgoings[index].socket.is_none() {
+            if !self.outgoings[index].is_open() {
                 self.unblock(ConnectionId(index));
-                self.acceptable = true;
+            }
+            if self.outgoings[index].socket.is_none() {
+                (self.accept_again, self.acceptable) = (None, true);
             }
         }
     }
@@ -212,13 +255,23 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
             return Deadline::Now;
         }
         let closing = self.outgoings.iter().map(Outgoing::poll_timeout).min().unwrap_or(Deadline::Never);
-        self.rti.poll_timeout().min(closing)
+        // A place may have become free after this turn's look at the listener.
+        let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
+        let accept = match self.listener {
+            Some(_) if self.acceptable && room => Deadline::Now,
+            Some(_) => self.accept_again.into(),
+            None => Deadline::Never,
+        };
+        self.rti.poll_timeout().min(closing).min(accept)
     }
 
     /// Waits until a socket is ready or a time-out is due.
     fn wait(&mut self) {
-        let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
-        self.platform.set_interest(self.listener, if room { Interest::READ } else { Interest::NONE });
+        if let Some(listener) = self.listener {
+            let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
+            let accepting = room && self.accept_again.is_none();
+            self.platform.set_interest(listener, if accepting { Interest::READ } else { Interest::NONE });
+        }
         for (inlet, outgoing) in self.inlets.iter_mut().zip(self.outgoings.iter()) {
             if let Some(socket) = outgoing.socket {
                 let reading = !inlet.ended && inlet.blocked_by.is_none() && !inlet.buffer.space().is_empty();
@@ -228,7 +281,7 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
         let deadline = self.deadline();
         let Self { platform, inlets, outgoings, listener, acceptable, .. } = self;
         platform.wait(deadline, &mut |socket, interest| {
-            if socket == *listener {
+            if Some(socket) == *listener {
                 *acceptable = true;
             } else if let Some(index) = outgoings.iter().position(|outgoing| outgoing.socket == Some(socket)) {
                 inlets[index].readable |= interest.readable;

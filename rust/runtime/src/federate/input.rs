@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What comes from the RTI, and the messages that have to wait for room.
+//!
+//! All comes on one connection, so the grant that lets a full queue empty itself may lie behind messages for that very
+//! queue. Therefore a message without room is held where it lies, and what comes behind it is looked at: messages for
+//! other queues and what the RTI says of the federation are taken out of their turn, and a grant counts at once up to
+//! just before the earliest message that is held. This changes nothing that the program sees, since events are ordered
+//! by tag and no tag is begun before all of its messages are in their queues.
+//!
+//! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
+//! an error that names the input.
+
+use lf_coordination::federate::{Disconnected, Event, Federate};
+use lf_model::time::{Instant, Microstep, Tag};
+use lf_model::{Engine, InputId, Program};
+use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{DecodeError, InBuffer, Limits};
+
+use super::Loop;
+use super::link::Arrival;
+use crate::error::RunError;
+use crate::platform::Platform;
+
+/// The messages at the front of the input buffer that have been looked at, and wait.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Held {
+    /// How many bytes they have.
+    bytes: usize,
+    /// The earliest of their tags.
+    earliest: Tag,
+    /// The input for which the first of them is.
+    input: Option<InputId>,
+    /// Some of them may have room now.
+    stale: bool,
+}
+
+impl Held {
+    /// Nothing is held.
+    pub(super) const NONE: Self = Self { bytes: 0, earliest: Tag::FOREVER, input: None, stale: false };
+
+    /// A tag is complete, or the last tag is another one: queues may have room.
+    pub(super) fn look_again(&mut self) {
+        self.stale = self.input.is_some();
+    }
+
+    /// Whether [`Loop::handle_messages`] is to be called though nothing has come.
+    pub(super) fn is_stale(&self) -> bool {
+        self.stale
+    }
+
+    /// The message stays where it is.
+    fn hold(&mut self, bytes: usize, tag: Tag, input: Option<InputId>) {
+        self.bytes += bytes;
+        self.earliest = self.earliest.min(tag);
+        self.input = self.input.or(input);
+    }
+}
+
+/// What is to become of a message now.
+enum Turn {
+    /// It is handled.
+    Take,
+    /// It waits for room in the queue of its input.
+    Hold(Tag, InputId),
+    /// It is a grant, of which this much counts already.
+    Partly(Tag),
+}
+
+impl<P: Platform> Loop<'_, '_, P> {
+    /// Reads what has come and handles it, as far as there is room for it.
+    pub(super) fn receive(&mut self) -> Result<(), RunError> {
+        let arrival = self.link.fill(self.platform);
+        self.handle_messages()?;
+        if arrival == Arrival::End {
+            // What is still held is of no use any more: nothing can be granted.
+            match self.machine.handle_disconnected()? {
+                Disconnected::ConnectAgain => self.link.begin_anew(self.platform),
+                Disconnected::Ended => self.link.close(self.platform),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the connection can never be read again, because all of its buffer is held: then which input holds it.
+    pub(super) fn choked(&mut self) -> Option<InputId> {
+        let choked = !self.held.stale && self.link.buffers.input.space().is_empty();
+        self.held.input.filter(|_| choked)
+    }
+
+    /// Handles the messages in the input buffer that have not been looked at; bounded by its size.
+    fn handle_messages(&mut self) -> Result<(), RunError> {
+        if self.held.stale {
+            self.held = Held::NONE;
+        }
+        let now = self.platform.now();
+        while let Some((message, length)) = next_at(&self.link.buffers.input, self.held.bytes, &self.limits)? {
+            match turn(&message, &self.engine, self.program, self.held.earliest) {
+                Turn::Hold(tag, input) => self.held.hold(length, tag, Some(input)),
+                Turn::Partly(tag) => {
+                    let wire = lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 };
+                    self.machine.handle_message(now, Message::TagGrant(wire))?;
+                    self.held.hold(length, Tag::FOREVER, None);
+                }
+                Turn::Take => {
+                    let mut hands = Hands {
+                        platform: &mut *self.platform,
+                        machine: &mut self.machine,
+                        engine: &mut self.engine,
+                        program: &mut *self.program,
+                    };
+                    let last_tag_changed = hands.take(now, message)?;
+                    self.link.buffers.input.remove(self.held.bytes, length);
+                    if last_tag_changed && self.held.input.is_some() {
+                        // What is held may be for after the last tag now, and then needs no room.
+                        self.held = Held::NONE;
+                    }
+                    self.say_early();
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The message behind the first `offset` bytes, if it is whole.
+fn next_at<'b>(
+    buffer: &'b InBuffer<&mut [u8]>,
+    offset: usize,
+    limits: &Limits,
+) -> Result<Option<(Message<'b>, usize)>, DecodeError> {
+    if offset == 0 {
+        return buffer.next(limits);
+    }
+    match decode(buffer.bytes().get(offset..).unwrap_or_default(), limits)? {
+        Decoded::Complete { message, len } => Ok(Some((message, len))),
+        Decoded::Incomplete { .. } => Ok(None),
+    }
+}
+
+/// What is to become of a message behind held ones, the earliest of which has the tag `held`.
+fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, held: Tag) -> Turn {
+    match *message {
+        Message::TaggedMessage { port, tag, .. } => {
+            let (tag, input) = (Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }, InputId(port));
+            // What comes after the last tag needs no room, and for an input that is not there it is an error.
+            let needs_room = tag <= engine.stop_tag() && usize::from(port) < engine.tables().inputs.len();
+            if needs_room && !engine.has_room(program, input) { Turn::Hold(tag, input) } else { Turn::Take }
+        }
+        Message::TagGrant(tag) => {
+            let tag = Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) };
+            if tag < held || held == Tag::FOREVER { Turn::Take } else { Turn::Partly(held.before()) }
+        }
+        _ => Turn::Take,
+    }
+}
+
+/// The parts of the loop that a message changes, apart from the buffer in which it lies.
+struct Hands<'a, 'c, 's, P> {
+    platform: &'a mut P,
+    machine: &'a mut Federate<'c>,
+    engine: &'a mut Engine<'s>,
+    program: &'a mut dyn Program,
+}
+
+impl<P: Platform> Hands<'_, '_, '_, P> {
+    /// Handles a message. Gives whether the last tag may be another one now.
+    fn take(&mut self, now: Instant, message: Message<'_>) -> Result<bool, RunError> {
+        match self.machine.handle_message(now, message)? {
+            Event::Message { port, tag, payload } => {
+                self.engine.deliver(self.program, InputId(port), tag, payload)?;
+            }
+            Event::ClockCorrected(estimate) => {
+                log::debug!("initial clock synchronization: {estimate}");
+                self.platform.set_correction(self.machine.clock());
+            }
+            Event::Started(start) => self.start(start),
+            Event::StopGranted(tag) => {
+                log::debug!("the federation stops at {tag}");
+                self.engine.set_stop_tag(tag);
+                return Ok(true);
+            }
+            Event::Accepted => log::debug!("the RTI has accepted this federate"),
+            Event::None
+            | Event::Granted(_)
+            | Event::GrantedProvisionally(_)
+            | Event::MessageAfterStop { .. }
+            | Event::PortAbsent { .. }
+            | Event::StopRequested(_) => {}
+        }
+        Ok(false)
+    }
+
+    fn start(&mut self, start: Instant) {
+        log::debug!("the federation starts");
+        self.engine.start(start);
+        if self.engine.stop_tag() < Tag::FOREVER {
+            self.machine.limit_stop(self.engine.stop_tag());
+        }
+    }
+}

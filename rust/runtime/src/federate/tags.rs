@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tags of a running federate: begun when they are due and granted, run, and completed.
+
+use lf_coordination::Deadline;
+use lf_coordination::federate::Phase;
+use lf_model::Progress;
+use lf_model::time::{Instant, Tag};
+
+use super::Loop;
+use super::output::Output;
+use crate::error::RunError;
+use crate::platform::Platform;
+
+/// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
+const TAGS_PER_TURN: u32 = 16;
+
+/// How far the tags of one turn came.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Advance {
+    /// All that is possible now is done; at this time more may be.
+    Until(Deadline),
+    /// The next tag needs word from the RTI.
+    NotGranted,
+    /// The output buffer is full in the middle of a tag.
+    OutputFull,
+    /// The last tag is complete.
+    Done,
+}
+
+impl<P: Platform> Loop<'_, '_, P> {
+    /// Runs the tags that are due and granted.
+    pub(super) fn advance(&mut self) -> Result<Advance, RunError> {
+        if self.machine.phase() != Phase::Running {
+            return Ok(Advance::Until(Deadline::Never));
+        }
+        for _ in 0..TAGS_PER_TURN {
+            if !self.engine.is_in_tag()
+                && let Some(advance) = self.begin_next()?
+            {
+                return Ok(advance);
+            }
+            let mut output = Output::new(self.platform, &mut self.link, &mut self.machine, self.silent);
+            match self.engine.advance(self.program, &mut output, None) {
+                Progress::Complete => {}
+                Progress::OutputFull { .. } | Progress::LevelLimit { .. } => return Ok(Advance::OutputFull),
+                Progress::Failed(error) => return Err(error.into()),
+            }
+            self.machine.complete(self.engine.had_network_input());
+            self.held.look_again();
+            if let Some(tag) = self.engine.take_stop_request() {
+                self.machine.request_stop(tag);
+            }
+            if self.engine.is_done() {
+                self.machine.finish();
+                return Ok(Advance::Done);
+            }
+        }
+        Ok(Advance::Until(Deadline::Now))
+    }
+
+    /// Begins the next tag, if it is due and granted; else says what it waits for.
+    fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
+        let env = Output::new(self.platform, &mut self.link, &mut self.machine, self.silent);
+        self.engine.drain_physical(self.program, &env);
+        if let Some(tag) = self.engine.take_stop_request() {
+            self.machine.request_stop(tag);
+        }
+        let now = self.platform.now();
+        let Some(tag) = self.engine.next_tag() else { return Ok(Some(Advance::Until(self.idle(now)))) };
+        let granted = self.machine.next_event(now, tag);
+        // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others, who
+        // may need that before they can take the messages of this one.
+        self.collect();
+        if !granted {
+            return Ok(Some(Advance::NotGranted));
+        }
+        if !self.engine.settings().fast && self.machine.clock().physical(now) < tag.time {
+            return Ok(Some(Advance::Until(Deadline::At(self.machine.clock().local(tag.time)))));
+        }
+        self.machine.begin(tag)?;
+        self.engine.begin(self.program, tag)?;
+        Ok(None)
+    }
+
+    /// There is no event. When none can come any more, the next microstep is the last tag.
+    fn idle(&mut self, now: Instant) -> Deadline {
+        // Neither the program nor one of its threads can make an event out of nothing.
+        let has_no_source = !self.engine.settings().keepalive && self.platform.outside().mailbox().links() == 0;
+        if self.has_upstream || !has_no_source {
+            // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
+            // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is
+            // not sent.
+            self.silent = self.machine.next_event(now, Tag::FOREVER) && has_no_source;
+            if !self.silent {
+                return Deadline::Never;
+            }
+        }
+        self.engine.set_stop_tag(Tag::NEVER);
+        Deadline::Now
+    }
+}

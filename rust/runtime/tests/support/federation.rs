@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Whole federations of [`Node`]s with an RTI, as participants of a [`World`].
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::SocketAddrV4;
+use std::sync::Mutex;
+
+use lf_coordination::rti::{
+    AfterLoss, ClockSync as RtiClockSync, Config, Connection, Node as GraphNode, Outcome, PathDelay, RtiStorage, Slot,
+    Upstream,
+};
+use lf_model::time::{Interval, Tag};
+use lf_model::{Engine, Settings};
+use lf_runtime::platform::Platform as _;
+use lf_runtime::{
+    Buffers, ClockSync, DELAY_NONE, Federation, Inlet, Join, Outgoing, RtiSetup, RunError, buffer_bytes, run_federate,
+    run_rti,
+};
+
+use super::network::{Conditions, address_of};
+use super::node::{Behavior, Log, Node, NodeStorage};
+use super::world::{Fate, Trouble, VirtualPlatform, World};
+
+/// The RTI's port.
+pub const PORT: u16 = 15045;
+/// The RTI's number among the participants; the federates come after it, in order of id.
+pub const RTI: usize = 0;
+const ID: &[u8] = b"virtual";
+
+/// A connection from a federate to another; `None` for no `after`.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    pub from: u16,
+    pub to: u16,
+    pub delay: Option<Interval>,
+}
+
+/// A federation, and what happens to it.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub nodes: Vec<Behavior>,
+    pub edges: Vec<Edge>,
+    /// Capacity of each input's queue: 1, 2 or 16.
+    pub capacity: usize,
+    pub timeout: Option<Interval>,
+    pub fast: bool,
+    pub keepalive: bool,
+    /// Bytes of the receive buffers beyond the least that is allowed.
+    pub spare_bytes: usize,
+    pub trials: u16,
+    pub after_loss: AfterLoss,
+    /// When each federate begins, if not at once.
+    pub begins: BTreeMap<u16, Interval>,
+    /// The RTI begins at this time; `None`: never.
+    pub rti_begins: Option<Interval>,
+    /// Federates that want to join another federation.
+    pub strangers: BTreeSet<u16>,
+    /// What happens to which participant, and when.
+    pub fates: Vec<(Interval, usize, Fate)>,
+}
+
+impl Plan {
+    pub fn new(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Self {
+        Self {
+            nodes,
+            edges,
+            capacity: 2,
+            timeout: None,
+            fast: false,
+            keepalive: false,
+            spare_bytes: 0,
+            trials: 3,
+            after_loss: AfterLoss::GoOn,
+            begins: BTreeMap::new(),
+            rti_begins: Some(Interval::ZERO),
+            strangers: BTreeSet::new(),
+            fates: Vec::new(),
+        }
+    }
+}
+
+/// How a federation went.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    pub outcome: Option<Result<Outcome, RunError>>,
+    pub results: Vec<Result<(), RunError>>,
+    /// What each federate has noted.
+    pub logs: Vec<Log>,
+    /// When each federate ended, in virtual time.
+    pub ended: Vec<Interval>,
+    /// Whether each has run its shutdown reaction.
+    pub shut_down: Vec<bool>,
+    pub trouble: Option<Trouble>,
+}
+
+#[derive(Default)]
+struct Results {
+    outcome: Option<Result<Outcome, RunError>>,
+    federates: BTreeMap<u16, (Result<(), RunError>, Log, Interval, bool)>,
+}
+
+/// Runs a federation to its end.
+pub fn run(plan: &Plan, conditions: Conditions) -> Report {
+    let world = World::new(conditions);
+    let results = Mutex::new(Results::default());
+    let rti = world.join(plan.rti_begins.unwrap_or(Interval::ZERO), Interval::ZERO);
+    let federates: Vec<_> = (0..u16::try_from(plan.nodes.len()).unwrap())
+        .map(|id| {
+            // Every clock is another one, by seconds.
+            let offset = Interval::from_millis(i64::from(id) * 1700 - 900);
+            (id, world.join(plan.begins.get(&id).copied().unwrap_or_default(), offset))
+        })
+        .collect();
+    for (at, participant, fate) in &plan.fates {
+        world.plan(*at, *participant, *fate);
+    }
+    std::thread::scope(|scope| {
+        let results = &results;
+        scope.spawn(move || {
+            let mut platform = rti;
+            platform.begin();
+            if plan.rti_begins.is_some() {
+                let outcome = run_the_rti(plan, &mut platform);
+                results.lock().unwrap().outcome = Some(outcome);
+            }
+        });
+        for (id, mut platform) in federates {
+            let world = world.clone();
+            scope.spawn(move || {
+                platform.begin();
+                let (result, log, shut_down) = match plan.capacity {
+                    1 => run_node::<1>(plan, id, &mut platform),
+                    2 => run_node::<2>(plan, id, &mut platform),
+                    _ => run_node::<16>(plan, id, &mut platform),
+                };
+                results.lock().unwrap().federates.insert(id, (result, log, world.now(), shut_down));
+            });
+        }
+        world.start();
+    });
+    let Results { outcome, federates } = results.into_inner().unwrap();
+    let mut report = Report {
+        outcome,
+        results: Vec::new(),
+        logs: Vec::new(),
+        ended: Vec::new(),
+        shut_down: Vec::new(),
+        trouble: world.trouble(),
+    };
+    for (result, log, ended, shut_down) in federates.into_values() {
+        report.results.push(result);
+        report.logs.push(log);
+        report.ended.push(ended);
+        report.shut_down.push(shut_down);
+    }
+    report
+}
+
+fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, RunError> {
+    let listener = platform.listen(PORT).unwrap();
+    let count = plan.nodes.len();
+    let connections = count + 2;
+    let bytes = buffer_bytes(4, count);
+    let mut memory: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
+    let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
+        memory.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+    let setup = RtiSetup {
+        config: Config {
+            after_loss: plan.after_loss,
+            clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
+            ..Config::new(ID, 4)
+        },
+        storage: RtiStorage {
+            slots: &mut vec![Slot::default(); count],
+            nodes: &mut vec![GraphNode::default(); count],
+            connections: &mut vec![Connection::default(); connections],
+            delays: &mut vec![PathDelay::default(); count * count],
+            upstream: &mut vec![Upstream::default(); count * count],
+            in_transit: &mut vec![Tag::NEVER; count * 64],
+        },
+        inlets: &mut inlets,
+        outgoings: &mut outgoings,
+    };
+    run_rti(platform, setup, listener, &mut |_| {})
+}
+
+/// The part of a federate in the federation.
+pub fn federation_of(plan: &Plan, id: u16) -> Federation {
+    let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
+    for edge in plan.edges.iter().filter(|edge| edge.to == id) {
+        let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
+        upstream.entry(edge.from).and_modify(|least| *least = delay.min(*least)).or_insert(delay);
+    }
+    let downstream: BTreeSet<u16> = plan.edges.iter().filter(|edge| edge.from == id).map(|edge| edge.to).collect();
+    let bytes = buffer_bytes(4, plan.nodes.len());
+    Federation {
+        id,
+        federation_id: "virtual",
+        federates: u16::try_from(plan.nodes.len()).unwrap(),
+        rti_host: "10.0.0.1",
+        rti_port: PORT,
+        upstream: upstream.into_iter().collect::<Vec<_>>().leak(),
+        downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
+        clock_sync: ClockSync::Init { trials: plan.trials },
+        physical_delay: None,
+        input_bytes: bytes + plan.spare_bytes,
+        output_bytes: bytes,
+    }
+}
+
+fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> (Result<(), RunError>, Log, bool) {
+    // A connection's port is its place among the connections to its destination.
+    let port_of = |index: usize| {
+        let to = plan.edges[index].to;
+        u16::try_from(plan.edges[..index].iter().filter(|edge| edge.to == to).count()).unwrap()
+    };
+    let edges = || plan.edges.iter().copied().enumerate();
+    let inputs: Vec<_> = edges()
+        .filter(|(_, edge)| edge.to == id)
+        .map(|(index, edge)| (edge.from, port_of(index), edge.delay))
+        .collect();
+    let outputs: Vec<_> = edges()
+        .filter(|(_, edge)| edge.from == id)
+        .map(|(index, edge)| (edge.to, port_of(index), edge.delay))
+        .collect();
+    let behavior = plan.nodes[usize::from(id)];
+    let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs);
+    let mut storage = NodeStorage::new();
+    let Plan { timeout, fast, keepalive, .. } = *plan;
+    let settings = Settings { federated: true, timeout, fast, keepalive, workers: 1 };
+    let tables = lf_model::Program::tables(&node);
+    let engine = Engine::new(tables, &mut storage, settings);
+    let federation = federation_of(plan, id);
+    let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
+    let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { ID };
+    let join = Join { federation_id, rti: SocketAddrV4::new(address_of(RTI), PORT) };
+    let buffers = Buffers::new(&mut input, &mut output);
+    let result = run_federate(platform, &mut node, engine, &federation, &join, buffers);
+    (result, node.log, node.ended)
+}
