@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -28,7 +29,9 @@ def topdir(world: World) -> Path:
     topdir = world.zephyr.parent
     (topdir / "lf").mkdir()
     (topdir / "lf/west.yml").write_text(MANIFEST)
-    (topdir / "lf/scripts").symlink_to(REPOSITORY / "scripts")
+    # West takes no commands from outside of the manifest repository, so a link would not do.
+    ignored = shutil.ignore_patterns("tests", "__pycache__", ".*")
+    shutil.copytree(REPOSITORY / "scripts", topdir / "lf/scripts", ignore=ignored)
     (topdir / ".west/config").write_text("[manifest]\npath = lf\nfile = west.yml\n[zephyr]\nbase = zephyr\n")
     # The place of the local configuration is west's own business here.
     world.monkeypatch.delenv("WEST_CONFIG_LOCAL")
