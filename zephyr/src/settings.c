@@ -8,9 +8,10 @@
 #include <cmdline.h>
 #include <soc.h>
 
-static char *federation_id = CONFIG_LF_FEDERATION_ID;
-static char *rti_address = CONFIG_LF_RTI_ADDRESS;
-static uint32_t rti_port = CONFIG_LF_RTI_PORT;
+/* What the command line says; native_sim sets NULL and UINT32_MAX where it says nothing. */
+static char *given_federation_id;
+static char *given_rti_address;
+static uint32_t given_rti_port = UINT32_MAX;
 
 static void add_options(void)
 {
@@ -19,21 +20,21 @@ static void add_options(void)
 			.option = "lf-federation-id",
 			.name = "id",
 			.type = 's',
-			.dest = (void *)&federation_id,
+			.dest = (void *)&given_federation_id,
 			.descript = "Federation id, instead of CONFIG_LF_FEDERATION_ID",
 		},
 		{
 			.option = "lf-rti-address",
 			.name = "address",
 			.type = 's',
-			.dest = (void *)&rti_address,
+			.dest = (void *)&given_rti_address,
 			.descript = "IPv4 address of the RTI, instead of CONFIG_LF_RTI_ADDRESS",
 		},
 		{
 			.option = "lf-rti-port",
 			.name = "port",
 			.type = 'u',
-			.dest = (void *)&rti_port,
+			.dest = (void *)&given_rti_port,
 			.descript = "TCP port of the RTI, instead of CONFIG_LF_RTI_PORT",
 		},
 		ARG_TABLE_ENDMARKER,
@@ -46,23 +47,23 @@ NATIVE_TASK(add_options, PRE_BOOT_1, 10);
 
 #else
 
-static const char *const federation_id = CONFIG_LF_FEDERATION_ID;
-static const char *const rti_address = CONFIG_LF_RTI_ADDRESS;
-static const uint32_t rti_port = CONFIG_LF_RTI_PORT;
+static const char *const given_federation_id;
+static const char *const given_rti_address;
+static const uint32_t given_rti_port = UINT32_MAX;
 
 #endif
 
 const char *lf_federation_id(void)
 {
-	return federation_id;
+	return given_federation_id != NULL ? given_federation_id : CONFIG_LF_FEDERATION_ID;
 }
 
 const char *lf_rti_address(void)
 {
-	return rti_address;
+	return given_rti_address != NULL ? given_rti_address : CONFIG_LF_RTI_ADDRESS;
 }
 
 uint32_t lf_rti_port(void)
 {
-	return rti_port;
+	return given_rti_port != UINT32_MAX ? given_rti_port : CONFIG_LF_RTI_PORT;
 }
