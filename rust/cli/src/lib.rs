@@ -10,7 +10,7 @@ mod commands;
 mod compile;
 mod failure;
 mod guard;
-pub mod supervisor;
+mod supervisor;
 mod terminal;
 mod time;
 

@@ -9,7 +9,9 @@ use crate::process;
 /// Runs all tests of the workspace with every snapshot accepted, then says which files changed.
 pub(crate) fn run(repository: &Path) -> ExitCode {
     let mut cargo = process::cargo(repository);
-    cargo.args(["test", "--workspace", "--no-fail-fast", "--quiet"]).env("INSTA_UPDATE", "always").env("BLESS", "1");
+    // The federations have no expected outputs in files, and take the longest.
+    cargo.args(["test", "--workspace", "--exclude", "lf-federations", "--no-fail-fast", "--quiet"]);
+    cargo.env("INSTA_UPDATE", "always");
     let passed = process::succeeds(&mut cargo);
     let mut git = std::process::Command::new("git");
     git.current_dir(repository).args(["status", "--short", "--", "*.snap", "tests"]);

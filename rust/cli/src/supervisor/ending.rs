@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 /// How long a run may take, and how long its parts may take to end.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// The whole run, from its start; `None` for as long as it likes.
-    pub run: Option<Duration>,
+    pub(crate) run: Option<Duration>,
     /// After the first failure, for the others to end by themselves.
-    pub grace: Duration,
+    pub(crate) grace: Duration,
     /// After SIGTERM, before SIGKILL.
-    pub terminate: Duration,
+    pub(crate) terminate: Duration,
 }
 
 impl Default for Limits {
@@ -23,7 +23,7 @@ impl Default for Limits {
 
 /// How a run has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// All participants ended well.
     Success,
     /// The first one that did not ended with this exit code (128 + n for signal n).
@@ -38,7 +38,7 @@ pub enum Ending {
 
 impl Ending {
     /// The exit status that says the same, in the manner of shells and of timeout(1).
-    pub fn exit_code(self) -> u8 {
+    pub(crate) fn exit_code(self) -> u8 {
         match self {
             Self::Success => 0,
             Self::Failed(code) => code.max(1),
@@ -85,10 +85,6 @@ impl Plan {
         Self { limits, deadline, stage: Stage::Running, ending: Ending::Success }
     }
 
-    pub(super) fn limits(&self) -> &Limits {
-        &self.limits
-    }
-
     /// Whether there is a cause for the run to end early.
     pub(super) fn is_ending(&self) -> bool {
         self.stage != Stage::Running
@@ -113,16 +109,11 @@ impl Plan {
         }
     }
 
-    /// A participant has failed; the others have `grace` to notice.
-    pub(super) fn failed(&mut self, exit_code: u8, now: Instant, grace: Duration) -> Action {
+    /// A participant has failed; the others have a while to notice.
+    pub(super) fn failed(&mut self, exit_code: u8, now: Instant) {
         self.cause(Ending::Failed(exit_code));
-        match self.stage {
-            Stage::Running if grace.is_zero() => self.terminate(now),
-            Stage::Running => {
-                self.stage = Stage::Waiting(now + grace);
-                Action::None
-            }
-            _ => Action::None,
+        if self.stage == Stage::Running {
+            self.stage = Stage::Waiting(now + self.limits.grace);
         }
     }
 
@@ -202,7 +193,7 @@ mod tests {
         let start = Instant::now();
         let mut plan = Plan::new(limits(None), start);
         assert_eq!(plan.next(), None);
-        assert_eq!(plan.failed(3, start, 5 * SECOND), Action::None);
+        plan.failed(3, start);
         assert_eq!(plan.due(start + 4 * SECOND), None);
         assert_eq!(plan.due(start + 5 * SECOND).map(|(action, _)| action), Some(Action::Terminate));
         assert_eq!(plan.next(), Some(start + 8 * SECOND));
@@ -216,7 +207,7 @@ mod tests {
         let start = Instant::now();
         let mut plan = Plan::new(limits(Some(SECOND)), start);
         assert_eq!(plan.due(start + SECOND).map(|(action, _)| action), Some(Action::Terminate));
-        assert_eq!(plan.failed(143, start + SECOND, 5 * SECOND), Action::None);
+        plan.failed(143, start + SECOND);
         assert_eq!(plan.ending().exit_code(), 124);
     }
 
@@ -243,7 +234,7 @@ mod tests {
     fn the_time_limit_also_cuts_the_wait_after_a_failure() {
         let start = Instant::now();
         let mut plan = Plan::new(limits(Some(2 * SECOND)), start);
-        plan.failed(1, start, 5 * SECOND);
+        plan.failed(1, start);
         assert_eq!(plan.next(), Some(start + 2 * SECOND));
     }
 }

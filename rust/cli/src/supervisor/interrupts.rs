@@ -8,7 +8,7 @@ use std::os::unix::net::UnixStream;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 /// The signals that ask this program to stop.
-pub struct Interrupts {
+pub(crate) struct Interrupts {
     sources: Vec<(u8, UnixStream)>,
 }
 
@@ -17,7 +17,7 @@ impl Interrupts {
     ///
     /// # Errors
     /// When the system has no descriptors left.
-    pub fn of_this_process() -> io::Result<Self> {
+    pub(crate) fn of_this_process() -> io::Result<Self> {
         let mut sources = Vec::new();
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             let (read, write) = UnixStream::pair()?;

@@ -12,13 +12,13 @@ mod output;
 
 use std::io;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-pub use ending::{Ending, Limits};
-pub use interrupts::Interrupts;
-pub use output::Output;
+pub(crate) use ending::{Ending, Limits};
+pub(crate) use interrupts::Interrupts;
+pub(crate) use output::Output;
 
 use child::Child;
 use ending::{Action, Plan};
@@ -26,7 +26,7 @@ use output::Stream;
 
 /// What a participant is for, which decides whether the run waits for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub(crate) enum Role {
     /// A part of the program.
     Federate,
     /// It serves the federates, and is expected to end soon after the last one has.
@@ -34,7 +34,7 @@ pub enum Role {
 }
 
 /// The participants of one run.
-pub struct Supervisor {
+pub(crate) struct Supervisor {
     children: Vec<Child>,
     plan: Plan,
     interrupts: Interrupts,
@@ -53,15 +53,15 @@ struct Ready {
 
 impl Supervisor {
     /// Nothing runs yet; the time limit counts from now.
-    pub fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
+    pub(crate) fn new(limits: Limits, interrupts: Interrupts, output: Output) -> Self {
         Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
     }
 
     /// Starts a participant in a process group of its own, without input.
     ///
     /// # Errors
-    /// When the program cannot be started; what has been started before keeps running until [`Self::abandon`].
-    pub fn start(&mut self, name: &str, role: Role, command: &mut Command) -> io::Result<()> {
+    /// When the program cannot be started; what has been started before runs on.
+    pub(crate) fn start(&mut self, name: &str, role: Role, command: &mut Command) -> io::Result<()> {
         self.children.push(Child::start(name, role, command)?);
         Ok(())
     }
@@ -71,7 +71,7 @@ impl Supervisor {
     ///
     /// # Errors
     /// When the system's calls fail.
-    pub fn wait_for_line<T>(&mut self, wanted: impl Fn(&str) -> Option<T>) -> io::Result<Option<T>> {
+    pub(crate) fn wait_for_line<T>(&mut self, wanted: impl Fn(&str) -> Option<T>) -> io::Result<Option<T>> {
         let Some(last) = self.children.len().checked_sub(1) else { return Ok(None) };
         let mut found = None;
         while found.is_none() && !self.plan.is_ending() && self.children[last].is_running() {
@@ -90,22 +90,12 @@ impl Supervisor {
     ///
     /// # Errors
     /// When the system's calls fail; all participants are killed then.
-    pub fn finish(mut self) -> io::Result<Ending> {
+    pub(crate) fn finish(mut self) -> io::Result<Ending> {
         while self.children.iter().any(Child::is_running) {
             self.turn(&mut |_, _| false)?;
         }
         self.output.flush();
         Ok(self.plan.ending())
-    }
-
-    /// Ends all participants because the run cannot go on, and waits for them.
-    ///
-    /// # Errors
-    /// As [`Self::finish`].
-    pub fn abandon(mut self) -> io::Result<Ending> {
-        let action = self.plan.failed(1, Instant::now(), Duration::ZERO);
-        self.act(action);
-        self.finish()
     }
 
     /// Waits once, and deals with all that has happened.
@@ -200,9 +190,7 @@ impl Supervisor {
             if !self.plan.is_stopping() {
                 self.output.note(&format!("{} {}{}", self.children[index].name, end.how, waiting(others)));
             }
-            let grace = self.plan.limits().grace;
-            let action = self.plan.failed(end.exit_code, now, grace);
-            self.act(action);
+            self.plan.failed(end.exit_code, now);
         } else if others > 0 && !self.plan.is_ending() {
             let running = |role| self.children.iter().any(|child| child.is_running() && child.role == role);
             if running(Role::Rti) && !running(Role::Federate) {

@@ -16,7 +16,7 @@ pub(super) enum Stream {
 const COLOURS: [u8; 6] = [36, 33, 35, 32, 34, 31];
 
 /// Where lines go.
-pub struct Output {
+pub(crate) struct Output {
     standard: Box<dyn Write>,
     error: Box<dyn Write>,
     /// Whether each of the two is a terminal, and gets colours.
@@ -31,7 +31,7 @@ const OWN_NAME: &str = "lfz";
 
 impl Output {
     /// To the standard streams of this process, with room for these names; with no names, no line gets one.
-    pub fn of_this_process<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
+    pub(crate) fn of_this_process<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
         let colours = std::env::var_os("NO_COLOR").is_none();
         let coloured = (colours && io::stdout().is_terminal(), colours && io::stderr().is_terminal());
         Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, names)
