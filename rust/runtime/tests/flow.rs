@@ -5,12 +5,13 @@
 
 mod support;
 
-use lf_coordination::rti::Outcome;
+use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
+use lf_runtime::RunError;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, run};
 use support::network::Conditions;
-use support::node::Behavior;
+use support::node::{Behavior, Log};
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
@@ -29,11 +30,16 @@ fn assert_complete(report: &Report) {
 }
 
 /// What a receiver of one timer notes.
-fn every(period: i64, until: i64) -> Vec<(i64, u32, usize, u32)> {
-    (0..)
-        .zip((0..=until).step_by(usize::try_from(period).unwrap()))
-        .map(|(n, ms)| (ms * 1_000_000, 0, 0, n + 1))
-        .collect()
+fn from_timer(period: i64, delay: i64, until: i64, input: usize) -> Log {
+    let times = (0..=until - delay).step_by(usize::try_from(period).unwrap());
+    (1..).zip(times).map(|(count, ms)| ((ms + delay) * 1_000_000, 0, input, count)).collect()
+}
+
+/// The same from several senders, in order of tag and input.
+fn merged(logs: &[Log]) -> Log {
+    let mut all = logs.concat();
+    all.sort_unstable();
+    all
 }
 
 /// A sender and a receiver.
@@ -41,14 +47,79 @@ fn pair() -> Plan {
     Plan { timeout: Some(MS(50)), ..Plan::new(vec![timer(5), Behavior::default()], vec![edge(0, 1)]) }
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
+/// A fast sender, one whose reaction takes its time, and a receiver of both.
+fn fan_in(delay: Option<Interval>, work: Interval) -> Plan {
+    let slow = Behavior { work, ..timer(25) };
+    let edges = vec![Edge { from: 0, to: 2, delay }, edge(1, 2)];
+    Plan { timeout: Some(MS(100)), ..Plan::new(vec![timer(1), slow, Behavior::default()], edges) }
+}
 
+fn any_capacity() -> impl Strategy<Value = usize> {
+    prop_oneof![Just(1usize), Just(2), Just(16)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whatever the pieces, the pipes and the queues.
     #[test]
-    fn all_messages_arrive_in_order(seed: u64, pipe_bytes in 1usize..200, capacity in prop_oneof![Just(1usize), Just(2), Just(16)], fast: bool) {
+    fn all_messages_arrive_in_order(seed: u64, pipe_bytes in 1usize..200, capacity in any_capacity(), fast: bool) {
         let plan = Plan { capacity, fast, ..pair() };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
-        prop_assert_eq!(&report.logs[1], &every(5, 50));
+        prop_assert_eq!(&report.logs[1], &from_timer(5, 0, 50, 0));
+    }
+
+    /// Relays hold back what their queues cannot take, and all comes through at the tags of its senders.
+    #[test]
+    fn a_chain_hands_everything_on(seed: u64, pipe_bytes in 1usize..200, capacity in any_capacity(), fast: bool) {
+        let relay = Behavior { relay: true, ..Behavior::default() };
+        let edges = vec![edge(0, 1), Edge { delay: Some(MS(3)), ..edge(1, 2) }, edge(2, 3)];
+        let plan = Plan {
+            capacity,
+            fast,
+            timeout: Some(MS(40)),
+            ..Plan::new(vec![timer(2), relay, relay, Behavior::default()], edges)
+        };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        let expected: Log = from_timer(2, 3, 40, 0).into_iter().map(|(at, step, input, n)| (at, step, input, n + 2)).collect();
+        prop_assert_eq!(&report.logs[3], &expected);
+    }
+
+    /// Queues of any length, with as much of a receive buffer as a burst needs: nothing is lost, nobody is held up.
+    #[test]
+    fn a_fast_and_a_slow_sender_meet(
+        seed: u64,
+        capacity in any_capacity(),
+        pipe_bytes in prop_oneof![Just(50usize), Just(1 << 16)],
+        after in prop_oneof![Just(None), Just(Some(0)), Just(Some(10))],
+        work in 0i64..25,
+        fast: bool,
+    ) {
+        let plan = Plan { capacity, fast, spare_bytes: 8192, ..fan_in(after.map(MS), MS(work)) };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        let seen: Vec<_> = report.logs[2].iter().map(|(at, _, input, value)| (*at, *input, *value)).collect();
+        // With `after 0` the last message would come a microstep after the end.
+        let (delay, until) = (after.unwrap_or(0), if after == Some(0) { 99 } else { 100 });
+        let expected = merged(&[from_timer(1, delay, until, 0), from_timer(25, 0, 100, 1)]);
+        let mut seen_sorted = seen.clone();
+        seen_sorted.sort_unstable();
+        prop_assert!(seen.is_sorted_by_key(|(at, ..)| *at));
+        prop_assert_eq!(seen_sorted, expected.iter().map(|(at, _, input, value)| (*at, *input, *value)).collect::<Vec<_>>());
+    }
+
+    /// With the smallest buffers a burst may be too long. Then that is said; nothing is lost in silence, and nobody waits
+    /// for ever.
+    #[test]
+    fn a_burst_that_nothing_can_hold_is_an_error(seed: u64, capacity in any_capacity(), work in 0i64..25, fast: bool) {
+        let plan = Plan { capacity, fast, after_loss: AfterLoss::StopAll, ..fan_in(None, MS(work)) };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        match &report.results[2] {
+            Ok(()) => assert_complete(&report),
+            error => prop_assert_eq!(error, &Err(RunError::InputFull { input: "node.in" })),
+        }
     }
 }

@@ -38,7 +38,10 @@ impl Held {
     /// Nothing is held.
     pub(super) const NONE: Self = Self { bytes: 0, earliest: Tag::FOREVER, input: None, stale: false };
 
-    /// A tag is complete, or the last tag is another one: queues may have room.
+    /// A tag has been begun, which takes its events out of their queues: there is room for others.
+    ///
+    /// All that is held is then looked at from the front. As room comes about in no other way, a message never overtakes
+    /// an earlier one for the same input.
     pub(super) fn look_again(&mut self) {
         self.stale = self.input.is_some();
     }

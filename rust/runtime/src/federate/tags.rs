@@ -46,7 +46,6 @@ impl<P: Platform> Loop<'_, '_, P> {
                 Progress::Failed(error) => return Err(error.into()),
             }
             self.machine.complete(self.engine.had_network_input());
-            self.held.look_again();
             if let Some(tag) = self.engine.take_stop_request() {
                 self.machine.request_stop(tag);
             }
@@ -79,6 +78,7 @@ impl<P: Platform> Loop<'_, '_, P> {
         }
         self.machine.begin(tag)?;
         self.engine.begin(self.program, tag)?;
+        self.held.look_again();
         Ok(None)
     }
 
