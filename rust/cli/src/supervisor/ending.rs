@@ -52,7 +52,6 @@ impl Ending {
 /// What to do to all participants that still run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
-    None,
     Terminate,
     Kill,
 }

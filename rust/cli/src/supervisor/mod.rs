@@ -15,6 +15,7 @@ use std::process::Command;
 use std::time::Instant;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::Signal;
 
 pub(crate) use ending::{Ending, Limits};
 pub(crate) use interrupts::Interrupts;
@@ -202,12 +203,12 @@ impl Supervisor {
 
     /// Signals the process groups of all participants that still run.
     fn act(&mut self, action: Action) {
+        let signal = match action {
+            Action::Terminate => Signal::TERM,
+            Action::Kill => Signal::KILL,
+        };
         for child in self.children.iter().filter(|child| child.is_running()) {
-            match action {
-                Action::None => {}
-                Action::Terminate => child.signal(rustix::process::Signal::TERM),
-                Action::Kill => child.signal(rustix::process::Signal::KILL),
-            }
+            child.signal(signal);
         }
     }
 }
