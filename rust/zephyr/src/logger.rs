@@ -48,8 +48,8 @@ impl Log for Logger {
             Level::Debug | Level::Trace => raw::LOG_LEVEL_DBG,
         };
         let mut text = Text::new();
-        // A reaction's message speaks for itself; one of the runtime says which part of it speaks.
-        if !record.target().starts_with("rustapp") {
+        // What a reaction or the platform says speaks for itself; the other parts of the runtime say who they are.
+        if !record.target().starts_with("rustapp") && !record.target().starts_with(env!("CARGO_CRATE_NAME")) {
             text.append(format_args!("{}: ", record.target()));
         }
         text.append(*record.args());
