@@ -146,9 +146,10 @@ def rows(participants: Sequence[Participant], planned: Sequence[Image]) -> list[
 
 
 def _board_advice(application: Application) -> list[str]:
-    deployments = [f"Take a deployment of the application: --deployment {file}" for file in application.deployments()]
+    again = ["Build again what was generated before: --no-lfc"] if application.description.is_file() else []
     return [
-        *deployments,
+        *(f"Take a deployment of the application: --deployment {file}" for file in application.deployments()),
+        *again,
         'Name a board for all images: -w "-b native_sim/native/64"',
         "Set BOARD in the environment, or `west config build.board BOARD`.",
     ]

@@ -140,7 +140,13 @@ class Children:
                 f"{name} cannot be started: {command[0]}: {error.strerror}.",
                 "Check that the file exists and can be executed; building anew makes it.",
             ) from error
-        child = Child(name, process, os.pidfd_open(process.pid))
+        try:
+            end = os.pidfd_open(process.pid)
+        except OSError as error:
+            process.kill()
+            process.communicate()
+            raise LfError(f"{name} cannot be watched: {error.strerror}.", "Start fewer federates at once.") from error
+        child = Child(name, process, end)
         self._all.append(child)
         self._selector.register(child.end, selectors.EVENT_READ, (child, None))
         for stream, is_error in ((process.stdout, False), (process.stderr, True)):

@@ -61,18 +61,32 @@ class LfFedRun(LfCommand):
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Build, run, and end with the status of the run."""
         application = open_application(file, args.build_dir)
+        lfz = compiler.find(args.lfc, os.environ, self.inf)
         if args.no_build:
+            self._warn_of_build_options(args, cmake_arguments)
             described = description.load(application.description)
         else:
-            described = build_federation(
-                self, fed_request(application, args, cmake_arguments, args.deployment), args.jobs
-            )
-        lfz = compiler.find(args.lfc, os.environ, self.inf)
+            args.lfc = str(lfz.path)
+            request = fed_request(application, args, cmake_arguments, args.deployment)
+            described = build_federation(self, request, args.jobs)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
         status = run(federation, Limits(run_s=args.timeout))
         if status != 0:
             # What happened has been said.
             sys.exit(status)
+
+    def _warn_of_build_options(self, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
+        """Options that would change the build do not change what was built before."""
+        given = {
+            "--west-commands": args.west_commands,
+            "--conf-overlays": args.conf_overlays,
+            "--deployment": args.deployment,
+            "--no-lfc": args.no_lfc,
+            "-- CMAKE_ARGUMENT": cmake_arguments,
+        }
+        without_effect = [name for name, value in given.items() if value]
+        if without_effect:
+            self.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
 
 
 def run(federation: Federation, limits: Limits) -> int:

@@ -76,6 +76,12 @@ def test_what_was_built_is_run_without_building(grid: World) -> None:
     assert not any(call[0] == "build" for call in grid.calls("lfz"))
 
 
+def test_options_for_a_build_that_is_not_made_are_warned_of(grid: World, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lf-fed-build", grid.file]) == 0
+    assert main(["lf-fed-run", grid.file, "--no-build", "--deployment", "x.yaml", "-w", "-b y"]) == 0
+    assert "without effect beside --no-build: --west-commands, --deployment" in capsys.readouterr().err
+
+
 def test_a_failing_federate_decides_the_status(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
     grid.set("STAND_IN_IMAGE", "import sys; sys.exit('lost it')")
     assert status_of(["lf-fed-run", grid.file]) == 1
