@@ -33,6 +33,10 @@ impl std::error::Error for Failure {}
 
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
+        if error.kind() == io::ErrorKind::BrokenPipe {
+            // Whoever read the output has closed it, and knows.
+            return Self::Reported;
+        }
         Self::Message(error.to_string())
     }
 }

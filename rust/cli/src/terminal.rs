@@ -1,9 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether to use colours.
+//! Writing to the user: nothing here fails loudly because somebody has closed the other end (`lfz … | head`).
 
-use std::io::{self, IsTerminal};
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
 
 use lf_compiler::Style;
+
+/// Writes a result to standard output, ending the line.
+pub(crate) fn print(text: impl Display) -> io::Result<()> {
+    writeln!(io::stdout(), "{text}")
+}
+
+/// Writes a remark to standard error, ending the line where it does not end yet. Who does not want to hear it, need not.
+pub(crate) fn remark(text: impl Display) {
+    let text = text.to_string();
+    let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
+    let _ = write!(io::stderr(), "{text}{end}");
+}
 
 /// Whether standard error is a terminal whose user wants colours (<https://no-color.org>).
 pub(crate) fn coloured() -> bool {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz build`
 
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -11,6 +12,7 @@ use serde_json::{Value, json};
 use crate::args::BuildArgs;
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
+use crate::terminal;
 
 /// Generates and compiles, and says where the results are.
 pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
@@ -24,26 +26,29 @@ pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
     };
     let built = request.build()?;
     if arguments.json {
-        println!("{:#}", description(&built));
+        terminal::print(format_args!("{:#}", description(&built)))?;
     } else {
-        print_for_people(&built);
+        print_for_people(&built)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn print_for_people(built: &Built) {
+fn print_for_people(built: &Built) -> io::Result<()> {
     let width = built.participants.iter().map(|participant| participant.name.chars().count()).max().unwrap_or(0);
     for participant in &built.participants {
         let name = &participant.name;
         match (&participant.artifact, built.programs.get(name)) {
             (Artifact::Zephyr { board, .. }, _) => {
                 let folder = built.out.join(&participant.folder);
-                println!("{name:width$}  crate for {board}: {}", folder.display());
+                terminal::print(format_args!("{name:width$}  crate for {board}: {}", folder.display()))?;
             }
-            (Artifact::Host, Some(program)) => println!("{name:width$}  {}", program.display()),
+            (Artifact::Host, Some(program)) => {
+                terminal::print(format_args!("{name:width$}  {}", program.display()))?;
+            }
             (Artifact::Host, None) => {}
         }
     }
+    Ok(())
 }
 
 /// The same for other programs, such as the west commands. Paths are absolute.

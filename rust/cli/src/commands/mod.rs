@@ -12,6 +12,7 @@ use std::process::ExitCode;
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::guard;
+use crate::terminal;
 
 /// Runs the command and gives this program's exit status.
 pub fn execute(cli: Cli) -> ExitCode {
@@ -29,7 +30,7 @@ pub fn execute(cli: Cli) -> ExitCode {
     };
     result.unwrap_or_else(|failure| {
         if let Failure::Message(text) = failure {
-            eprintln!("error: {text}");
+            terminal::remark(format_args!("error: {text}"));
         }
         ExitCode::FAILURE
     })

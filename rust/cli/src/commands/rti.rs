@@ -8,6 +8,7 @@ use lf_host::rti::{Outcome, serve};
 
 use crate::args::RtiArgs;
 use crate::failure::Failure;
+use crate::terminal;
 
 /// What stands before the port in the line that says where the RTI listens, which `lfz run` reads.
 const LISTENING: &str = "listening on TCP port ";
@@ -18,19 +19,22 @@ const INTERRUPTED: u8 = 130;
 /// Runs the RTI until its federation is over.
 pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     if arguments.version {
-        println!("lfz rti {}", env!("CARGO_PKG_VERSION"));
+        terminal::print(format_args!("lfz rti {}", env!("CARGO_PKG_VERSION")))?;
         return Ok(ExitCode::SUCCESS);
     }
     let options = arguments.options()?;
     lf_host::install_logger(LevelFilter::Info);
-    let outcome = serve(&options, |port| println!("{LISTENING}{port}"));
+    let outcome = serve(&options, |port| {
+        // An RTI whose output nobody reads serves its federates all the same.
+        let _ = terminal::print(format_args!("{LISTENING}{port}"));
+    });
     match outcome.map_err(|error| Failure::message(error.to_string()))? {
         Outcome::Complete => Ok(ExitCode::SUCCESS),
         Outcome::Lost { federate, cause } => {
             Err(Failure::message(format!("the federation has failed: federate {federate} is lost: {cause}")))
         }
         Outcome::Aborted => {
-            eprintln!("error: the RTI was told to end before its federation was over");
+            terminal::remark("error: the RTI was told to end before its federation was over");
             Ok(ExitCode::from(INTERRUPTED))
         }
     }

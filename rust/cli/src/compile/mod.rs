@@ -150,12 +150,12 @@ impl Request<'_> {
         progress.end(outcome.success);
         let origin = LfOrigin::new(program, emitted, &folders.out);
         let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
-        eprint!("{diagnostics}");
+        terminal::remark(diagnostics);
         if !outcome.success {
             if !outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
-                eprint!("{}", outcome.log);
+                terminal::remark(&outcome.log);
             }
-            eprintln!("{}: the generated code does not compile", self.file.display());
+            terminal::remark(format_args!("{}: the generated code does not compile", self.file.display()));
             return Err(Failure::Reported);
         }
         let mut programs = BTreeMap::new();
@@ -184,7 +184,7 @@ fn generate(plan: &Plan, deployment: &Deployment, folders: &Folders) -> Result<E
 
 fn report(errors: &[impl std::fmt::Display]) -> Failure {
     for error in errors {
-        eprintln!("{error}");
+        terminal::remark(error);
     }
     Failure::Reported
 }

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::terminal;
+
 /// The progress of one build.
 pub(crate) struct Progress {
     bar: Option<ProgressBar>,
@@ -25,7 +27,7 @@ impl Progress {
             bar
         });
         if bar.is_none() {
-            eprintln!("Compiling {what}");
+            terminal::remark(format_args!("Compiling {what}"));
         }
         Self { bar, what: what.to_owned(), started: Instant::now() }
     }
@@ -43,7 +45,8 @@ impl Progress {
             bar.finish_and_clear();
         }
         if success {
-            eprintln!("Compiled {} in {:.1} s", self.what, self.started.elapsed().as_secs_f64());
+            let seconds = self.started.elapsed().as_secs_f64();
+            terminal::remark(format_args!("Compiled {} in {seconds:.1} s", self.what));
         }
     }
 }

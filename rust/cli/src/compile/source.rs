@@ -49,12 +49,12 @@ impl Program {
         };
         let compilation = lf_compiler::compile(path, &Files);
         let diagnostics = compilation.diagnostics;
-        eprint!("{}", diagnostics.render(terminal::style()));
+        terminal::remark(diagnostics.render(terminal::style()));
         match compilation.plan {
             Some(plan) if !diagnostics.has_errors() => Ok(Self { plan, diagnostics }),
             _ => {
                 let (errors, warnings) = diagnostics.counts();
-                eprintln!("{path}: {}", count(errors, warnings));
+                terminal::remark(format_args!("{path}: {}", count(errors, warnings)));
                 Err(Failure::Reported)
             }
         }
