@@ -88,9 +88,11 @@ impl Rti<'_> {
         if started {
             self.loss = self.loss.or(Some((id(federate), cause)));
         }
-        self.depart(federate, outlet);
         if started && self.config.after_loss == AfterLoss::StopAll {
+            // Without what its departure would allow the others: they could take it for an end in order.
             self.abort(outlet);
+        } else {
+            self.depart(federate, outlet);
         }
     }
 

@@ -88,7 +88,7 @@ impl World {
             participants: Vec::new(),
             turn: None,
             fates: Vec::new(),
-            turns_left: 400_000,
+            turns_left: 60_000,
             trouble: None,
             hopeless: false,
         };
@@ -187,7 +187,7 @@ impl State {
     fn give_up(&mut self, trouble: Trouble) {
         self.hopeless = self.trouble.is_some();
         self.trouble.get_or_insert(trouble);
-        self.turns_left = 100_000;
+        self.turns_left = 20_000;
         for participant in &mut self.participants {
             (participant.interrupted, participant.woken) = (true, true);
         }

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How federates and RTI begin and end, in order and otherwise: always within bounded time, with a reason, and with the
+//! others told.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use std::collections::BTreeSet;
+
+use lf_coordination::FederateId;
+use lf_coordination::federate::{FederateError, Phase};
+use lf_coordination::rti::{AfterLoss, Cause, Outcome};
+use lf_model::time::Interval;
+use lf_runtime::RunError;
+use lf_runtime::platform::NetError;
+use proptest::prelude::*;
+use support::federation::{Edge, Plan, RTI, Report, run};
+use support::network::Conditions;
+use support::node::Behavior;
+use support::world::Fate;
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+/// The RTI's start delay and the time for the handshakes, roughly.
+const START: i64 = 1_050;
+/// Longer than any of the times that federates and RTI give their peers at the end.
+const LAST_WORDS: i64 = 3_000;
+
+fn timer(period: i64) -> Behavior {
+    Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
+}
+
+fn edge(from: u16, to: u16) -> Edge {
+    Edge { from, to, delay: None }
+}
+
+/// A sender, a relay and a receiver, without an end of their own.
+fn endless() -> Plan {
+    let relay = Behavior { relay: true, ..Behavior::default() };
+    Plan::new(vec![timer(10), relay, Behavior::default()], vec![edge(0, 1), edge(1, 2)])
+}
+
+fn assert_complete(report: &Report) {
+    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+    assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
+    assert!(report.shut_down.iter().all(|shut_down| *shut_down));
+}
+
+fn cause(error: &Result<(), RunError>) -> Option<FederateError> {
+    match error {
+        Err(RunError::Federate(error)) => Some(*error),
+        _ => None,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn a_time_out_ends_all(seed: u64, pipe_bytes in 10usize..100, fast: bool) {
+        let plan = Plan { timeout: Some(MS(35)), fast, ..endless() };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        prop_assert_eq!(report.logs[2].len(), 4);
+    }
+
+    /// Whoever asks, all run their shutdown reactions.
+    #[test]
+    fn a_stop_ends_all(seed: u64, pipe_bytes in 10usize..100, capacity in prop_oneof![Just(1usize), Just(2)], fast: bool) {
+        let mut plan = Plan { capacity, fast, ..endless() };
+        plan.nodes[0].stop_at = Some(7);
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        prop_assert_eq!(report.logs[2].len(), 7);
+    }
+
+    /// A stop also ends those whose queues are full of messages for after it.
+    #[test]
+    fn a_stop_ends_full_queues(seed: u64, capacity in prop_oneof![Just(1usize), Just(2)]) {
+        let edges = vec![Edge { delay: Some(MS(500)), ..edge(0, 1) }];
+        let sender = Behavior { stop_at: Some(12), ..timer(10) };
+        let plan = Plan { capacity, spare_bytes: 4096, ..Plan::new(vec![sender, Behavior::default()], edges) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        prop_assert_eq!(&report.logs[1], &[]);
+    }
+
+    /// Without anything to do, and nobody who could give it something, a federate ends; and then those downstream. What
+    /// it sends at its end is never late.
+    #[test]
+    fn those_without_events_end(seed: u64, farewell: bool) {
+        let once = Behavior { timer: Some((MS(5), Interval::ZERO)), farewell, ..Behavior::default() };
+        let relay = Behavior { relay: true, farewell, ..Behavior::default() };
+        let busy = Behavior { timer: Some((Interval::ZERO, MS(3))), ..Behavior::default() };
+        let edges = vec![edge(0, 1), edge(1, 2), edge(1, 3)];
+        let plan = Plan::new(vec![once, relay, Behavior::default(), busy], edges);
+        // The last one never ends by itself.
+        let plan = Plan { fates: vec![(MS(START + 100), 4, Fate::Interrupt)], ..plan };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        for result in &report.results[..3] {
+            prop_assert_eq!(result, &Ok(()));
+        }
+        prop_assert_eq!(&report.results[3], &Err(RunError::Interrupted));
+        prop_assert_eq!(report.logs[2].first(), Some(&(5_000_000, 0, 0, 2)));
+    }
+
+    /// The RTI ends without a word: every federate ends within bounded time, and says so.
+    #[test]
+    fn a_lost_rti_ends_all(seed: u64, at in 300..2_000i64, capacity in prop_oneof![Just(1usize), Just(2)]) {
+        let plan = Plan { capacity, fates: vec![(MS(at), RTI, Fate::Kill)], ..endless() };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        for (result, ended) in report.results.iter().zip(&report.ended) {
+            let lost = matches!(cause(result), Some(FederateError::RtiLost { .. }));
+            let never_there = matches!(result, Err(RunError::RtiUnreachable { .. }));
+            prop_assert!(lost || never_there, "{:?}", result);
+            let patience = if lost { at + LAST_WORDS } else { 61_000 };
+            prop_assert!(*ended <= MS(patience), "{:?} {:?}", result, ended);
+        }
+    }
+
+    /// A federate ends without a word: the others are stopped.
+    #[test]
+    fn a_lost_federate_stops_the_others(seed: u64, who in 0..3usize, capacity in prop_oneof![Just(1usize), Just(2)]) {
+        let fates = vec![(MS(START + 200), 1 + who, Fate::Kill)];
+        let plan = Plan { capacity, fates, after_loss: AfterLoss::StopAll, ..endless() };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        let federate = FederateId(u16::try_from(who).unwrap());
+        let lost = Outcome::Lost { federate, cause: Cause::ConnectionLost };
+        prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
+        for (index, result) in report.results.iter().enumerate().filter(|(index, _)| *index != who) {
+            prop_assert_eq!(cause(result), Some(FederateError::RtiFailed), "{}: {:?}", index, result);
+            prop_assert!(report.ended[index] <= MS(START + 200 + LAST_WORDS));
+        }
+    }
+
+    /// The same, but the others go on: those downstream of it come to their end, for nothing can come any more.
+    #[test]
+    fn the_others_can_go_on(seed: u64, capacity in prop_oneof![Just(1usize), Just(2)]) {
+        let fates = vec![(MS(START + 200), 1, Fate::Kill)];
+        let plan = Plan { capacity, fates, after_loss: AfterLoss::GoOn, ..endless() };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(&report.results[1..], &[Ok(()), Ok(())]);
+        let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
+        prop_assert_eq!(&report.outcome, &Some(Ok(lost)));
+        // What came to the relay came through.
+        prop_assert_eq!(report.logs[1].len(), report.logs[2].len());
+    }
+
+    /// ^C at any time: Interrupted, soon; and the RTI knows it from the federate itself.
+    #[test]
+    fn an_interrupted_federate_tells_the_rti(seed: u64, at in 0..2_000i64, who in 0..3usize) {
+        let fates = vec![(MS(at), 1 + who, Fate::Interrupt), (MS(20_000), RTI, Fate::Interrupt)];
+        let plan = Plan { fates, after_loss: AfterLoss::StopAll, ..endless() };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(&report.results[who], &Err(RunError::Interrupted));
+        prop_assert!(report.ended[who] <= MS(at + LAST_WORDS));
+        if at > START + 200 {
+            let federate = FederateId(u16::try_from(who).unwrap());
+            prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Lost { federate, cause: Cause::Failed })));
+        }
+        for result in report.results.iter().enumerate().filter(|(index, _)| *index != who).map(|(_, result)| result) {
+            prop_assert_eq!(cause(result), Some(FederateError::RtiFailed));
+        }
+    }
+
+    /// ^C of the RTI: all federates hear of it as its last words, whatever they were doing.
+    #[test]
+    fn an_interrupted_rti_tells_the_federates(seed: u64, at in 0..500i64, pipe_bytes in 10usize..100) {
+        let plan = Plan { fates: vec![(MS(START + at), RTI, Fate::Interrupt)], ..endless() };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(&report.outcome, &Some(Ok(Outcome::Aborted)));
+        for (result, ended) in report.results.iter().zip(&report.ended) {
+            prop_assert_eq!(cause(result), Some(FederateError::RtiFailed));
+            prop_assert!(*ended <= MS(START + at + LAST_WORDS));
+        }
+    }
+
+    /// RTI and federates may begin in any order, within the connect time-out.
+    #[test]
+    fn who_comes_late_is_waited_for(seed: u64, rti in 0..5_000i64, last in 0..8_000i64) {
+        let mut plan = Plan { timeout: Some(MS(35)), rti_begins: Some(MS(rti)), ..endless() };
+        plan.begins.insert(2, MS(last));
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        prop_assert_eq!(report.logs[2].len(), 4);
+    }
+}
+
+#[test]
+fn without_an_rti_a_federate_gives_up() {
+    let plan = Plan { rti_begins: None, ..endless() };
+    let report = run(&plan, Conditions::seeded(1));
+    for (result, ended) in report.results.iter().zip(&report.ended) {
+        assert!(matches!(result, Err(RunError::RtiUnreachable { last: Some(NetError::Refused), .. })), "{result:?}");
+        assert!(*ended >= MS(60_000) && *ended <= MS(61_000));
+        assert!(result.as_ref().unwrap_err().to_string().contains("start the RTI"));
+    }
+    assert_eq!(report.trouble, None);
+}
+
+/// The rejected one is told why, and the RTI waits for the right one.
+#[test]
+fn a_stranger_is_told_why_it_is_refused() {
+    for seed in 0..20 {
+        let fates = vec![(MS(3_000), RTI, Fate::Interrupt)];
+        let plan = Plan { strangers: BTreeSet::from([1]), fates, ..endless() };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_eq!(report.trouble, None);
+        assert!(matches!(cause(&report.results[1]), Some(FederateError::Rejected(_))), "{:?}", report.results);
+        assert!(report.results[1].as_ref().unwrap_err().to_string().contains("same federation id"));
+        assert!(report.ended[1] <= MS(LAST_WORDS));
+        for other in [0, 2] {
+            assert_eq!(cause(&report.results[other]), Some(FederateError::RtiFailed));
+        }
+    }
+}
+
+/// A federation runs the same way each time it is run with the same seed.
+#[test]
+fn a_seed_replays_a_run() {
+    let fates = vec![(MS(START + 77), 2, Fate::Kill)];
+    let plan = Plan { fates, after_loss: AfterLoss::StopAll, ..endless() };
+    assert_eq!(run(&plan, Conditions::seeded(5)), run(&plan, Conditions::seeded(5)));
+}
+
+/// The phases have names in the sentence that is said.
+#[test]
+fn the_reason_is_a_sentence() {
+    let error = RunError::Federate(FederateError::RtiLost { phase: Phase::Running });
+    assert!(error.to_string().contains("while this federate was running"));
+    assert!(RunError::InputFull { input: "a.x -> b.y" }.to_string().contains("a.x -> b.y"));
+}
