@@ -29,6 +29,8 @@ pub(crate) fn twister(repository: &Path, report: &mut Report) {
     let mut command = workspace.command("west");
     command.current_dir(workspace.top()).args(["twister", "--platform", BOARD, "--no-detailed-test-id"]);
     command.args(["--inline-logs", "--clobber-output", "--outdir"]).arg(&output);
+    // All images, those of the west commands too, compile what they have in common once.
+    command.env("CARGO_TARGET_DIR", repository.join("target/lf-zephyr"));
     for suite in suites {
         command.arg("--testsuite-root").arg(suite);
     }
