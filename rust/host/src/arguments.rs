@@ -129,7 +129,8 @@ fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
     let first = parser.value()?.string()?;
     let digits = first.find(|character: char| !character.is_ascii_digit()).unwrap_or(first.len());
     let (number, mut unit) = (&first[..digits], first[digits..].trim().to_owned());
-    if unit.is_empty() && number != "0" {
+    // The unit of 0 may be left out.
+    if unit.is_empty() && (number != "0" || next_is_unit(parser)) {
         unit = parser.value()?.string()?;
     }
     let wrong = || UsageError(format!("\"{number} {unit}\" is no time: give a number and a unit, such as 500 msec"));
@@ -137,6 +138,12 @@ fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
     let unit_ns = if unit.is_empty() { Some(1) } else { unit_ns(&unit) };
     let nanoseconds = unit_ns.and_then(|unit_ns| count.checked_mul(unit_ns)).ok_or_else(wrong)?;
     Ok(Interval::from_nanos(nanoseconds))
+}
+
+/// Whether the next argument is a unit of time.
+fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
+    let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
+    next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())
 }
 
 /// A unit of LF in nanoseconds.
@@ -198,6 +205,8 @@ mod tests {
         assert_eq!(run("-o 500 msec").timeout, Some(Interval::from_millis(500)));
         assert_eq!(run("--timeout 2sec").timeout, Some(Interval::from_secs(2)));
         assert_eq!(run("-o 0").timeout, Some(Interval::ZERO));
+        assert_eq!(run("-o 0 msec -f").timeout, Some(Interval::ZERO));
+        assert_eq!(run("-o 0 -f").timeout, Some(Interval::ZERO));
         assert_eq!(run("-f").fast, Some(true));
         assert_eq!(run("-f false -k true").fast, Some(false));
         assert_eq!(run("-f -k").keepalive, Some(true));

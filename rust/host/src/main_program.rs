@@ -16,6 +16,10 @@ const INTERRUPTED: u8 = 130;
 /// The exit status for a command line that makes no sense.
 const USAGE: u8 = 2;
 
+/// The least receive buffer. Memory is no concern here, and the more messages can be looked behind, the longer a burst
+/// can be that comes before the grant for its first message.
+const INPUT_BYTES: usize = 1 << 18;
+
 /// Runs a generated program with this process's command line.
 pub fn main<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>(
     description: &'static Description,
@@ -51,13 +55,15 @@ fn run(
     program: &mut dyn Program,
     engine: Engine<'_>,
 ) -> Result<(), MainError> {
-    let mut host = Host::new().map_err(MainError::System)?;
     let Some(federation) = &description.federation else {
+        let mut host = Host::new().map_err(MainError::System)?;
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
+    // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
     let rti = rti_address(arguments, federation)?;
+    let mut host = Host::new().map_err(MainError::System)?;
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
-    let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
+    let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let buffers = Buffers::new(&mut input, &mut output);
     let join = Join { federation_id: federation_id.as_bytes(), rti };
     run_federate(&mut host, program, engine, federation, &join, buffers).map_err(MainError::Run)

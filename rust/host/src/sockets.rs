@@ -49,6 +49,13 @@ impl Sockets {
     pub(crate) fn new(wake: &impl AsFd) -> std::io::Result<Self> {
         let epoll = epoll::create(epoll::CreateFlags::CLOEXEC)?;
         epoll::add(&epoll, wake, epoll::EventData::new_u64(WAKE_KEY), epoll::EventFlags::IN)?;
+        // A kernel before 5.11, or a sandbox, may not know the call that waits. Better to learn it here than in a loop.
+        let mut none: [epoll::Event; 1] =
+            [epoll::Event { flags: epoll::EventFlags::empty(), data: epoll::EventData::new_u64(0) }];
+        match epoll::wait(&epoll, &mut none[..], Some(&Timespec { tv_sec: 0, tv_nsec: 0 })) {
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(errno) => return Err(errno.into()),
+        }
         Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS) })
     }
 
@@ -64,7 +71,12 @@ impl Sockets {
 
     /// See [`lf_runtime::platform::Platform::connected`].
     pub(crate) fn connected(&self, id: SocketId) -> Result<(), NetError> {
-        sockopt::socket_error(self.descriptor(id)?).map_err(error)?.map_err(error)
+        let descriptor = self.descriptor(id)?;
+        sockopt::socket_error(descriptor).map_err(error)?.map_err(error)?;
+        // Where nobody listens on a port of this computer, TCP can connect a socket with itself.
+        let own = rustix::net::getsockname(descriptor).map_err(error)?;
+        let peer = rustix::net::getpeername(descriptor).map_err(error)?;
+        if Some(own) == peer { Err(NetError::Refused) } else { Ok(()) }
     }
 
     /// See [`lf_runtime::platform::Platform::listen`].
@@ -240,3 +252,6 @@ fn error(errno: Errno) -> NetError {
         other => NetError::Os(other.raw_os_error()),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -39,6 +39,27 @@ fn receive(stream: &[u8], pieces: &[usize], buffer: &mut InBuffer<&mut [u8]>) ->
 }
 
 proptest! {
+    /// Bytes that are taken out of the middle leave the others, in order, and room for more.
+    #[test]
+    fn what_is_removed_is_all_that_is_gone(
+        bytes in vec(any::<u8>(), 0..40), consumed in 0..10usize, offset in 0..50usize, len in 0..50usize,
+    ) {
+        let mut storage = [0; 40];
+        let mut buffer = InBuffer::new(&mut storage[..]);
+        buffer.space()[..bytes.len()].copy_from_slice(&bytes);
+        buffer.filled(bytes.len());
+        buffer.consume(consumed);
+        buffer.remove(offset, len);
+        let mut expected = bytes[consumed.min(bytes.len())..].to_vec();
+        let offset = offset.min(expected.len());
+        expected.drain(offset..(offset + len).min(expected.len()));
+        prop_assert_eq!(buffer.bytes(), &expected);
+        let room = buffer.space().len();
+        prop_assert!(room + expected.len() <= 40 && (room > 0 || expected.len() == 40));
+    }
+}
+
+proptest! {
     // Each case tries every message.
     #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Choices that a seed decides.
 
-/// Numbers that follow from a seed (SplitMix64).
+/// Numbers that follow from a seed (`SplitMix64`).
 #[derive(Clone, Debug)]
 pub struct Random(u64);
 

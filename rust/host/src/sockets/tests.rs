@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The socket table over real sockets of this computer.
+
+use std::os::unix::net::UnixStream;
+
+use super::*;
+
+fn table() -> (Sockets, UnixStream, UnixStream) {
+    let (reader, writer) = UnixStream::pair().expect("a pair of sockets");
+    (Sockets::new(&reader).expect("an epoll"), reader, writer)
+}
+
+/// Waits until this socket is ready for what is asked.
+fn await_ready(sockets: &mut Sockets, id: SocketId, interest: Interest) -> Interest {
+    sockets.set_interest(id, interest);
+    let mut found = None;
+    while found.is_none() {
+        sockets.wait(None, &mut |socket, interest| found = (socket == id).then_some(interest).or(found));
+    }
+    sockets.set_interest(id, Interest::NONE);
+    found.expect("the loop ends with it")
+}
+
+/// A listener, and both ends of a connection to it.
+fn connection(sockets: &mut Sockets) -> (SocketId, SocketId, SocketId) {
+    let listener = sockets.listen(0).expect("a listener");
+    let port = sockets.local_port(listener).expect("its port");
+    let client = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    await_ready(sockets, client, Interest::WRITE);
+    sockets.connected(client).expect("a connection");
+    await_ready(sockets, listener, Interest::READ);
+    let (server, peer) = sockets.accept(listener).expect("no error").expect("a connection");
+    assert_eq!(peer, Ipv4Addr::LOCALHOST);
+    assert_eq!(sockets.accept(listener).map(|accepted| accepted.is_some()), Ok(false));
+    (listener, client, server)
+}
+
+/// Whatever is asked of this id, it is an error or has no effect.
+fn assert_stale(sockets: &mut Sockets, id: SocketId) {
+    assert_eq!(sockets.write(id, b"x"), Err(NetError::Stale));
+    assert_eq!(sockets.read(id, &mut [0; 4]), Err(NetError::Stale));
+    assert_eq!(sockets.connected(id), Err(NetError::Stale));
+    assert_eq!(sockets.local_port(id), Err(NetError::Stale));
+    sockets.set_interest(id, Interest::READ);
+    sockets.shut_down_writing(id);
+    sockets.close(id);
+}
+
+/// An id outlives its socket, and is an error then, also when its place has been given to another one.
+#[test]
+fn a_stale_id_names_no_other_socket() {
+    let (mut sockets, _reader, _writer) = table();
+    let (listener, client, server) = connection(&mut sockets);
+    sockets.close(client);
+    assert_stale(&mut sockets, client);
+    let port = sockets.local_port(listener).expect("the listener is still there");
+    let next = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    assert_eq!(next.index, client.index, "its place is used again");
+    assert_stale(&mut sockets, client);
+    await_ready(&mut sockets, next, Interest::WRITE);
+    sockets.connected(next).expect("it is not closed by the old id");
+    assert_eq!(await_ready(&mut sockets, server, Interest::READ), Interest::READ);
+    assert_eq!(sockets.read(server, &mut [0; 4]), Ok(Transfer::Closed));
+}
+
+/// Bytes go through in order, writing stops when nobody reads, and the end comes after the last byte.
+#[test]
+fn bytes_then_the_end() {
+    let (mut sockets, _reader, _writer) = table();
+    let (_listener, client, server) = connection(&mut sockets);
+    assert_eq!(sockets.read(server, &mut [0; 4]), Ok(Transfer::WouldBlock));
+    let mut sent = 0_usize;
+    let chunk: Vec<u8> = (0..=u8::MAX).collect();
+    while let Ok(Transfer::Bytes(count)) = sockets.write(client, &chunk[sent % 256..]) {
+        sent += count;
+    }
+    sockets.shut_down_writing(client);
+    let mut received = 0_usize;
+    let mut buffer = [0; 4096];
+    loop {
+        await_ready(&mut sockets, server, Interest::READ);
+        match sockets.read(server, &mut buffer).expect("no error") {
+            Transfer::Bytes(count) => {
+                assert!(buffer[..count].iter().zip(received..).all(|(byte, place)| usize::from(*byte) == place % 256));
+                received += count;
+            }
+            Transfer::WouldBlock => {}
+            Transfer::Closed => break,
+        }
+    }
+    assert_eq!(received, sent);
+}
+
+/// Where nobody listens, the attempt has an outcome, and it is an error.
+#[test]
+fn nobody_listens() {
+    let (mut sockets, _reader, _writer) = table();
+    let listener = sockets.listen(0).expect("a listener");
+    let port = sockets.local_port(listener).expect("its port");
+    assert_eq!(sockets.listen(port), Err(NetError::AddressInUse));
+    sockets.close(listener);
+    let client = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    await_ready(&mut sockets, client, Interest::WRITE);
+    assert_eq!(sockets.connected(client), Err(NetError::Refused));
+}
+
+/// A broken connection is reported to whoever waits for anything, and to nobody else.
+#[test]
+fn a_broken_connection_is_ready_for_all() {
+    let (mut sockets, _reader, mut writer) = table();
+    let (_listener, client, server) = connection(&mut sockets);
+    assert_eq!(sockets.write(client, b"unread"), Ok(Transfer::Bytes(6)));
+    await_ready(&mut sockets, server, Interest::READ);
+    // What is unread when a socket is closed breaks the connection.
+    sockets.close(server);
+    assert_eq!(await_ready(&mut sockets, client, Interest::READ), Interest { readable: true, writable: true });
+    sockets.set_interest(client, Interest::NONE);
+    std::io::Write::write_all(&mut writer, &[1]).expect("room");
+    assert!(sockets.wait(None, &mut |_, _| panic!("nobody asked")), "only the wake-up");
+    assert_eq!(sockets.read(client, &mut [0; 4]), Err(NetError::Reset));
+}
