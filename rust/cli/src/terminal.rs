@@ -11,7 +11,7 @@ pub(crate) fn print(text: impl Display) -> io::Result<()> {
     writeln!(io::stdout(), "{text}")
 }
 
-/// Writes a remark to standard error, ending the line where it does not end yet. Who does not want to hear it, need not.
+/// Writes a remark to standard error, ending the line where it does not end yet. Nobody has to hear it.
 pub(crate) fn remark(text: impl Display) {
     let text = text.to_string();
     let end = if text.is_empty() || text.ends_with('\n') { "" } else { "\n" };
