@@ -126,7 +126,7 @@ def build_images(
         f"{tails}\n{names} could not be built.",
         *(f"Read the whole log: {job.log}" for job in failed),
         'Make the build folder anew, if its settings are out of date: -w "-p always"',
-        f"Build one federate alone: -f {failed[0].name}",
+        *([f"Build one federate alone: -f {failed[0].name}"] if len(jobs) > 1 else []),
         status=status,
     )
 
