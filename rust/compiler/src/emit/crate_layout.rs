@@ -55,6 +55,15 @@ impl Layout {
         of_file.map(|(class, place)| (*class, place.module.as_str()))
     }
 
+    /// The modules of the classes of other files, with their files' modules: in LF's Rust target all reactors are
+    /// siblings, so a body may say `super::other_reactor::item`. Where names clash, the file's own module wins.
+    pub(super) fn siblings_of(&self, file: FileIndex) -> Vec<(&str, &str)> {
+        let mut taken: BTreeSet<&str> = self.classes_of(file).map(|(_, module)| module).collect();
+        let others = self.classes.values().filter(|place| place.file != file);
+        let named = others.filter_map(|place| Some((self.files.get(&place.file)?.as_str(), place.module.as_str())));
+        named.filter(|(_, module)| taken.insert(module)).collect()
+    }
+
     /// Whether the crate has this class.
     pub(super) fn has(&self, class: ClassIndex) -> bool {
         self.classes.contains_key(&class)

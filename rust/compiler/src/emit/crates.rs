@@ -154,15 +154,20 @@ impl Crate<'_> {
         let mut splices = Splices::new(self.plan);
         let mut preambles = Vec::new();
         for preamble in &source.preambles {
-            preambles.push(splices.lines(preamble)?);
+            preambles.push(splices.items(preamble)?);
         }
         let modules = layout.classes_of(file).map(|(_, module)| {
             let module = ident(module);
             quote!(pub mod #module;)
         });
+        let siblings = layout.siblings_of(file).into_iter().map(|(folder, module)| {
+            let (folder, module) = (ident(folder), ident(module));
+            quote!(pub use crate::#folder::#module;)
+        });
         let tokens = quote! {
             #![doc = #about]
             #(#modules)*
+            #(#siblings)*
             use lf::prelude::*;
             #(#preambles)*
         };

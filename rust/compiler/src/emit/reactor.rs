@@ -112,7 +112,7 @@ impl<'p> Module<'p> {
         let about = format!(" Reactor `{}`.", class.name);
         let mut preambles = Vec::new();
         for preamble in &class.preambles {
-            preambles.push(self.splices.lines(preamble)?);
+            preambles.push(self.splices.items(preamble)?);
         }
         let comment = class.docs.iter().flat_map(|docs| docs.lines().chain([""])).map(|line| match line {
             "" => String::new(),
@@ -163,16 +163,24 @@ impl<'p> Module<'p> {
 
     fn fields(&mut self) -> Result<TokenStream, EmitError> {
         let class = self.class;
-        let parameters =
-            class.parameters.iter().map(|parameter| ("Parameter", &parameter.name, &parameter.ty, parameter.at));
-        let state = class.state.iter().map(|state| ("State", &state.name, &state.ty, state.at));
+        let parameters = class.parameters.iter().map(|parameter| {
+            ("Parameter", &parameter.name, self.parameter_field(&parameter.name), &parameter.ty, parameter.at)
+        });
+        let state = class.state.iter().map(|state| ("State", &state.name, ident(&state.name), &state.ty, state.at));
+        let all: Vec<_> = parameters.chain(state).collect();
         let mut fields = TokenStream::new();
-        for (kind, name, ty, at) in parameters.chain(state) {
+        for (kind, name, field, ty, at) in all {
             let doc = self.splices.doc(&format!("{kind} `{name}`"), at);
-            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
-            fields.extend(quote! { #doc #name: #ty, });
+            let ty = type_tokens(self.plan, ty)?;
+            fields.extend(quote! { #doc #field: #ty, });
         }
         Ok(fields)
+    }
+
+    /// The field that keeps a parameter. State of the same name hides it from bodies, as in LF's Rust target.
+    fn parameter_field(&self, name: &str) -> Ident {
+        let is_hidden = self.class.state.iter().any(|state| state.name == name);
+        if is_hidden { format_ident!("parameter_{}", ident(name)) } else { ident(name) }
     }
 
     fn new_method(&mut self) -> Result<TokenStream, EmitError> {
@@ -188,14 +196,26 @@ impl<'p> Module<'p> {
             } else {
                 arguments.extend(quote! { #name: #ty, });
             }
-            fields.extend(quote! { #name, });
+            let field = self.parameter_field(&parameter.name);
+            fields.extend(if field == name {
+                quote! { #name, }
+            } else {
+                quote! { #field: #name, }
+            });
         }
         for state in &class.state {
             let (name, ty) = (ident(&state.name), type_tokens(self.plan, &state.ty)?);
             let init = state.init.as_ref().map(|init| self.initial_value(init)).transpose()?;
             let value = init.unwrap_or_else(|| quote!(Default::default()));
-            steps.extend(quote! { let #name: #ty = #value; });
-            fields.extend(quote! { #name, });
+            // Initial values name parameters, so a variable of its own keeps the one with the same name in sight.
+            let hides = class.parameters.iter().any(|parameter| parameter.name == state.name);
+            let variable = if hides { format_ident!("state_{}", name) } else { name.clone() };
+            steps.extend(quote! { let #variable: #ty = #value; });
+            fields.extend(if hides {
+                quote! { #name: #variable, }
+            } else {
+                quote! { #name, }
+            });
         }
         Ok(quote! {
             #doc
@@ -247,11 +267,11 @@ impl<'p> Module<'p> {
                 child.arguments.iter().flatten().any(|argument| mentions(argument, &parameter.name))
             });
         let copies = in_scope.map(|parameter| {
-            let name = ident(&parameter.name);
+            let (name, field) = (ident(&parameter.name), self.parameter_field(&parameter.name));
             if is_copy(&parameter.ty.text) {
-                quote!(let #name = self.#name;)
+                quote!(let #name = self.#field;)
             } else {
-                quote!(let #name = self.#name.clone();)
+                quote!(let #name = self.#field.clone();)
             }
         });
         Ok(quote! {

@@ -5,8 +5,9 @@
 //! their code is represented by placeholders, which are replaced after formatting, line by line, while the source map
 //! is written down. Two kinds of doc comments name a place of the program in the same way.
 
-use proc_macro2::{Literal, TokenStream};
-use quote::quote;
+use proc_macro2::{LineColumn, Literal, Span, TokenStream};
+use quote::{ToTokens, quote};
+use syn::{Item, Visibility};
 
 use super::source_map::{Anchor, FileMap, Piece, Place};
 use super::{EmitError, File};
@@ -16,10 +17,16 @@ const LINES: &str = "lfz_lines!(";
 const INLINE: &str = "lfz_inline!(";
 const ANCHOR: &str = "lfz-anchor-";
 
+/// What the items of a preamble get, so that the module of the federate can name them.
+const VISIBILITY: &str = "pub(crate) ";
+
+/// Where [`VISIBILITY`] goes: lines of a piece of code, from 0, and columns in characters, from 0; in order.
+type Insertions = Vec<(usize, usize)>;
+
 /// The verbatim pieces of one generated file.
 pub(super) struct Splices<'p> {
     plan: &'p Plan,
-    codes: Vec<&'p Code>,
+    codes: Vec<(&'p Code, Insertions)>,
     anchors: Vec<Location>,
 }
 
@@ -28,12 +35,22 @@ impl<'p> Splices<'p> {
         Self { plan, codes: Vec::new(), anchors: Vec::new() }
     }
 
-    /// Code that stands on lines of its own: statements of a body, items of a preamble.
+    /// The items of a preamble, on lines of their own. Those that are private become visible in the whole crate, because
+    /// the federate's module has to name the types of ports and actions.
+    ///
+    /// # Errors
+    /// As for [`Splices::lines`].
+    pub(super) fn items(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
+        let number = self.add(code, private_items(&code.text))?;
+        Ok(quote! { lfz_lines!(#number); })
+    }
+
+    /// Code that stands on lines of its own: statements of a body.
     ///
     /// # Errors
     /// If its brackets are not balanced or it has an unterminated literal, so that it would swallow what follows.
     pub(super) fn lines(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
-        let number = self.add(code)?;
+        let number = self.add(code, Insertions::new())?;
         Ok(quote! { lfz_lines!(#number); })
     }
 
@@ -42,16 +59,16 @@ impl<'p> Splices<'p> {
     /// # Errors
     /// As for [`Splices::lines`].
     pub(super) fn inline(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
-        let number = self.add(code)?;
+        let number = self.add(code, Insertions::new())?;
         Ok(quote! { lfz_inline!(#number) })
     }
 
-    fn add(&mut self, code: &'p Code) -> Result<Literal, EmitError> {
+    fn add(&mut self, code: &'p Code, insertions: Insertions) -> Result<Literal, EmitError> {
         if let Err(error) = code.text.parse::<TokenStream>() {
             let message = format!("this code ends before its brackets or literals do: {error}");
             return Err(EmitError::new(self.plan, code.at, message));
         }
-        self.codes.push(code);
+        self.codes.push((code, insertions));
         Ok(Literal::usize_unsuffixed(self.codes.len() - 1))
     }
 
@@ -119,7 +136,7 @@ impl Writer<'_, '_> {
 
     /// Replaces a placeholder that stands alone by all lines of its code.
     fn verbatim_lines(&mut self, indent: &str, number: usize) {
-        let Some(code) = self.splices.codes.get(number) else { return };
+        let Some((code, insertions)) = self.splices.codes.get(number) else { return };
         for (index, line) in code.text.trim_end().split('\n').enumerate() {
             let is_first = index == 0;
             if is_first && line.trim().is_empty() {
@@ -129,11 +146,35 @@ impl Writer<'_, '_> {
             let shown = if is_first { line.trim_start() } else { line };
             let column = if is_first { code.at.column + line.chars().count() - shown.chars().count() } else { 1 };
             let indent = if is_first { indent } else { "" };
+            let skipped = line.chars().count() - shown.chars().count();
+            let cuts = insertions.iter().filter(|(line, _)| *line == index).map(|(_, column)| column - skipped);
             let to = Place { file: code.at.file.0, line: code.at.line + index, column };
-            let (line, len) = (self.line, shown.chars().count());
-            self.map.pieces.push(Piece { line, column: indent.chars().count() + 1, len, to });
-            self.push(&format!("{indent}{shown}"));
+            let text = self.cut_line(indent, shown, cuts, to);
+            self.push(&text);
         }
+    }
+
+    /// A line of code with [`VISIBILITY`] at the cuts, and a piece of the map for what is between them.
+    fn cut_line(&mut self, indent: &str, shown: &str, cuts: impl Iterator<Item = usize>, to: Place) -> String {
+        let characters: Vec<char> = shown.chars().collect();
+        let mut text = indent.to_owned();
+        let mut from = 0;
+        for until in cuts.map(Some).chain([None]) {
+            let end = until.unwrap_or(characters.len()).min(characters.len());
+            let piece: String = characters[from.min(end)..end].iter().collect();
+            let column = text.chars().count() + 1;
+            let to = Place { column: to.column + from, ..to };
+            // Nothing stands before a cut at the beginning, so nothing maps there.
+            if !piece.is_empty() || until.is_none() {
+                self.map.pieces.push(Piece { line: self.line, column, len: end - from.min(end), to });
+            }
+            text.push_str(&piece);
+            if until.is_some() {
+                text.push_str(VISIBILITY);
+            }
+            from = end;
+        }
+        text
     }
 
     /// Writes a line with placeholders inside it.
@@ -162,7 +203,7 @@ impl Writer<'_, '_> {
 
     /// Appends code to the line that has been begun; returns what its last line begins with.
     fn verbatim_inline(&mut self, mut begun: String, number: usize) -> String {
-        let Some(code) = self.splices.codes.get(number) else { return begun };
+        let Some((code, _)) = self.splices.codes.get(number) else { return begun };
         let text = code.text.trim();
         let skipped = &code.text[..code.text.len() - code.text.trim_start().len()];
         let newlines = skipped.matches('\n').count();
@@ -188,6 +229,41 @@ impl Writer<'_, '_> {
         }
         begun
     }
+}
+
+/// Where the private items of a preamble begin, behind their attributes. None in code that is not Rust: rustc says why.
+fn private_items(text: &str) -> Insertions {
+    let Ok(file) = syn::parse_str::<syn::File>(text) else { return Insertions::new() };
+    let starts = file.items.iter().filter_map(|item| match item {
+        Item::Const(item) => private(&item.vis, item.const_token.span),
+        Item::Enum(item) => private(&item.vis, item.enum_token.span),
+        Item::Fn(item) => private(&item.vis, first_span(&item.sig)),
+        Item::Mod(item) => private(&item.vis, first_span(&without_attributes(item))),
+        Item::Static(item) => private(&item.vis, item.static_token.span),
+        Item::Struct(item) => private(&item.vis, item.struct_token.span),
+        Item::Trait(item) => private(&item.vis, first_span(&trait_head(item))),
+        Item::Type(item) => private(&item.vis, item.type_token.span),
+        Item::Union(item) => private(&item.vis, item.union_token.span),
+        _ => None,
+    });
+    starts.map(|start| (start.line - 1, start.column)).collect()
+}
+
+/// The start of what follows an item's visibility, if it has none.
+fn private(visibility: &Visibility, keyword: Span) -> Option<LineColumn> {
+    matches!(visibility, Visibility::Inherited).then(|| keyword.start())
+}
+
+fn first_span(tokens: &impl ToTokens) -> Span {
+    tokens.to_token_stream().into_iter().next().map_or_else(Span::call_site, |token| token.span())
+}
+
+fn without_attributes(item: &syn::ItemMod) -> syn::ItemMod {
+    syn::ItemMod { attrs: Vec::new(), ..item.clone() }
+}
+
+fn trait_head(item: &syn::ItemTrait) -> syn::ItemTrait {
+    syn::ItemTrait { attrs: Vec::new(), ..item.clone() }
 }
 
 /// Splits at the first placeholder of a kind: what is before it, its number, what is behind it.
