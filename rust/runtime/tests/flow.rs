@@ -83,7 +83,8 @@ proptest! {
         };
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
-        let expected: Log = from_timer(2, 3, 40, 0).into_iter().map(|(at, step, input, n)| (at, step, input, n + 2)).collect();
+        let passed_on = |(at, step, input, n)| (at, step, input, n + 2);
+        let expected: Log = from_timer(2, 3, 40, 0).into_iter().map(passed_on).collect();
         prop_assert_eq!(&report.logs[3], &expected);
     }
 
@@ -107,11 +108,12 @@ proptest! {
         let mut seen_sorted = seen.clone();
         seen_sorted.sort_unstable();
         prop_assert!(seen.is_sorted_by_key(|(at, ..)| *at));
-        prop_assert_eq!(seen_sorted, expected.iter().map(|(at, _, input, value)| (*at, *input, *value)).collect::<Vec<_>>());
+        let due: Vec<_> = expected.iter().map(|(at, _, input, value)| (*at, *input, *value)).collect();
+        prop_assert_eq!(seen_sorted, due);
     }
 
-    /// With the smallest buffers a burst may be too long. Then that is said; nothing is lost in silence, and nobody waits
-    /// for ever.
+    /// With the smallest buffers a burst may be too long. Then that is said; nothing is lost in silence, and nobody
+    /// waits for ever.
     #[test]
     fn a_burst_that_nothing_can_hold_is_an_error(seed: u64, capacity in any_capacity(), work in 0i64..25, fast: bool) {
         let plan = Plan { capacity, fast, after_loss: AfterLoss::StopAll, ..fan_in(None, MS(work)) };

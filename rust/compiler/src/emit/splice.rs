@@ -35,8 +35,8 @@ impl<'p> Splices<'p> {
         Self { plan, codes: Vec::new(), anchors: Vec::new() }
     }
 
-    /// The items of a preamble, on lines of their own. Those that are private become visible in the whole crate, because
-    /// the federate's module has to name the types of ports and actions.
+    /// The items of a preamble, on lines of their own. Those that are private become visible in the whole crate,
+    /// because the federate's module has to name the types of ports and actions.
     ///
     /// # Errors
     /// As for [`Splices::lines`].

@@ -2,8 +2,8 @@
 //! From a new connection to a federate that is part of the federation.
 //!
 //! Each message has its place: `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both
-//! sides want it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as the
-//! header of the right message has. A connection that comes when all federates are there is told the true reason why
+//! sides want it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as
+//! the header of the right message has. A connection that comes when all federates are there is told the true reason why
 //! it is refused, once it has said who it is.
 
 use lf_model::time::Instant;

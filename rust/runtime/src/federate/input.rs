@@ -40,7 +40,8 @@ impl Held {
 
     /// A tag has been begun, which takes its events out of their queues: there is room for others.
     ///
-    /// All that is held is then looked at from the front. As room comes about in no other way, a message never overtakes
+    /// All that is held is then looked at from the front. As room comes about in no other way,
+    /// a message never overtakes
     /// an earlier one for the same input.
     pub(super) fn look_again(&mut self) {
         self.stale = self.input.is_some();
