@@ -96,7 +96,8 @@ pub trait Platform {
     /// the mailbox.
     fn outside(&self) -> &'static dyn Outside;
 
-    /// From now on the federation's physical time, which [`Platform::outside`] shows, is [`Platform::now`] so corrected.
+    /// From now on the federation's physical time, which [`Platform::outside`] shows, is [`Platform::now`] with this
+    /// correction.
     fn set_correction(&mut self, correction: ClockCorrection);
 
     /// Begins to connect; wait for [`Interest::WRITE`], then ask [`Platform::connected`].

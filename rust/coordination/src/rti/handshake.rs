@@ -3,8 +3,8 @@
 //!
 //! Each message has its place: `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both
 //! sides want it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as
-//! the header of the right message has. A connection that comes when all federates are there is told the true reason why
-//! it is refused, once it has said who it is.
+//! the header of the right message has. A connection that comes when all federates are there is told the true reason
+//! why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
 use lf_wire::june_2026::{
