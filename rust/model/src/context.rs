@@ -162,7 +162,7 @@ impl ReactionContext<'_> {
         let moment =
             Moment { timing, offset: offset.to_interval(), bounds: self.state.bounds(), outside: self.env.outside() };
         if let Err(Full { capacity }) = action.schedule(value, &moment) {
-            self.state.fail(ModelError::ActionFull { action: info.name, capacity });
+            self.fail(ModelError::ActionFull { action: info.name, capacity });
         }
         self.events.set(id, action.pending());
     }
@@ -193,6 +193,14 @@ impl ReactionContext<'_> {
     pub fn request_stop(&mut self, offset: Offset) {
         let tag = self.state.current.after(offset.to_interval());
         self.state.request_stop(tag, self.settings.federated);
+    }
+
+    /// Ends the program with an error after this reaction. Where several things fail, the first is reported.
+    ///
+    /// For what platforms add to this context: a body that wants to end the program calls
+    /// [`request_stop`](Self::request_stop).
+    pub fn fail(&mut self, error: ModelError) {
+        self.state.fail(error);
     }
 
     /// Whether this is the last tag.

@@ -41,6 +41,16 @@ pub enum ModelError {
         /// The tag that was to begin.
         tag: Tag,
     },
+    /// A body asked for a thread when all that the image has were running.
+    NoThreadLeft {
+        /// How many the image has.
+        threads: usize,
+    },
+    /// A body asked for a thread that the operating system did not start.
+    ThreadRefused {
+        /// The operating system's number of the reason; 0 when it gave none.
+        os_error: i32,
+    },
 }
 
 impl fmt::Display for ModelError {
@@ -67,6 +77,17 @@ impl fmt::Display for ModelError {
                 f,
                 "tag {tag} cannot begin, because the program is not between two tags: this is an error of the \
                  event loop"
+            ),
+            Self::NoThreadLeft { threads } => write!(
+                f,
+                "spawn_physical_thread was called while {threads} threads were running, which is all the image has: \
+                 write a larger n into the target property `platform: {{user-threads: n}}`, or set \
+                 CONFIG_LF_USER_THREADS"
+            ),
+            Self::ThreadRefused { os_error } => write!(
+                f,
+                "spawn_physical_thread got no thread from the operating system (its error number is {os_error}): \
+                 let fewer threads run at once, or raise the limit on their number"
             ),
         }
     }

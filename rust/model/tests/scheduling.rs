@@ -165,6 +165,31 @@ fn values_that_a_delay_brings_to_one_tag_arrive_at_following_microsteps() {
 }
 
 #[test]
+fn a_thread_that_cannot_be_had_ends_the_program_after_the_reaction_with_the_first_error() {
+    let mut bench = bench()
+        .reaction(0, &[By::Startup], |cells, ctx| {
+            ctx.fail(ModelError::NoThreadLeft { threads: 1 });
+            ctx.fail(ModelError::ThreadRefused { os_error: 11 });
+            cells.log(ctx, "the body goes on");
+        })
+        .build();
+    let error = bench.failure();
+    assert_eq!(error, ModelError::NoThreadLeft { threads: 1 });
+    assert_eq!(
+        error.to_string(),
+        "spawn_physical_thread was called while 1 threads were running, which is all the image has: write a larger n \
+         into the target property `platform: {user-threads: n}`, or set CONFIG_LF_USER_THREADS"
+    );
+    assert_eq!(
+        ModelError::ThreadRefused { os_error: 11 }.to_string(),
+        "spawn_physical_thread got no thread from the operating system (its error number is 11): let fewer threads \
+         run at once, or raise the limit on their number"
+    );
+    assert_eq!(bench.log(), entries(&[("the body goes on", 0, 0)]));
+    assert!(bench.engine.is_done() && bench.engine.next_tag().is_none());
+}
+
+#[test]
 fn a_full_action_ends_the_program_with_its_name_and_what_to_do() {
     let mut bench = bench()
         .timer(0, 0, 1)

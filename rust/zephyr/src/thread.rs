@@ -2,33 +2,19 @@
 //! Threads for physical actions, on static stacks.
 
 use core::cell::UnsafeCell;
-use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use lf_model::{PhysicalLink, ReactionContext};
+use lf_model::{ModelError, PhysicalLink, ReactionContext};
 
 use crate::kconfig::{LF_USER_THREAD_CLOSURE_SIZE, LF_USER_THREADS};
 use crate::raw;
-
-/// All threads are taken.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct NoThreadLeft;
-
-impl fmt::Display for NoThreadLeft {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "all {LF_USER_THREADS} threads for physical actions are running: raise CONFIG_LF_USER_THREADS")
-    }
-}
-
-impl core::error::Error for NoThreadLeft {}
 
 /// What reactions see of this module; it is in the prelude.
 pub trait SpawnPhysicalThread {
     /// Runs `body` on a thread of its own, which can schedule physical actions through the link that it is given.
     ///
-    /// # Panics
-    /// When `CONFIG_LF_USER_THREADS` threads are running already: the program counts on a thread that cannot be had.
+    /// Where `CONFIG_LF_USER_THREADS` threads are running already, the program ends with an error after this reaction.
     fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F);
 }
 
@@ -36,7 +22,7 @@ impl SpawnPhysicalThread for ReactionContext<'_> {
     fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F) {
         let mut link = self.physical_link();
         if let Err(error) = spawn(move || body(&mut link)) {
-            panic!("spawn_physical_thread: {error}");
+            self.fail(error);
         }
     }
 }
@@ -63,14 +49,15 @@ static PLACES: [Place; LF_USER_THREADS] = [const {
 /// Starts a thread. A closure that captures more than `CONFIG_LF_USER_THREAD_CLOSURE_SIZE` bytes does not compile.
 ///
 /// # Errors
-/// When `CONFIG_LF_USER_THREADS` of them are running.
-pub fn spawn<F: FnOnce() + Send + 'static>(body: F) -> Result<(), NoThreadLeft> {
+/// [`ModelError::NoThreadLeft`] when `CONFIG_LF_USER_THREADS` of them are running.
+pub fn spawn<F: FnOnce() + Send + 'static>(body: F) -> Result<(), ModelError> {
     const {
         assert!(size_of::<F>() <= size_of::<Room>(), "the closure captures too much: see LF_USER_THREAD_CLOSURE_SIZE");
         assert!(align_of::<F>() <= align_of::<Room>(), "the closure captures something of unusual alignment");
     }
     let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
-    let (index, place) = PLACES.iter().enumerate().find(|(_, place)| take(place)).ok_or(NoThreadLeft)?;
+    let free = PLACES.iter().enumerate().find(|(_, place)| take(place));
+    let (index, place) = free.ok_or(ModelError::NoThreadLeft { threads: LF_USER_THREADS })?;
     // SAFETY: this thread has just taken the place, so nobody else accesses the cells; the closure fits, as asserted.
     unsafe {
         place.closure.get().cast::<F>().write(body);

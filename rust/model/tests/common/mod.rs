@@ -91,7 +91,7 @@ thread_local! {
 }
 
 /// How a platform gives bodies `spawn_physical_thread`: an extension trait in its prelude, generic over the closure,
-/// so that neither the model nor a static needs to know its type. A real host returns the `JoinHandle`.
+/// so that neither the model nor a static needs to know its type.
 pub trait SpawnPhysicalThread {
     fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F);
 }

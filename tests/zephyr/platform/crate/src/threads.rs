@@ -5,9 +5,10 @@ use core::ffi::CStr;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use lf_coordination::Deadline;
+use lf_model::ModelError;
 use lf_zephyr::kconfig::{LF_LINE_SIZE, LF_USER_THREADS};
 use lf_zephyr::runtime::platform::Platform;
-use lf_zephyr::thread::{NoThreadLeft, spawn};
+use lf_zephyr::thread::spawn;
 
 use crate::{Outcome, ensure, platform};
 
@@ -51,7 +52,7 @@ pub(crate) fn threads_are_reused_and_limited() -> Outcome {
             };
             spawn(body).map_err(|_| NO_THREAD)?;
         }
-        ensure!(spawn(|| {}) == Err(NoThreadLeft));
+        ensure!(spawn(|| {}) == Err(ModelError::NoThreadLeft { threads: LF_USER_THREADS }));
         while ENDED.load(Ordering::Acquire) < round * LF_USER_THREADS {
             platform.wait(Deadline::Never, &mut |_, _| {});
         }
