@@ -5,7 +5,7 @@
 use core::fmt::Write;
 use core::net::Ipv4Addr;
 
-use super::deployment::{Deployment, Mac, Place};
+use super::deployment::{Deployment, Mac, Place, Platform};
 use crate::plan::{Federate, Logging, Plan, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
@@ -60,6 +60,7 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
     }
     network(&mut fragment, &place);
     capacities(&mut fragment, plan, federate);
+    receive_buffer(&mut fragment, federate, &place);
     logging(&mut fragment, plan.target.logging);
     fragment.0
 }
@@ -90,6 +91,20 @@ fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
     };
     fragment.comment("Threads that bodies start: `user-threads`, or one for each physical action.");
     fragment.set("LF_USER_THREADS", threads);
+}
+
+/// A federate with several upstream federates may have to hold messages of the fastest until the slowest lets it go on;
+/// what its queues do not take stays in the receive buffer. With one upstream a grant follows every message.
+fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
+    if federate.upstream.len() < 2 {
+        return;
+    }
+    let bytes = match &place.platform {
+        Platform::Zephyr(board) if !board.starts_with("native_sim") => 2048,
+        _ => 65536,
+    };
+    fragment.comment("Messages of one upstream federate wait here for grants that depend on another.");
+    fragment.set("LF_RECEIVE_BUFFER_SIZE", bytes);
 }
 
 fn logging(fragment: &mut Fragment, logging: Logging) {
