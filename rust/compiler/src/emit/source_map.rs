@@ -3,15 +3,19 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 /// Where the pieces of generated files come from. Lines and columns count from 1, columns in characters.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+///
+/// It can be kept beside a crate that somebody else compiles; a later version need not be able to read it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SourceMap {
     lf_paths: Vec<String>,
     files: BTreeMap<String, FileMap>,
 }
 
 /// The map of one generated file.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct FileMap {
     /// Verbatim pieces, at most one per line where they span lines; sorted by place.
     pub(super) pieces: Vec<Piece>,
@@ -20,7 +24,7 @@ pub(super) struct FileMap {
 }
 
 /// A piece of one generated line that stands in the LF program as it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Piece {
     pub(super) line: usize,
     pub(super) column: usize,
@@ -30,7 +34,7 @@ pub(super) struct Piece {
 }
 
 /// A generated line that a declaration stands behind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Anchor {
     pub(super) line: usize,
     /// `None` ends the anchor before it.
@@ -38,7 +42,7 @@ pub(super) struct Anchor {
 }
 
 /// A place in the LF program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Place {
     /// Position in the list of LF paths.
     pub(super) file: usize,
@@ -53,6 +57,14 @@ impl SourceMap {
 
     pub(super) fn insert(&mut self, generated_path: String, map: FileMap) {
         self.files.insert(generated_path, map);
+    }
+
+    /// The map of the files in one folder, such as a crate's, by their paths in it.
+    #[must_use]
+    pub fn in_folder(&self, folder: &str) -> Self {
+        let inside = |path: &str| Some(path.strip_prefix(folder)?.strip_prefix('/')?.to_owned());
+        let files = self.files.iter().filter_map(|(path, map)| Some((inside(path)?, map.clone()))).collect();
+        Self { lf_paths: self.lf_paths.clone(), files }
     }
 
     /// The place in the LF program from which a place in a generated file stems.

@@ -144,6 +144,21 @@ fn errors_in_bodies_and_in_scaffolding_are_found_in_the_program() {
     assert_eq!(emitted.source_map.to_lf("unit/src/nothing.rs", 1, 1), None);
 }
 
+/// A crate that somebody else compiles has its own part of the map beside it.
+#[test]
+fn the_map_of_one_crate_survives_json() {
+    let map = emit_on(&fixture::plan(), &Deployment::default()).source_map;
+    let json = serde_json::to_string(&map.in_folder("unit")).expect("it is plain data");
+    let unit: super::SourceMap = serde_json::from_str(&json).expect("it is plain data");
+    let path = "src/everything/unit.rs";
+    let places: Vec<_> = (1..200).filter_map(|line| Some((line, unit.to_lf(path, line, 9)?))).collect();
+    assert!(places.iter().any(|(line, _)| unit.is_verbatim(path, *line, 9)));
+    for (line, place) in places {
+        assert_eq!(map.to_lf(&format!("unit/{path}"), line, 9), Some(place));
+    }
+    assert_eq!(map.in_folder("uni"), map.in_folder("nothing"));
+}
+
 #[test]
 fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
     for wrong in ["if true {", "}", "\"", "/* "] {
