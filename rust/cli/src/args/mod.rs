@@ -55,6 +55,13 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
     /// Run the RTI alone, with the options of the stock RTI.
     #[command(disable_version_flag = true)]
     Rti(RtiArgs),
+    /// Print what rustc says about crates for Zephyr as said about the LF program; what the west commands show.
+    #[command(hide = true)]
+    ExplainErrors {
+        /// What cargo has printed with `--message-format=json`.
+        #[arg(required = true, value_name = "MESSAGES")]
+        messages: Vec<PathBuf>,
+    },
     /// Run a program that is killed when its parent ends; what `lfz run` starts its participants with.
     #[command(hide = true)]
     Guard {

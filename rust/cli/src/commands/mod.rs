@@ -3,6 +3,7 @@
 
 mod build;
 mod check;
+mod explain;
 mod plan;
 mod rti;
 mod run;
@@ -22,6 +23,7 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
+        Command::ExplainErrors { messages } => explain::explain(&messages),
         Command::Guard { parent, program } => {
             let error = guard::become_program(parent, &program);
             let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();

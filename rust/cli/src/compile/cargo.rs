@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread;
 
-use serde::Deserialize;
-
+use super::messages::Message;
 use super::progress::Progress;
 use super::rustc::Diagnostic;
 use crate::guard;
@@ -40,23 +39,6 @@ pub(crate) struct Outcome {
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// What cargo wrote beside that.
     pub(crate) log: String,
-}
-
-/// One line of `cargo build --message-format=json`; other reasons are of no interest.
-#[derive(Deserialize)]
-#[serde(tag = "reason")]
-enum Message {
-    #[serde(rename = "compiler-message")]
-    Diagnostic { manifest_path: PathBuf, message: Diagnostic },
-    #[serde(rename = "compiler-artifact")]
-    Artifact { manifest_path: PathBuf, target: Target, executable: Option<PathBuf> },
-    #[serde(other)]
-    Other,
-}
-
-#[derive(Deserialize)]
-struct Target {
-    name: String,
 }
 
 impl Job<'_> {
@@ -104,8 +86,7 @@ impl Job<'_> {
     }
 
     fn understand(&self, line: &str, outcome: &mut Outcome) {
-        // A build script may print what it likes.
-        let Ok(message) = serde_json::from_str(line) else { return };
+        let Some(message) = Message::read(line) else { return };
         match message {
             Message::Diagnostic { manifest_path, message } if manifest_path.starts_with(self.workspace) => {
                 outcome.diagnostics.push(message);

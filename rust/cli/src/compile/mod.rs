@@ -4,11 +4,13 @@
 
 mod cargo;
 mod files;
+mod messages;
 mod origin;
 mod places;
 mod progress;
 mod rustc;
 mod source;
+mod stored;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,6 +20,7 @@ use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit};
 use lf_compiler::plan::Plan;
 
 pub(crate) use source::{Program, count};
+pub(crate) use stored::explain;
 
 use crate::args::{Places, Platform};
 use crate::failure::Failure;
@@ -73,7 +76,7 @@ impl Request<'_> {
             Platform::Zephyr
         };
         let folders = Folders::new(self.file, &program.plan.name, platform, self.places)?;
-        let emitted = generate(&program.plan, &deployment, &folders)?;
+        let emitted = generate(&program, &deployment, &folders)?;
         let participants: Vec<Participant> =
             emitted.participants.iter().filter(|participant| wanted.contains(&participant.name)).cloned().collect();
         let programs = self.compile(&program, &emitted, &participants, &folders)?;
@@ -169,16 +172,20 @@ impl Request<'_> {
     }
 }
 
-/// Writes the generated files.
-fn generate(plan: &Plan, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
+/// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps lie beside them.
+fn generate(program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
     let path = |folder: &str| {
         let path = folders.home.join("rust").join(folder);
         path.to_str().map(str::to_owned).ok_or_else(|| Failure::message(format!("{} is no UTF-8 text", path.display())))
     };
     let (lf_host, lf_zephyr) = (path("host")?, path("zephyr")?);
     let settings = Settings { lf_host: &lf_host, lf_zephyr: &lf_zephyr, deployment };
-    let emitted = emit(plan, &settings).map_err(|errors| report(&errors))?;
-    files::write(&folders.out, emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str())))?;
+    let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
+    let images = emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
+    let maps = images.map(|participant| stored::file(program, &emitted, &participant.folder));
+    let maps = maps.collect::<Result<Vec<_>, _>>()?;
+    let sources = emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str()));
+    files::write(&folders.out, sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str()))))?;
     Ok(emitted)
 }
 

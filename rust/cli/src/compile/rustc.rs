@@ -4,6 +4,7 @@
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
@@ -39,6 +40,18 @@ struct Span {
     label: Option<String>,
     suggested_replacement: Option<String>,
     expansion: Option<Box<Expansion>>,
+}
+
+impl Span {
+    fn resolve(&mut self, folder: &Path) {
+        // A name that is absolute already replaces the folder; one that is no UTF-8 text has not come out of JSON.
+        if let Some(name) = folder.join(&self.file_name).to_str() {
+            name.clone_into(&mut self.file_name);
+        }
+        if let Some(expansion) = &mut self.expansion {
+            expansion.span.resolve(folder);
+        }
+    }
 }
 
 /// Where the macro is used whose text a span lies in.
@@ -77,6 +90,12 @@ struct Mapped {
 }
 
 impl Diagnostic {
+    /// Makes the names of files absolute that are relative to the folder in which rustc was run.
+    pub(crate) fn resolve(&mut self, folder: &Path) {
+        self.spans.iter_mut().for_each(|span| span.resolve(folder));
+        self.children.iter_mut().for_each(|child| child.resolve(folder));
+    }
+
     /// Whether the program does not compile because of it.
     pub(crate) fn is_error(&self) -> bool {
         self.level.starts_with("error")

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What `cargo build --message-format=json` prints.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::rustc::Diagnostic;
+
+/// One line of it; other reasons are of no interest.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "reason")]
+pub(super) enum Message {
+    /// Something that rustc said.
+    #[serde(rename = "compiler-message")]
+    Diagnostic { manifest_path: PathBuf, message: Diagnostic },
+    /// Something that was compiled.
+    #[serde(rename = "compiler-artifact")]
+    Artifact { manifest_path: PathBuf, target: Target, executable: Option<PathBuf> },
+    /// Anything else.
+    #[serde(other)]
+    Other,
+}
+
+/// What cargo calls a target: a library or a program of a package.
+#[derive(Debug, Deserialize)]
+pub(super) struct Target {
+    pub(super) name: String,
+}
+
+impl Message {
+    /// Reads a line; there is no message in what is no such JSON, since a build script may print what it likes.
+    pub(super) fn read(line: &str) -> Option<Self> {
+        serde_json::from_str(line).ok()
+    }
+}

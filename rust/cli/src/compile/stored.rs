@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Crates that somebody else compiles, such as Zephyr's build: beside each lies what has to be known to say about the
+//! LF program what rustc says about the crate.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use lf_compiler::emit::{Emitted, SourceMap};
+use serde::{Deserialize, Serialize};
+
+use super::messages::Message;
+use super::rustc::{self, Origin, Place};
+use super::source::Program;
+use crate::failure::Failure;
+
+/// The file in the folder of a generated crate.
+const FILE: &str = "source-map.json";
+
+/// What stands in it.
+#[derive(Debug, Serialize, Deserialize)]
+struct Stored {
+    /// The LF files as they were when the crate was generated, by the paths that the compiler was given.
+    texts: BTreeMap<String, String>,
+    /// From the crate's files to these.
+    map: SourceMap,
+}
+
+/// The file for a generated crate: its path below the output folder, and its text.
+///
+/// # Errors
+/// When there is no JSON for it.
+pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result<(String, String), Failure> {
+    let sources = program.diagnostics.sources().iter();
+    let texts = sources.map(|(_, file)| (file.path().to_owned(), file.text().to_owned())).collect();
+    let stored = Stored { texts, map: emitted.source_map.in_folder(folder) };
+    let text = serde_json::to_string(&stored)
+        .map_err(|error| Failure::message(format!("the source map of {folder} cannot be written: {error}")))?;
+    Ok((format!("{folder}/{FILE}"), text + "\n"))
+}
+
+/// What rustc has said about generated crates, about the LF program instead; the files are cargo's messages in JSON.
+/// Warnings about other crates are left out.
+///
+/// # Errors
+/// When a file cannot be read.
+pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
+    let mut crates = Crates::default();
+    let mut diagnostics = Vec::new();
+    for path in messages {
+        for line in read(path)?.lines() {
+            let Some(Message::Diagnostic { manifest_path, mut message }) = Message::read(line) else { continue };
+            let folder = manifest_path.parent().unwrap_or(&manifest_path);
+            if crates.know(folder)? {
+                message.resolve(folder);
+            } else if !message.is_error() {
+                continue;
+            }
+            diagnostics.push(message);
+        }
+    }
+    Ok(rustc::render_all(&diagnostics, &crates, false))
+}
+
+fn read(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| Failure::message(format!("cannot read {}: {error}", path.display())))
+}
+
+/// Crates by their folders; `None` for those that were not generated.
+#[derive(Default)]
+struct Crates(BTreeMap<PathBuf, Option<Stored>>);
+
+impl Crates {
+    /// Whether a crate was generated; what lies beside it is read once.
+    fn know(&mut self, folder: &Path) -> Result<bool, Failure> {
+        if !self.0.contains_key(folder) {
+            self.0.insert(folder.to_owned(), load(&folder.join(FILE))?);
+        }
+        Ok(self.0.get(folder).is_some_and(Option::is_some))
+    }
+}
+
+fn load(path: &Path) -> Result<Option<Stored>, Failure> {
+    let text = match fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(Failure::message(format!("cannot read {}: {error}", path.display()))),
+    };
+    let stored = serde_json::from_str(&text).map_err(|error| {
+        let path = path.display();
+        Failure::message(format!("{path} was not made by this version of lfz ({error}); build the program again"))
+    })?;
+    Ok(Some(stored))
+}
+
+impl Origin for Crates {
+    fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
+        let path = Path::new(generated);
+        self.0.iter().find_map(|(folder, stored)| {
+            let map = &stored.as_ref()?.map;
+            let path = path.strip_prefix(folder).ok()?.to_str()?;
+            let (lf_path, lf_line, lf_column) = map.to_lf(path, line, column)?;
+            let verbatim = map.is_verbatim(path, line, column);
+            Some(Place { path: lf_path.to_owned(), line: lf_line, column: lf_column, verbatim })
+        })
+    }
+
+    fn text(&self, path: &str) -> Option<&str> {
+        self.0.values().flatten().find_map(|stored| stored.texts.get(path)).map(String::as_str)
+    }
+}
+
+#[cfg(test)]
+mod tests;
