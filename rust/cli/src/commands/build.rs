@@ -95,3 +95,91 @@ fn add_place(value: &mut Value, place: &Place) {
 fn path(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use serde_json::{Value, json};
+
+    use super::description;
+    use crate::args::{Places, Platform};
+    use crate::compile::Request;
+
+    const TEXT: &str = "\
+target Rust {
+  clock-sync: init,
+  clock-sync-options: { trials: 7 }
+}
+reactor Silent {
+}
+federated reactor at example.com:4242 {
+  first = new Silent()
+  second = new Silent()
+}
+";
+
+    /// The description of the program for a board, in a folder.
+    fn described(folder: &Path, deployment: Option<&Path>) -> Value {
+        let file = folder.join("Pair.lf");
+        fs::write(&file, TEXT).expect("it can be written");
+        let places = Places { release: false, out: Some(folder.join("out")), target_dir: None, home: None };
+        let platform = Some(Platform::Zephyr);
+        let request =
+            Request { file: &file, platform, board: "some_board", federates: &[], deployment, places: &places };
+        description(&request.build().expect("crates for Zephyr are generated and not compiled"))
+    }
+
+    /// What the west commands read; they refuse a description without it.
+    #[test]
+    fn the_west_commands_find_what_they_read() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let value = described(folder.path(), None);
+        let out = folder.path().join("out");
+        assert_eq!(value["program"], "Pair");
+        assert_eq!(value["out"], json!(out));
+        assert_eq!(
+            value["rti"],
+            json!({ "host": "example.com", "port": 4242, "federation_id": "Pair",
+                "federates": 2, "clock_sync": "init", "clock_sync_trials": 7 })
+        );
+        let first = &value["participants"][0];
+        assert_eq!((&first["id"], &first["name"]), (&json!(0), &json!("first")));
+        assert_eq!((&first["platform"], &first["board"]), (&json!("zephyr"), &json!("some_board")));
+        assert_eq!(first["crate"], json!(out.join("first")));
+        for file in ["kconfig", "overlay"] {
+            let path = first[file].as_str().expect("it is a path");
+            assert!(Path::new(path).is_file(), "{path}");
+        }
+        assert!(out.join("first/Cargo.toml").is_file());
+        assert_eq!(value["participants"][1]["name"], "second");
+    }
+
+    #[test]
+    fn a_deployment_decides_where_the_rti_is() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let deployment = folder.path().join("deployment.yaml");
+        let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
+                    federates:\n  first: { platform: some_board, ip: 10.0.0.2 }\n";
+        fs::write(&deployment, text).expect("it can be written");
+        let value = described(folder.path(), Some(&deployment));
+        assert_eq!((&value["rti"]["host"], &value["rti"]["port"]), (&json!("10.0.0.1"), &json!(15099)));
+        let participants = value["participants"].as_array().expect("it is a list");
+        assert_eq!(participants.len(), 1, "the other federate is for this computer");
+        assert_eq!(participants[0]["ip"], "10.0.0.2");
+    }
+
+    #[test]
+    fn a_program_without_federates_has_no_rti() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("Alone.lf");
+        fs::write(&file, "target Rust\nmain reactor {\n}\n").expect("it can be written");
+        let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
+        let platform = Some(Platform::Zephyr);
+        let request = Request { file: &file, platform, board: "b", federates: &[], deployment: None, places: &places };
+        let value = description(&request.build().expect("a crate for Zephyr is generated and not compiled"));
+        assert_eq!(value["rti"], Value::Null);
+        assert_eq!(value["participants"][0]["name"], "Alone");
+    }
+}
