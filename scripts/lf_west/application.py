@@ -49,6 +49,10 @@ class Application:
         """What building one image has printed."""
         return self.images / f"{name}.log"
 
+    def messages(self, name: str) -> Path:
+        """What cargo has said when it compiled the crate of one image, in JSON."""
+        return self.images / f"{name}.cargo.json"
+
     def deployment(self, option: str | None) -> Path | None:
         """The deployment file: the one that is named, else deployment.yaml of the application if there is one."""
         if option is None:

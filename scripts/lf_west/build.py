@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lf_west import compiler, description, west_arguments
+from lf_west import compiler, description, messages, west_arguments
 from lf_west.application import Application
 from lf_west.description import Description, Participant
 from lf_west.errors import LfError
@@ -92,6 +92,11 @@ def images(request: Request, participants: Sequence[Participant], federated: boo
     ]
 
 
+def report_messages(request: Request, planned: Sequence[Image], surroundings: Surroundings) -> None:
+    """Show what rustc has said about the LF program when the images were built."""
+    messages.report(planned, lambda: compiler.find(request.lfc, surroundings.environment, surroundings.say))
+
+
 def cargo_folder(environment: Mapping[str, str]) -> Path:
     """Where cargo keeps what all images have in common, so that it is compiled once."""
     outer = environment.get("CARGO_TARGET_DIR")
@@ -100,13 +105,13 @@ def cargo_folder(environment: Mapping[str, str]) -> Path:
 
 def build_images(
     planned: Sequence[Image],
-    application: Application,
+    request: Request,
     workspace: Workspace,
     surroundings: Surroundings,
     parallel: int,
 ) -> None:
-    """Build images at once; an `LfError` with the end of the log of the first one that fails."""
-    jobs = []
+    """Build images at once; rustc's errors are shown, else an `LfError` has the end of the log of what failed."""
+    application, jobs = request.application, []
     for image in planned:
         jobs.append(Job(image.name, image.command(), application.log(image.name), workspace.topdir))
         image.forget()
@@ -115,18 +120,21 @@ def build_images(
     for image, job in zip(planned, jobs, strict=True):
         if job.status == 0:
             image.remember()
+    failed = [(image, job) for image, job in zip(planned, jobs, strict=True) if job.status]
+    if status != 0 and not failed:
+        raise LfError("the build was interrupted.", status=status)
+    report_messages(request, planned, surroundings)
     if status == 0:
         return
-    failed = [job for job in jobs if job.status]
-    if not failed:
-        raise LfError("the build was interrupted.", status=status)
-    tails = "\n".join("\n".join([f"---- end of {job.log}", *job.tail, "----"]) for job in failed)
-    names = ", ".join(job.name for job in failed)
+    # What rustc says has been shown already, and the log says less.
+    logs = [job for image, job in failed if not messages.has_rust_errors(image)]
+    tails = [line for job in logs for line in (f"---- end of {job.log}", *job.tail, "----")]
     raise LfError(
-        f"{tails}\n{names} could not be built.",
-        *(f"Read the whole log: {job.log}" for job in failed),
-        'Make the build folder anew, if its settings are out of date: -w "-p always"',
-        *([f"Build one federate alone: -f {failed[0].name}"] if len(jobs) > 1 else []),
+        "\n".join([*tails, f"{', '.join(job.name for _, job in failed)} could not be built."]),
+        *(["Correct what rustc reports above."] if len(logs) < len(failed) else []),
+        *(f"Read the whole log: {job.log}" for _, job in failed),
+        *(['Make the build folder anew, if its settings are out of date: -w "-p always"'] if logs else []),
+        *([f"Build one federate alone: -f {failed[0][1].name}"] if len(jobs) > 1 else []),
         status=status,
     )
 

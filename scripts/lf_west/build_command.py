@@ -9,9 +9,10 @@ import subprocess
 
 from lf_west import west_arguments
 from lf_west.application import open_application
-from lf_west.build import Request, Surroundings, cargo_folder, generate, images, rows
+from lf_west.build import Request, Surroundings, cargo_folder, generate, images, report_messages, rows
 from lf_west.command import LfCommand
 from lf_west.errors import LfError
+from lf_west.messages import has_rust_errors
 from lf_west.options import add_build_options
 from lf_west.summary import table
 from lf_west.workspace import find_workspace
@@ -63,9 +64,11 @@ class LfBuild(LfCommand):
             image.forget()
             # The command is west's whole screen, so that what it runs may also ask questions and show colours.
             status = subprocess.call(command, cwd=workspace.topdir, env=workspace.environment(os.environ))
+            report_messages(request, [image], surroundings)
             if status != 0:
                 raise LfError(
                     f"{described.program} could not be built.",
+                    *(["Correct what rustc reports above."] if has_rust_errors(image) else []),
                     'Make the build folder anew, if its settings are out of date: -w "-p always"',
                     status=status if status > 0 else 128 - status,
                 )

@@ -54,6 +54,17 @@ class Compiler:
             )
         return description.parse_text(result.stdout, f"the output of {self.path}")
 
+    def explain(self, messages: Sequence[Path]) -> str:
+        """What cargo's messages in these files say, as said about the LF program."""
+        result = _run([str(self.path), "explain-errors", *map(str, messages)], self.environment)
+        if result.returncode != 0:
+            raise LfError(
+                f"{self.path} cannot say where in the LF program this is.",
+                "Use an lfz and west commands of the same version.",
+                status=_status(result.returncode),
+            )
+        return result.stdout
+
 
 def find(option: str | None, environment: Mapping[str, str], say: Callable[[str], None] = lambda _: None) -> Compiler:
     """The compiler that --lfc or LFZ names; else this repository's, built if need be; else the one in PATH."""

@@ -89,6 +89,6 @@ def build_federation(command: LfCommand, request: Request, parallel: int) -> Des
     planned = images(request, participants, described.is_federated, cargo_folder(os.environ))
     if planned:
         workspace = find_workspace(os.environ, command.topdir)
-        build_images(planned, request.application, workspace, surroundings, parallel)
+        build_images(planned, request, workspace, surroundings, parallel)
     command.inf(table(rows(participants, planned)))
     return described

@@ -25,6 +25,8 @@ class Image:
     board: str
     # The build folder.
     folder: Path
+    # Where cargo's messages go, in JSON.
+    messages: Path
     # For `west build`, without the program's name.
     west: tuple[str, ...]
     # For CMake, after `--`.
@@ -58,8 +60,11 @@ class Image:
         return [self.board, str(REPOSITORY), *self.west, "--", *self.cmake]
 
     def forget(self) -> None:
-        """Let the next build configure the folder anew."""
+        """Let the next build configure the folder anew, and say what cargo says then."""
         self._record.unlink(missing_ok=True)
+        # The folder around the build folder is where the file goes; cargo's redirection does not make it.
+        self.messages.parent.mkdir(parents=True, exist_ok=True)
+        self.messages.unlink(missing_ok=True)
 
     def remember(self) -> None:
         """Let the next build rely on the folder's configuration."""
@@ -96,18 +101,20 @@ def plan_image(
     more_overlays, user_cmake = _taken_out("EXTRA_DTC_OVERLAY_FILE", user_cmake)
     all_confs: list[Path | str] = [kconfig, *confs, *conf_overlays, *west.extra_confs, *more_confs]
     all_overlays: list[Path | str] = [overlay, *overlays, *west.extra_overlays, *more_overlays]
+    messages = application.messages(participant.name)
     cmake = [
         f"-DLF_FEDERATE_CRATE={participant.crate}",
         f"-DEXTRA_CONF_FILE={_joined(all_confs)}",
         f"-DEXTRA_DTC_OVERLAY_FILE={_joined(all_overlays)}",
         f"-DLF_CARGO_TARGET_DIR={cargo_folder}",
+        f"-DLF_CARGO_MESSAGES={messages}",
         # What the user says comes last, so that it counts.
         *user_cmake,
     ]
     # A build folder that was made for another board is made anew.
     pristine = () if west.has_pristine else ("--pristine", "auto")
     folder = application.image_folder(participant.name)
-    return Image(participant.name, board, folder, (*pristine, *west.rest), tuple(cmake))
+    return Image(participant.name, board, folder, messages, (*pristine, *west.rest), tuple(cmake))
 
 
 def west_program() -> list[str]:

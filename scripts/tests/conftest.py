@@ -25,6 +25,9 @@ if words[0] == "rti":
     print("listening on TCP port 4242", flush=True)
     exec(os.environ.get("STAND_IN_RTI", ""))
     sys.exit(0)
+if words[0] == "explain-errors":
+    print(os.environ["STAND_IN_EXPLANATION"])
+    sys.exit(int(os.environ.get("STAND_IN_EXPLAIN_STATUS", "0")))
 status = int(os.environ.get("STAND_IN_LFZ_STATUS", "0"))
 if status:
     print("Grid.lf:1:1: error: wrong", file=sys.stderr)
@@ -38,6 +41,9 @@ print(json.dumps(description))
 
 WEST = """
 folder = pathlib.Path(words[words.index("--build-dir") + 1])
+messages = [word.split("=")[1] for word in words if word.startswith("-DLF_CARGO_MESSAGES=")]
+if messages and "STAND_IN_MESSAGES" in os.environ:
+    pathlib.Path(messages[0]).write_text(os.environ["STAND_IN_MESSAGES"])
 if folder.name in os.environ.get("STAND_IN_WEST_FAILS", "").split():
     print("[1/2] compiling")
     print("main.c:1: error: no such thing", file=sys.stderr)

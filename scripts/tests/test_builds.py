@@ -46,6 +46,7 @@ def test_every_image_is_built_by_west_in_a_folder_of_its_own(world: World, capsy
         "EXTRA_CONF_FILE": str(crate / "b.conf"),
         "EXTRA_DTC_OVERLAY_FILE": str(crate / "b.overlay"),
         "LF_CARGO_TARGET_DIR": str(REPOSITORY / "target/lf-zephyr"),
+        "LF_CARGO_MESSAGES": str(world.build / "zephyr/Grid/b.cargo.json"),
     }
     assert c[c.index("--board") + 1] == "qemu_cortex_m3"
     lines = capsys.readouterr().out.splitlines()
