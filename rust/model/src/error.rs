@@ -80,9 +80,8 @@ impl fmt::Display for ModelError {
             ),
             Self::NoThreadLeft { threads } => write!(
                 f,
-                "spawn_physical_thread was called while {threads} threads were running, which is all the image has: \
-                 write a larger n into the target property `platform: {{user-threads: n}}`, or set \
-                 CONFIG_LF_USER_THREADS"
+                "spawn_physical_thread was called while all of the image's threads ({threads}) were running: raise n \
+                 in the target property `platform: {{user-threads: n}}`, or set CONFIG_LF_USER_THREADS"
             ),
             Self::ThreadRefused { os_error } => write!(
                 f,

@@ -177,8 +177,8 @@ fn a_thread_that_cannot_be_had_ends_the_program_after_the_reaction_with_the_firs
     assert_eq!(error, ModelError::NoThreadLeft { threads: 1 });
     assert_eq!(
         error.to_string(),
-        "spawn_physical_thread was called while 1 threads were running, which is all the image has: write a larger n \
-         into the target property `platform: {user-threads: n}`, or set CONFIG_LF_USER_THREADS"
+        "spawn_physical_thread was called while all of the image's threads (1) were running: raise n in the target \
+         property `platform: {user-threads: n}`, or set CONFIG_LF_USER_THREADS"
     );
     assert_eq!(
         ModelError::ThreadRefused { os_error: 11 }.to_string(),
