@@ -146,8 +146,15 @@ impl<'p> Module<'p> {
                     quote!(#container.#method())
                 }
             };
-            locals.extend(quote! { let #field = #value; });
-            if !self.plan.class(instance).reactions.is_empty() {
+            let is_kept = !self.plan.class(instance).reactions.is_empty();
+            let is_container = federate.instances.iter().any(|other| other.parent.is_some_and(|at| at.0 == index));
+            locals.extend(if is_kept || is_container {
+                quote! { let #field = #value; }
+            } else {
+                // Its initial values are still worked out; a variable would be one that nothing uses.
+                quote! { let _ = #value; }
+            });
+            if is_kept {
                 let doc = self.splices.doc(&format!("Instance `{}`", instance.path), instance.at);
                 let path = self.layout.class_path(instance.class);
                 fields.extend(quote! { #doc #field: #path, });

@@ -211,3 +211,24 @@ fn names_that_clash_are_told_apart() {
         assert!(syn::parse_file(&file.text).is_ok(), "{}", file.text);
     }
 }
+
+/// What nothing uses would be warned of in code that the user has not written.
+#[test]
+fn an_instance_without_reactions_gets_no_variable() {
+    let text = "target Rust\nreactor Silent {\n}\nreactor Around {\n  silent = new Silent()\n}\n\
+                federated reactor {\n  around = new Around()\n}\n";
+    let sources = std::collections::BTreeMap::from([("Quiet.lf".to_owned(), text.to_owned())]);
+    let plan = crate::compile("Quiet.lf", &sources).plan.expect("the program is right");
+    let emitted = emit_on(&plan, &Deployment::default());
+    let federate = emitted.files.iter().find(|file| file.path == "around/src/federate.rs").expect("it is emitted");
+    let locals: Vec<&str> =
+        federate.text.lines().map(str::trim).filter(|line| line.starts_with("let ") && line.contains('(')).collect();
+    assert_eq!(
+        locals,
+        [
+            "let main = crate::quiet::quiet::Quiet::new();",
+            "let around = main.new_around();",
+            "let _ = around.new_silent();"
+        ]
+    );
+}
