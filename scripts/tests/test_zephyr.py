@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The applications of this repository, built as images for native_sim and run.
+"""The applications of this repository and the programs beside this file, built as images and run on native_sim.
 
 Everything is built in one folder, which is kept, so that each image is built once, and only what has changed the next
 time.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,11 @@ pytestmark = pytest.mark.zephyr
 BUILD = REPOSITORY / "target" / "west-tests"
 # Where something hangs, the run ends by this, and not the person who waits. In seconds.
 LIMIT_S = 300
+PROGRAMS = Path(__file__).parent / "programs"
+# Names of functions that allocate, whoever offers them: C's library, Zephyr's kernel, Rust's `alloc` crate.
+ALLOCATOR = re.compile(
+    r"(k_|_)?(malloc|calloc|realloc|reallocarray|memalign|aligned_alloc)(_r)?|_?free(_r)?|.*__(rust|rg|rdl)_\w*alloc\w*"
+)
 GRID_RESULT = {"A": "closed", "B": "open", "C": "open", "D": "closed"}
 
 
@@ -34,11 +40,12 @@ def _workspace() -> None:
         pytest.skip(f"no Zephyr workspace: {error.message}")
 
 
-def lf(name: str, file: str, *arguments: str) -> str:
-    """Run a command on an application, and give what it printed."""
+def lf(name: str, file: str | Path, *arguments: str, build: Path = BUILD, **environment: str) -> str:
+    """Run a command on an application, or on the program of a path, and give what it printed."""
     command = [sys.executable, str(REPOSITORY / "scripts/lf"), name, str(REPOSITORY / "applications" / file)]
     result = subprocess.run(
-        [*command, "--build-dir", str(BUILD), *arguments],
+        [*command, "--build-dir", str(build), *arguments],
+        env={**os.environ, **environment},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -52,6 +59,38 @@ def run(file: str, *arguments: str) -> str:
     return lf("lf-fed-run", file, "--timeout", str(LIMIT_S), *arguments)
 
 
+def run_alone(file: str | Path) -> subprocess.CompletedProcess[str]:
+    """Build a program without federates for native_sim, and run its image."""
+    output = lf("lf-build", file, "-w", "-b native_sim/native/64")
+    image = Path(output.split()[-1])
+    assert image.is_relative_to(BUILD)
+    return subprocess.run([image], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+
+
+def arm_toolchain() -> dict[str, str]:
+    """The variables that choose a compiler for Arm, however Zephyr's other images are compiled."""
+    if os.environ.get("ZEPHYR_TOOLCHAIN_VARIANT", "host") != "host":
+        return {}
+    registered = Path.home() / ".cmake/packages/Zephyr-sdk"
+    if "ZEPHYR_SDK_INSTALL_DIR" in os.environ or registered.is_dir():
+        return {"ZEPHYR_TOOLCHAIN_VARIANT": "zephyr"}
+    compiler = shutil.which("arm-none-eabi-gcc")
+    if compiler is None:
+        pytest.skip("no compiler for Arm: there is neither a Zephyr SDK nor arm-none-eabi-gcc in PATH")
+    return {"ZEPHYR_TOOLCHAIN_VARIANT": "cross-compile", "CROSS_COMPILE": compiler.removesuffix("gcc")}
+
+
+def symbols(folder: Path) -> dict[str, int]:
+    """The names that are linked into an image, with their addresses."""
+    # The nm that belongs to the compiler which built the image.
+    tool = re.search(r"^CMAKE_NM:\w+=(.+)$", (folder / "CMakeCache.txt").read_text(), re.MULTILINE)
+    assert tool is not None
+    command = [tool[1], str(folder / "zephyr/zephyr.elf")]
+    lines = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
+    fields = [line.split() for line in lines]
+    return {field[2]: int(field[0], 16) for field in fields if len(field) == 3}
+
+
 def circuits(output: str) -> dict[str, str]:
     """What the units of the smart grid say about themselves."""
     lines = re.findall(r"^(\w) +\| ([A-D]): (open|closed), reaction time [0-9.]+ ms$", output, re.MULTILINE)
@@ -60,13 +99,48 @@ def circuits(output: str) -> dict[str, str]:
 
 
 def test_hello_world_is_one_image() -> None:
-    output = lf("lf-build", "hello_world/src/HelloWorld.lf", "-w", "-b native_sim/native/64")
-    image = Path(output.split()[-1])
-    assert image.is_relative_to(BUILD)
-    result = subprocess.run([image], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    result = run_alone("hello_world/src/HelloWorld.lf")
     assert result.returncode == 0, result.stdout + result.stderr
     assert "Hello, world!" in result.stdout
     assert re.search(r"Goodbye after [34] greetings", result.stdout), result.stdout
+
+
+def test_a_thread_schedules_a_physical_action() -> None:
+    result = run_alone(PROGRAMS / "Readings.lf")
+    assert result.returncode == 0, result.stdout + result.stderr
+    lines = [line for line in result.stdout.splitlines() if "reading" in line]
+    assert lines == ["reading 1 is 11", "reading 2 is 22", "reading 3 is 33", "3 of 3 readings came"]
+    # The target property `user-threads` arrives in the image.
+    config = (BUILD / "zephyr/Readings/Readings/zephyr/.config").read_text()
+    assert "CONFIG_LF_USER_THREADS=1\n" in config
+
+
+def test_a_thread_too_many_ends_the_program_with_what_to_do() -> None:
+    result = run_alone(PROGRAMS / "TooManyThreads.lf")
+    output = result.stdout + result.stderr
+    assert result.returncode == 1, output
+    assert "the body went on" in output
+    # The sentence comes whole, with what to do at its end.
+    assert "all of the image's threads (1) were running" in output
+    assert "or set CONFIG_LF_USER_THREADS\n" in output
+    assert "nothing happens after the error" not in output
+
+
+def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    build = BUILD / "arm"
+    arguments = ("-f", "sender", "-w", "-b qemu_cortex_m3")
+    output = lf("lf-fed-build", "message_test/src/MessageTest.lf", *arguments, build=build, **arm_toolchain())
+    sizes = re.search(r"^sender +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
+    assert sizes is not None, output
+    with capsys.disabled():
+        print(f"\nthe message test's sender on qemu_cortex_m3: {sizes[1]} of flash, {sizes[2]} of RAM")
+    linked = symbols(build / "zephyr/MessageTest/sender")
+    assert "lf_main" in linked
+    assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
+    # The kernel's own functions refer to its functions for heaps, but there is no heap.
+    assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
 
 
 def test_all_messages_arrive_in_order() -> None:
