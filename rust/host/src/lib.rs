@@ -29,5 +29,6 @@ pub use thread::SpawnPhysicalThread;
 pub mod prelude {
     pub use crate::SpawnPhysicalThread;
     pub use lf_model::prelude::*;
-    pub use log::{debug, error, info, trace, warn};
+    // Both spellings work: `info!` and `log::info!`.
+    pub use log::{self, debug, error, info, trace, warn};
 }

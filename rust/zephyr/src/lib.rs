@@ -46,7 +46,8 @@ pub mod prelude {
     pub use crate::SpawnPhysicalThread;
     pub use crate::{eprint, eprintln, print, println};
     pub use lf_model::prelude::*;
-    pub use log::{debug, error, info, trace, warn};
+    // Both spellings work: `info!` and `log::info!`.
+    pub use log::{self, debug, error, info, trace, warn};
 }
 
 /// Makes a program that of the image, in the form in which generated code names it: by the description, the program

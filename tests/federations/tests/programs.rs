@@ -23,6 +23,18 @@ fn hello_world_is_one_process_with_its_own_output() {
     assert_eq!(greetings, expected, "{finished}");
 }
 
+/// Both spellings of the log macros work, and `logging` says from which level on they are shown.
+#[test]
+fn bodies_print_and_log() {
+    let finished = Lfz::run("talking", &programs().join("Talking.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said = |line: &str| finished.lines.iter().any(|found| found == line);
+    for line in ["by println", "by eprintln", "info: by info", "warn: by log::warn", "debug: by log::debug"] {
+        assert!(said(line), "{line}: {finished}");
+    }
+    assert!(!finished.lines.iter().any(|line| line.contains("by log::trace")), "{finished}");
+}
+
 #[test]
 fn the_message_test_receives_everything_in_order() {
     let run = Lfz::run("message_test", Path::new("applications/message_test/src/MessageTest.lf"), &[]);
