@@ -56,9 +56,11 @@ def generate(request: Request, surroundings: Surroundings) -> Description:
     if not request.generate:
         described = description.load(file)
         return described.with_board(request.west.board) if request.west.board else described
-    if request.deployment is None and board is None:
-        raise LfError(f"there is no board to build {application.program} for.", *_board_advice(application))
     lfz = compiler.find(request.lfc, surroundings.environment, surroundings.say)
+    if request.deployment is None and board is None:
+        board = lfz.planned_board(application.file)
+        if board is None:
+            raise LfError(f"there is no board to build {application.program} for.", *_board_advice(application))
     described = lfz.build(
         application.file,
         application.generated,
@@ -160,4 +162,5 @@ def _board_advice(application: Application) -> list[str]:
         *again,
         'Name a board for all images: -w "-b native_sim/native/64"',
         "Set BOARD in the environment, or `west config build.board BOARD`.",
+        'Name it in the program: `target Rust { platform: {name: "Zephyr", board: "BOARD"} }`',
     ]

@@ -21,7 +21,8 @@ _DESCRIPTION = """\
 Build a Lingua Franca program without federates as one Zephyr image.
 
 The image gets what the program needs, then prj.conf and boards/BOARD.conf and .overlay of the application's folder,
-then the files of --conf-overlays. The board is that of --west-commands, of BOARD, or of west's build.board.
+then the files of --conf-overlays. The board is that of --west-commands, of BOARD, of west's build.board, or that
+which the program's target property `platform` names.
 """
 
 

@@ -54,6 +54,16 @@ class Compiler:
             )
         return description.parse_text(result.stdout, f"the output of {self.path}")
 
+    def planned_board(self, file: Path) -> str | None:
+        """The board that the program itself names: `platform: {board: …}`."""
+        result = _run([str(self.path), "plan", str(file), "--json"], self.environment)
+        if result.returncode != 0:
+            raise LfError(
+                f"lfz could not read {file}.", "Correct what is reported above.", status=_status(result.returncode)
+            )
+        board = json.loads(result.stdout)["target"]["board"]
+        return None if board is None else str(board)
+
     def explain(self, messages: Sequence[Path]) -> str:
         """What cargo's messages in these files say, as said about the LF program."""
         result = _run([str(self.path), "explain-errors", *map(str, messages)], self.environment)

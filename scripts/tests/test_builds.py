@@ -96,7 +96,14 @@ def test_without_any_board_the_deployments_are_offered(world: World, capsys: pyt
     assert status == 1
     assert "there is no board to build Grid for" in error
     assert f"--deployment {offered}" in error
-    assert world.calls("lfz") == []
+    assert [call[0] for call in world.calls("lfz")] == ["plan"]
+
+
+def test_the_board_that_the_program_names_is_taken_when_nothing_else_names_one(world: World) -> None:
+    world.describe(a="plank")
+    world.set("STAND_IN_BOARD", "plank")
+    assert main(["lf-fed-build", world.file]) == 0
+    assert world.calls("lfz")[-1][-4:] == ["--platform", "zephyr", "--board", "plank"]
 
 
 def test_chosen_federates_are_built_and_the_others_stay_known(world: World) -> None:

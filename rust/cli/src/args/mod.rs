@@ -92,9 +92,10 @@ pub struct BuildArgs {
     /// Only what runs there. `zephyr` without --deployment takes all federates for Zephyr.
     #[arg(long, value_enum)]
     pub platform: Option<Platform>,
-    /// The board of all federates, for `--platform zephyr` without --deployment.
-    #[arg(long, default_value = "native_sim/native/64", conflicts_with = "deployment")]
-    pub board: String,
+    /// The board of all federates, for `--platform zephyr` without --deployment; default: the one that the program's
+    /// target property `platform` names, else `native_sim/native/64`.
+    #[arg(long, conflicts_with = "deployment")]
+    pub board: Option<String>,
     /// Only these federates; all when it is left out.
     #[arg(short, long = "federate", value_name = "FEDERATE", num_args = 1..)]
     pub federates: Vec<String>,

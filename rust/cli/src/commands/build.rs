@@ -19,7 +19,7 @@ pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
     let request = Request {
         file: &arguments.file,
         platform: arguments.platform,
-        board: &arguments.board,
+        board: arguments.board.as_deref(),
         federates: &arguments.federates,
         deployment: arguments.deployment.as_deref(),
         places: &arguments.places,
@@ -127,7 +127,7 @@ federated reactor at example.com:4242 {
         let places = Places { release: false, out: Some(folder.join("out")), target_dir: None, home: None };
         let platform = Some(Platform::Zephyr);
         let request =
-            Request { file: &file, platform, board: "some_board", federates: &[], deployment, places: &places };
+            Request { file: &file, platform, board: Some("some_board"), federates: &[], deployment, places: &places };
         description(&request.build().expect("crates for Zephyr are generated and not compiled"))
     }
 
@@ -156,6 +156,26 @@ federated reactor at example.com:4242 {
         assert_eq!(value["participants"][1]["name"], "second");
     }
 
+    /// The command line comes first, then the program, then the board that every computer can build for.
+    #[test]
+    fn the_program_may_name_its_board() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let named =
+            TEXT.replace("clock-sync: init,", "clock-sync: init, platform: { name: \"Zephyr\", board: \"plank\" },");
+        let board_of = |text: &str, board: Option<&str>| {
+            let file = folder.path().join("Pair.lf");
+            fs::write(&file, text).expect("it can be written");
+            let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
+            let platform = Some(Platform::Zephyr);
+            let request = Request { file: &file, platform, board, federates: &[], deployment: None, places: &places };
+            let built = request.build().expect("crates for Zephyr are generated and not compiled");
+            description(&built)["participants"][0]["board"].clone()
+        };
+        assert_eq!(board_of(&named, Some("beam")), json!("beam"));
+        assert_eq!(board_of(&named, None), json!("plank"));
+        assert_eq!(board_of(TEXT, None), json!("native_sim/native/64"));
+    }
+
     #[test]
     fn a_deployment_decides_where_the_rti_is() {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -177,7 +197,8 @@ federated reactor at example.com:4242 {
         fs::write(&file, "target Rust\nmain reactor {\n}\n").expect("it can be written");
         let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
         let platform = Some(Platform::Zephyr);
-        let request = Request { file: &file, platform, board: "b", federates: &[], deployment: None, places: &places };
+        let request =
+            Request { file: &file, platform, board: Some("b"), federates: &[], deployment: None, places: &places };
         let value = description(&request.build().expect("a crate for Zephyr is generated and not compiled"));
         assert_eq!(value["rti"], Value::Null);
         assert_eq!(value["participants"][0]["name"], "Alone");

@@ -22,7 +22,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     let request = Request {
         file: &arguments.file,
         platform: Some(Platform::Host),
-        board: "",
+        board: None,
         federates: &[],
         deployment: None,
         places: &arguments.places,

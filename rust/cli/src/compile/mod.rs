@@ -30,14 +30,17 @@ use origin::LfOrigin;
 use places::Folders;
 use progress::Progress;
 
+/// The board of federates for which nothing names one: a Linux program, which every computer can build.
+const BOARD_DEFAULT: &str = "native_sim/native/64";
+
 /// What to build.
 pub(crate) struct Request<'a> {
     /// The main file.
     pub(crate) file: &'a Path,
     /// Only what runs on this platform.
     pub(crate) platform: Option<Platform>,
-    /// The board of federates for which the deployment has none, when only Zephyr federates are wanted.
-    pub(crate) board: &'a str,
+    /// The board of all federates without a deployment; `None` leaves it to the program, and to [`BOARD_DEFAULT`].
+    pub(crate) board: Option<&'a str>,
     /// The federates; all when it is empty.
     pub(crate) federates: &'a [String],
     /// The deployment file.
@@ -94,8 +97,9 @@ impl Request<'_> {
             }
         };
         if self.platform == Some(Platform::Zephyr) && self.deployment.is_none() {
+            let board = self.board.or(plan.target.board.as_deref()).unwrap_or(BOARD_DEFAULT);
             for federate in &plan.federates {
-                let platform = PlacePlatform::Zephyr(self.board.to_owned());
+                let platform = PlacePlatform::Zephyr(board.to_owned());
                 deployment.federates.insert(federate.name.clone(), Place { platform, ..Place::default() });
             }
         }

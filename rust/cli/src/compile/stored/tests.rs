@@ -29,7 +29,7 @@ impl World {
         fs::write(&file, TEXT).expect("it can be written");
         let out = Some(world.path("out"));
         let places = Places { release: false, out, target_dir: None, home: None };
-        let (platform, board) = (Some(Platform::Zephyr), "some_board");
+        let (platform, board) = (Some(Platform::Zephyr), Some("some_board"));
         let request = Request { file: &file, platform, board, federates: &[], deployment: None, places: &places };
         request.build().expect("crates for Zephyr are generated and not compiled");
         world
