@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -58,6 +59,12 @@ image.write_text("#!" + sys.executable + os.linesep + os.environ.get("STAND_IN_I
 image.chmod(0o755)
 print("[2/2] linking")
 """
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _interrupts_are_heard() -> None:
+    """A shell's background job ignores SIGINT, and so would all that the tests start and then interrupt."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @dataclass
