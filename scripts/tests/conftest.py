@@ -63,8 +63,10 @@ print("[2/2] linking")
 
 @pytest.fixture(scope="session", autouse=True)
 def _interrupts_are_heard() -> None:
-    """A shell's background job ignores SIGINT, and so would all that the tests start and then interrupt."""
+    """A background job may ignore these signals, and so would all that the tests start and then interrupt."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
 
 
 @dataclass
