@@ -238,10 +238,10 @@ fn private_items(text: &str) -> Insertions {
         Item::Const(item) => private(&item.vis, item.const_token.span),
         Item::Enum(item) => private(&item.vis, item.enum_token.span),
         Item::Fn(item) => private(&item.vis, first_span(&item.sig)),
-        Item::Mod(item) => private(&item.vis, first_span(&without_attributes(item))),
+        Item::Mod(item) => private(&item.vis, item.unsafety.map_or(item.mod_token.span, |word| word.span)),
         Item::Static(item) => private(&item.vis, item.static_token.span),
         Item::Struct(item) => private(&item.vis, item.struct_token.span),
-        Item::Trait(item) => private(&item.vis, first_span(&trait_head(item))),
+        Item::Trait(item) => private(&item.vis, trait_start(item)),
         Item::Type(item) => private(&item.vis, item.type_token.span),
         Item::Union(item) => private(&item.vis, item.union_token.span),
         _ => None,
@@ -254,16 +254,14 @@ fn private(visibility: &Visibility, keyword: Span) -> Option<LineColumn> {
     matches!(visibility, Visibility::Inherited).then(|| keyword.start())
 }
 
+/// A trait begins with `unsafe`, `auto` or `trait`.
+fn trait_start(item: &syn::ItemTrait) -> Span {
+    let auto = item.auto_token.map_or(item.trait_token.span, |word| word.span);
+    item.unsafety.map_or(auto, |word| word.span)
+}
+
 fn first_span(tokens: &impl ToTokens) -> Span {
     tokens.to_token_stream().into_iter().next().map_or_else(Span::call_site, |token| token.span())
-}
-
-fn without_attributes(item: &syn::ItemMod) -> syn::ItemMod {
-    syn::ItemMod { attrs: Vec::new(), ..item.clone() }
-}
-
-fn trait_head(item: &syn::ItemTrait) -> syn::ItemTrait {
-    syn::ItemTrait { attrs: Vec::new(), ..item.clone() }
 }
 
 /// Splits at the first placeholder of a kind: what is before it, its number, what is behind it.
