@@ -4,6 +4,7 @@
 use lf_coordination::federate::ClockSync;
 use lf_model::Settings;
 use lf_model::time::Interval;
+use lf_wire::june_2026::MessageType;
 use log::LevelFilter;
 
 /// One participant's program: a federate, or an unfederated main reactor.
@@ -73,7 +74,7 @@ pub struct Federation {
 pub const CONTROL_BYTES: usize = 128;
 
 /// Bytes of a tagged message before its payload: type, port, federate, length and tag.
-pub const TAGGED_MESSAGE_HEADER_BYTES: usize = 21;
+pub const TAGGED_MESSAGE_HEADER_BYTES: usize = MessageType::TaggedMessage.fixed_bytes();
 
 /// The smallest buffer that carries messages with payloads up to `payload_bytes_max`, beside the control messages and
 /// a handshake that names `neighbors` upstream and downstream federates.
