@@ -4,6 +4,9 @@
 //! One loop runs one participant: a federate, the RTI, or an unfederated main reactor. It polls all of its sockets
 //! and its wake-up until the next event's time or the next time-out, and runs the reactions itself. Nothing here
 //! reads a clock or touches a socket but through [`platform::Platform`].
+//!
+//! Each loop comes as a type that is driven turn by turn ([`FederateLoop`], [`RtiLoop`], [`UnfederatedLoop`]), and as a
+//! function that runs it to its end.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -13,13 +16,15 @@ mod error;
 mod federate;
 pub mod platform;
 mod rti;
+mod turn;
 mod unfederated;
 
 pub use connection::Buffers;
 pub use description::{CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes};
 pub use error::RunError;
-pub use federate::{Join, run_federate};
+pub use federate::{FederateLoop, Join, run_federate};
 pub use lf_coordination::federate::ClockSync;
 pub use lf_wire::june_2026::DELAY_NONE;
-pub use rti::{Inlet, Outgoing, RtiSetup, run_rti};
-pub use unfederated::run_unfederated;
+pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, run_rti};
+pub use turn::Turn;
+pub use unfederated::{UnfederatedLoop, run_unfederated};

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loop of a program that is not federated.
 
+use core::fmt;
+
 use lf_coordination::Deadline;
 use lf_model::time::Tag;
 use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
 use crate::platform::Platform;
+use crate::turn::Turn;
 
 /// Runs an unfederated main reactor from its start, which is now, to its end.
 ///
@@ -15,38 +18,83 @@ use crate::platform::Platform;
 pub fn run_unfederated<P: Platform>(
     platform: &mut P,
     program: &mut dyn Program,
-    mut engine: Engine<'_>,
+    engine: Engine<'_>,
 ) -> Result<(), RunError> {
-    let mut world = World(platform.outside());
-    engine.start(world.0.physical_time());
-    let mut asked_to_stop = false;
-    while !engine.is_done() {
-        if !asked_to_stop && platform.interrupted() {
+    let mut alone = UnfederatedLoop::new(platform, program, engine);
+    loop {
+        match alone.turn() {
+            Turn::Wait(until) => alone.wait(until),
+            Turn::Ended(result) => return result,
+        }
+    }
+}
+
+/// The event loop of an unfederated main reactor, turn by turn: who calls [`UnfederatedLoop::turn`] and
+/// [`UnfederatedLoop::wait`] in alternation runs the program, and may do something else in between.
+pub struct UnfederatedLoop<'a, 's, P> {
+    platform: &'a mut P,
+    program: &'a mut dyn Program,
+    engine: Engine<'s>,
+    world: World,
+    asked_to_stop: bool,
+}
+
+impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("UnfederatedLoop").field("asked_to_stop", &self.asked_to_stop).finish_non_exhaustive()
+    }
+}
+
+impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
+    /// A program that starts now.
+    pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
+        let world = World(platform.outside());
+        engine.start(world.0.physical_time());
+        Self { platform, program, engine, world, asked_to_stop: false }
+    }
+
+    /// Runs at most one tag, the next one if it is due.
+    pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
+        if self.engine.is_done() {
+            return Turn::Ended(if self.asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) });
+        }
+        if !self.asked_to_stop && self.platform.interrupted() {
             // The shutdown reactions still run, so that the program leaves its surroundings in order.
-            asked_to_stop = true;
-            engine.set_stop_tag(Tag::NEVER);
+            self.asked_to_stop = true;
+            self.engine.set_stop_tag(Tag::NEVER);
         }
-        engine.drain_physical(program, &world);
-        let Some(tag) = engine.next_tag() else {
-            if !engine.stop_if_idle(&world) {
-                platform.wait(Deadline::Never, &mut |_, _| {});
-            }
-            continue;
+        self.engine.drain_physical(self.program, &self.world);
+        let Some(tag) = self.engine.next_tag() else {
+            let stops = self.engine.stop_if_idle(&self.world);
+            return Turn::Wait(if stops { Deadline::Now } else { Deadline::Never });
         };
-        if !engine.settings().fast && !asked_to_stop && platform.now() < tag.time {
-            platform.wait(Deadline::At(tag.time), &mut |_, _| {});
-            continue;
+        if !self.engine.settings().fast && !self.asked_to_stop && self.platform.now() < tag.time {
+            return Turn::Wait(Deadline::At(tag.time));
         }
-        engine.begin(program, tag)?;
-        match engine.advance(program, &mut world, None) {
-            Progress::Complete => {}
-            Progress::Failed(error) => return Err(error.into()),
+        match self.run(tag) {
+            Ok(()) => Turn::Wait(Deadline::Now),
+            Err(error) => Turn::Ended(Err(error)),
+        }
+    }
+
+    /// Waits until another thread has something for the program, or the time has come that the last
+    /// [`UnfederatedLoop::turn`] gave.
+    pub fn wait(&mut self, until: Deadline) {
+        if until != Deadline::Now {
+            self.platform.wait(until, &mut |_, _| {});
+        }
+    }
+
+    fn run(&mut self, tag: Tag) -> Result<(), RunError> {
+        self.engine.begin(self.program, tag)?;
+        match self.engine.advance(self.program, &mut self.world, None) {
+            Progress::Complete => Ok(()),
+            Progress::Failed(error) => Err(error.into()),
             Progress::OutputFull { .. } | Progress::LevelLimit { .. } => {
                 unreachable!("there is no output to be full, and no limit was given")
             }
         }
     }
-    if asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) }
 }
 
 /// The world of a program without neighbors.

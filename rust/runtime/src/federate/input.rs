@@ -16,7 +16,7 @@ use lf_model::{Engine, InputId, Program};
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{DecodeError, InBuffer, Limits};
 
-use super::Loop;
+use super::FederateLoop;
 use super::link::Arrival;
 use crate::error::RunError;
 use crate::platform::Platform;
@@ -47,7 +47,7 @@ impl Held {
         self.stale = self.input.is_some();
     }
 
-    /// Whether [`Loop::handle_messages`] is to be called though nothing has come.
+    /// Whether [`FederateLoop::handle_messages`] is to be called though nothing has come.
     pub(super) fn is_stale(&self) -> bool {
         self.stale
     }
@@ -70,7 +70,7 @@ enum Turn {
     Partly(Tag),
 }
 
-impl<P: Platform> Loop<'_, '_, P> {
+impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Reads what has come and handles it, as far as there is room for it.
     pub(super) fn receive(&mut self) -> Result<(), RunError> {
         let arrival = self.link.fill(self.platform);

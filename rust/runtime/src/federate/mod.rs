@@ -6,11 +6,12 @@ mod link;
 mod output;
 mod tags;
 
+use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_coordination::federate::{Config, Event, Federate, Phase};
-use lf_model::time::Interval;
+use lf_model::time::{Instant, Interval};
 use lf_model::{Engine, InputId, Program, Tables};
 use lf_wire::Limits;
 use lf_wire::june_2026::{Message, NeighborStructure};
@@ -19,6 +20,7 @@ use crate::connection::Buffers;
 use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::error::RunError;
 use crate::platform::Platform;
+use crate::turn::Turn;
 use input::Held;
 use link::{Arrival, Link};
 use tags::Advance;
@@ -47,33 +49,13 @@ pub fn run_federate<P: Platform>(
     join: &Join<'_>,
     buffers: Buffers<'_>,
 ) -> Result<(), RunError> {
-    let config = Config {
-        upstream: federation.upstream,
-        downstream: federation.downstream,
-        clock_sync: federation.clock_sync,
-        physical_delay: federation.physical_delay,
-        ..Config::new(federation.id.into(), join.federation_id)
-    };
-    let machine = Federate::new(config)?;
-    check_buffers(&buffers, engine.tables(), federation, join)?;
-    let limits = Limits {
-        // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
-        payload_bytes_max: buffers.input.capacity(),
-        federation_id_bytes_max: 0,
-        neighbors_max: 0,
-    };
-    let link = Link::new(platform.now(), join.rti, buffers);
-    let has_upstream = !federation.upstream.is_empty();
-    let mut state =
-        Loop { platform, program, engine, machine, link, limits, held: Held::NONE, has_upstream, silent: false };
-    log::debug!("connecting to the RTI at {}", join.rti);
-    let result = state.run();
-    if result.is_err() {
-        state.machine.fail();
+    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers)?;
+    loop {
+        match federate.turn() {
+            Turn::Wait(until) => federate.wait(until),
+            Turn::Ended(result) => return result,
+        }
     }
-    state.take_leave();
-    state.link.close(state.platform);
-    result
 }
 
 /// Whether the buffers can hold what this federate sends and receives; otherwise it would wait for room for ever.
@@ -99,7 +81,9 @@ fn check_buffers(
     }
 }
 
-struct Loop<'a, 's, P> {
+/// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
+/// alternation runs the federate, and may do something else in between.
+pub struct FederateLoop<'a, 's, P> {
     platform: &'a mut P,
     program: &'a mut dyn Program,
     engine: Engine<'s>,
@@ -111,33 +95,128 @@ struct Loop<'a, 's, P> {
     has_upstream: bool,
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
+    stage: Stage,
 }
 
-impl<P: Platform> Loop<'_, '_, P> {
-    fn run(&mut self) -> Result<(), RunError> {
-        loop {
-            if self.platform.interrupted() {
-                return Err(RunError::Interrupted);
-            }
-            if self.link.establish(self.platform)? {
-                let now = self.platform.now();
-                self.machine.handle_connected(now);
-            }
-            self.receive()?;
-            self.handle_timeout()?;
-            let advance = self.advance()?;
-            self.transmit();
-            if advance == Advance::NotGranted
-                && let Some(InputId(input)) = self.choked()
-            {
-                let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
-                return Err(RunError::InputFull { input: name });
-            }
-            if self.machine.phase() == Phase::Ended && self.link.buffers.output.is_empty() {
-                return Ok(());
-            }
-            self.wait(advance);
+/// How far a federate is from its first connection to its end.
+#[derive(Debug)]
+enum Stage {
+    /// It takes part in the federation.
+    Taking,
+    /// It says its last words, until the time at the latest; then it ends with this result.
+    Leaving(Instant, Result<(), RunError>),
+    /// It has ended.
+    Ended(Result<(), RunError>),
+}
+
+impl<P> fmt::Debug for FederateLoop<'_, '_, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FederateLoop").field("stage", &self.stage).finish_non_exhaustive()
+    }
+}
+
+impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
+    /// A federate that is to make its first connection.
+    ///
+    /// # Errors
+    /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
+    pub fn new(
+        platform: &'a mut P,
+        program: &'a mut dyn Program,
+        engine: Engine<'s>,
+        federation: &'a Federation,
+        join: &Join<'a>,
+        buffers: Buffers<'s>,
+    ) -> Result<Self, RunError> {
+        let config = Config {
+            upstream: federation.upstream,
+            downstream: federation.downstream,
+            clock_sync: federation.clock_sync,
+            physical_delay: federation.physical_delay,
+            ..Config::new(federation.id.into(), join.federation_id)
+        };
+        let machine = Federate::new(config)?;
+        check_buffers(&buffers, engine.tables(), federation, join)?;
+        let limits = Limits {
+            // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
+            payload_bytes_max: buffers.input.capacity(),
+            federation_id_bytes_max: 0,
+            neighbors_max: 0,
+        };
+        let link = Link::new(platform.now(), join.rti, buffers);
+        log::debug!("connecting to the RTI at {}", join.rti);
+        Ok(Self {
+            platform,
+            program,
+            engine,
+            machine,
+            link,
+            limits,
+            held: Held::NONE,
+            has_upstream: !federation.upstream.is_empty(),
+            silent: false,
+            stage: Stage::Taking,
+        })
+    }
+
+    /// Does what can be done now: reads once, runs a bounded number of tags, writes once.
+    ///
+    /// After the end each call gives the same result again. If it is an error, the RTI has been told, where that was
+    /// possible.
+    pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
+        if let Stage::Taking = self.stage {
+            let result = match self.take_part() {
+                Ok(Some(advance)) => return Turn::Wait(self.prepare_wait(advance)),
+                Ok(None) => Ok(()),
+                Err(error) => {
+                    self.machine.fail();
+                    Err(error)
+                }
+            };
+            self.stage = Stage::Leaving(self.platform.now() + LAST_WORDS, result);
         }
+        if let Stage::Leaving(until, result) = &self.stage {
+            let (until, result) = (*until, result.clone());
+            if self.take_leave(until) {
+                return Turn::Wait(Deadline::At(until));
+            }
+            self.link.close(self.platform);
+            self.stage = Stage::Ended(result);
+        }
+        match &self.stage {
+            Stage::Ended(result) => Turn::Ended(result.clone()),
+            Stage::Taking | Stage::Leaving(..) => unreachable!("both stages were left above"),
+        }
+    }
+
+    /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
+    /// the time has come that the last [`FederateLoop::turn`] gave.
+    pub fn wait(&mut self, until: Deadline) {
+        let link = &mut self.link;
+        self.platform.wait(until, &mut |socket, interest| link.handle_ready(socket, interest));
+    }
+
+    /// One turn of a federate that takes part in the federation. `None` when it has resigned.
+    fn take_part(&mut self) -> Result<Option<Advance>, RunError> {
+        if self.platform.interrupted() {
+            return Err(RunError::Interrupted);
+        }
+        if self.link.establish(self.platform)? {
+            let now = self.platform.now();
+            self.machine.handle_connected(now);
+        }
+        self.receive()?;
+        self.handle_timeout()?;
+        let advance = self.advance()?;
+        self.transmit();
+        if advance == Advance::NotGranted
+            && let Some(InputId(input)) = self.choked()
+        {
+            let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
+            return Err(RunError::InputFull { input: name });
+        }
+        let has_ended = self.machine.phase() == Phase::Ended && self.link.buffers.output.is_empty();
+        Ok((!has_ended).then_some(advance))
     }
 
     fn handle_timeout(&mut self) -> Result<(), RunError> {
@@ -184,36 +263,35 @@ impl<P: Platform> Loop<'_, '_, P> {
         }
     }
 
-    fn wait(&mut self, advance: Advance) {
+    /// Says what to wait for, and gives until when.
+    fn prepare_wait(&mut self, advance: Advance) -> Deadline {
         let event = match advance {
             _ if self.held.is_stale() => Deadline::Now,
             Advance::Until(deadline) => deadline,
             Advance::NotGranted | Advance::OutputFull | Advance::Done => Deadline::Never,
         };
-        let until = event.min(self.machine.poll_timeout()).min(self.link.poll_timeout());
         self.link.set_interest(self.platform);
-        let link = &mut self.link;
-        self.platform.wait(until, &mut |socket, interest| link.handle_ready(socket, interest));
+        event.min(self.machine.poll_timeout()).min(self.link.poll_timeout())
     }
 
-    /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end.
+    /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when
+    /// there is nothing more to wait for.
     ///
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
     /// the RTI's last words are read, but not for longer than [`LAST_WORDS`].
-    fn take_leave(&mut self) {
-        let until = self.platform.now() + LAST_WORDS;
-        while self.link.is_open() && self.platform.now() < until {
-            self.transmit();
-            if self.link.buffers.output.is_empty() && !self.machine.has_transmit() {
-                self.link.shut_down_writing(self.platform);
-            }
-            self.link.buffers.input.clear();
-            if self.link.fill(self.platform) == Arrival::End {
-                return;
-            }
-            self.link.set_interest(self.platform);
-            let link = &mut self.link;
-            self.platform.wait(Deadline::At(until), &mut |socket, interest| link.handle_ready(socket, interest));
+    fn take_leave(&mut self, until: Instant) -> bool {
+        if !self.link.is_open() || self.platform.now() >= until {
+            return false;
         }
+        self.transmit();
+        if self.link.buffers.output.is_empty() && !self.machine.has_transmit() {
+            self.link.shut_down_writing(self.platform);
+        }
+        self.link.buffers.input.clear();
+        if self.link.fill(self.platform) == Arrival::End {
+            return false;
+        }
+        self.link.set_interest(self.platform);
+        true
     }
 }

@@ -6,7 +6,7 @@ use lf_coordination::federate::Phase;
 use lf_model::Progress;
 use lf_model::time::{Instant, Tag};
 
-use super::Loop;
+use super::FederateLoop;
 use super::output::Output;
 use crate::error::RunError;
 use crate::platform::Platform;
@@ -27,7 +27,7 @@ pub(super) enum Advance {
     Done,
 }
 
-impl<P: Platform> Loop<'_, '_, P> {
+impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Runs the tags that are due and granted.
     pub(super) fn advance(&mut self) -> Result<Advance, RunError> {
         if self.machine.phase() != Phase::Running {

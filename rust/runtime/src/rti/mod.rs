@@ -3,6 +3,8 @@
 
 mod connections;
 
+use core::fmt;
+
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
 use lf_model::time::{Instant, Interval};
@@ -11,6 +13,7 @@ pub use connections::{Inlet, Outgoing};
 
 use crate::error::RunError;
 use crate::platform::{Interest, Platform, SocketId};
+use crate::turn::Turn;
 use connections::{Outgoings, State};
 
 /// How many messages of one connection are handled before the next connection has its turn.
@@ -43,35 +46,12 @@ pub fn run_rti<P: Platform>(
     listener: SocketId,
     notices: &mut impl FnMut(Notice<'_>),
 ) -> Result<Outcome, RunError> {
-    let RtiSetup { config, storage, inlets, outgoings } = setup;
-    let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
-        check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
-        Ok(rti)
-    });
-    let rti = match rti {
-        Ok(rti) => rti,
-        Err(error) => {
-            platform.close(listener);
-            return Err(error);
-        }
-    };
-    let count = inlets.len().min(outgoings.len());
-    let mut state = Loop {
-        platform,
-        rti,
-        inlets: &mut inlets[..count],
-        outgoings: &mut outgoings[..count],
-        listener: Some(listener),
-        acceptable: true,
-        accept_again: None,
-        aborted: false,
-        notices,
-    };
+    let mut rti = RtiLoop::new(platform, setup, listener, notices)?;
     loop {
-        if let Some(outcome) = state.turn() {
-            return Ok(outcome);
+        match rti.turn() {
+            Turn::Wait(until) => rti.wait(until),
+            Turn::Ended(outcome) => return Ok(outcome),
         }
-        state.wait();
     }
 }
 
@@ -85,7 +65,9 @@ fn check_buffers(needed: usize, inlets: &[Inlet<'_>], outgoings: &[Outgoing<'_>]
     }
 }
 
-struct Loop<'a, 's, P, N> {
+/// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
+/// RTI, and may do something else in between.
+pub struct RtiLoop<'a, 's, P, N> {
     platform: &'a mut P,
     rti: Rti<'s>,
     inlets: &'a mut [Inlet<'s>],
@@ -100,9 +82,55 @@ struct Loop<'a, 's, P, N> {
     notices: &'a mut N,
 }
 
-impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
+impl<P, N> fmt::Debug for RtiLoop<'_, '_, P, N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RtiLoop").field("aborted", &self.aborted).finish_non_exhaustive()
+    }
+}
+
+impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
+    /// An RTI whose federates may come now.
+    ///
+    /// # Errors
+    /// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a
+    /// buffer cannot hold the longest message. The listening socket is then closed.
+    pub fn new(
+        platform: &'a mut P,
+        setup: RtiSetup<'s>,
+        listener: SocketId,
+        notices: &'a mut N,
+    ) -> Result<Self, RunError>
+    where
+        's: 'a,
+    {
+        let RtiSetup { config, storage, inlets, outgoings } = setup;
+        let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
+            check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
+            Ok(rti)
+        });
+        let rti = match rti {
+            Ok(rti) => rti,
+            Err(error) => {
+                platform.close(listener);
+                return Err(error);
+            }
+        };
+        let count = inlets.len().min(outgoings.len());
+        Ok(Self {
+            platform,
+            rti,
+            inlets: &mut inlets[..count],
+            outgoings: &mut outgoings[..count],
+            listener: Some(listener),
+            acceptable: true,
+            accept_again: None,
+            aborted: false,
+            notices,
+        })
+    }
+
     /// Does what can be done now. Bounded by the number of connections times [`MESSAGES_PER_TURN`].
-    fn turn(&mut self) -> Option<Outcome> {
+    pub fn turn(&mut self) -> Turn<Outcome> {
         if !self.aborted && self.platform.interrupted() {
             self.aborted = true;
             let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
@@ -121,9 +149,21 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
         }
         self.send();
         match self.rti.status() {
-            Status::Running => None,
-            Status::Finished(outcome) => self.close_all().then_some(outcome),
+            Status::Finished(outcome) if self.close_all() => Turn::Ended(outcome),
+            Status::Finished(_) | Status::Running => Turn::Wait(self.prepare_wait()),
         }
+    }
+
+    /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
+    pub fn wait(&mut self, until: Deadline) {
+        let Self { platform, inlets, outgoings, listener, acceptable, .. } = self;
+        platform.wait(until, &mut |socket, interest| {
+            if Some(socket) == *listener {
+                *acceptable = true;
+            } else if let Some(index) = outgoings.iter().position(|outgoing| outgoing.socket == Some(socket)) {
+                inlets[index].readable |= interest.readable;
+            }
+        });
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -265,8 +305,8 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
         self.rti.poll_timeout().min(closing).min(accept)
     }
 
-    /// Waits until a socket is ready or a time-out is due.
-    fn wait(&mut self) {
+    /// Says what to wait for, and gives until when.
+    fn prepare_wait(&mut self) -> Deadline {
         if let Some(listener) = self.listener {
             let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
             let accepting = room && self.accept_again.is_none();
@@ -278,14 +318,6 @@ impl<P: Platform, N: FnMut(Notice<'_>)> Loop<'_, '_, P, N> {
                 self.platform.set_interest(socket, outgoing.interest(reading));
             }
         }
-        let deadline = self.deadline();
-        let Self { platform, inlets, outgoings, listener, acceptable, .. } = self;
-        platform.wait(deadline, &mut |socket, interest| {
-            if Some(socket) == *listener {
-                *acceptable = true;
-            } else if let Some(index) = outgoings.iter().position(|outgoing| outgoing.socket == Some(socket)) {
-                inlets[index].readable |= interest.readable;
-            }
-        });
+        self.deadline()
     }
 }
