@@ -5,7 +5,7 @@ use core::fmt;
 
 /// Bytes that are no message, or one that the owner's [`Limits`](crate::Limits) exclude. Offsets count from the type
 /// byte of the message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum DecodeError {
     /// The type byte, at offset 0, is none of this dialect.
     UnknownType {

@@ -8,7 +8,7 @@ use lf_wire::june_2026::DELAY_NONE;
 ///
 /// No delay at all is (0, 0), one microstep is (0, 1). Joining paths is not commutative, because a delay with a time
 /// resets the microstep of what it delays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PathDelay {
     time: i64,
     microsteps: u32,

@@ -6,7 +6,7 @@ use lf_wire::june_2026::Upstream as WireUpstream;
 use super::delay::PathDelay;
 
 /// One connection into a federate: where from and with what delay. Parallel connections are one, with the least delay.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Upstream {
     federate: u16,
     delay: PathDelay,
@@ -26,7 +26,7 @@ impl Upstream {
 }
 
 /// What one federate contributes to the graph, and scratch space for the search.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Node {
     /// Upstream entries in use.
     upstreams: usize,
@@ -77,6 +77,12 @@ impl<'s> Graph<'s> {
         let per_node = upstream.len() / nodes.len().max(1);
         nodes.fill(Node::default());
         delays.fill(PathDelay::NO_PATH);
+        Self { nodes, upstream, per_node, delays }
+    }
+
+    /// The graph that another one has left in this storage.
+    pub(super) fn resume(nodes: &'s mut [Node], upstream: &'s mut [Upstream], delays: &'s mut [PathDelay]) -> Self {
+        let per_node = upstream.len() / nodes.len().max(1);
         Self { nodes, upstream, per_node, delays }
     }
 

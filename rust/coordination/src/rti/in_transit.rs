@@ -22,10 +22,10 @@ use lf_model::time::Tag;
 use super::delay::earliest_after;
 
 /// Which entries of its share of the storage a federate uses: a ring of rising tags, and the fog.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Ring {
-    head: usize,
-    len: usize,
+    pub(super) head: usize,
+    pub(super) len: usize,
     /// Earliest and latest tag that did not fit.
     fog: Option<(Tag, Tag)>,
 }

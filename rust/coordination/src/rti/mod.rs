@@ -17,6 +17,8 @@
 //! worked out when there is room to send them. What is sent to many at once is a flag for each. A message that asks for
 //! a reply, or is to be forwarded, is not consumed before there is room for that.
 //!
+//! [`Rti::suspend`] and [`Rti::resume`] are for searches through all that can happen.
+//!
 //! A NET or LTC costs a pass over the federates for each one that is upstream or downstream of its sender, and nothing
 //! for the others; a message that is forwarded costs a look at its destination, unless it changes a next event.
 
@@ -34,6 +36,7 @@ mod sending;
 mod start;
 mod stop;
 mod storage;
+mod suspend;
 
 use lf_model::time::Instant;
 use lf_wire::Limits;
@@ -47,6 +50,7 @@ pub use delay::PathDelay;
 pub use graph::{Node, Upstream};
 pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
 pub use storage::{Connection, RtiStorage, Slot};
+pub use suspend::Suspended;
 
 use crate::{Deadline, FederateId};
 use graph::Graph;

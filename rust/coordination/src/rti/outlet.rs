@@ -58,7 +58,7 @@ pub enum Verdict {
 }
 
 /// Why a federate is not part of the federation any more, although it did not resign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cause {
     /// It said so itself, with FAILED.
     Failed,
@@ -85,7 +85,7 @@ impl fmt::Display for Cause {
 }
 
 /// What a peer did that it may not do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Violation {
     /// The bytes are no message.
     Bytes(DecodeError),

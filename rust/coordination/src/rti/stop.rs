@@ -8,7 +8,7 @@ use super::storage::Membership;
 use super::{Cause, Notice, Outlet, Rti, id};
 
 /// What the federates have agreed on so far.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Stop {
     /// The latest tag that anybody has named.
     tag: Tag,

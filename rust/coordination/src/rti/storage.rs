@@ -49,7 +49,7 @@ impl RtiStorage<'_> {
 }
 
 /// Where a federate stands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Membership {
     /// Nobody has this id.
     #[default]
@@ -64,7 +64,7 @@ pub(super) enum Membership {
 
 /// What is to be sent to a federate as soon as there is room, in this order. What a grant or DNET says is worked out
 /// when it is sent.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "independent flags, one for each kind of message")]
 pub(super) struct Pending {
     pub(super) start: bool,
@@ -79,7 +79,7 @@ impl Pending {
 }
 
 /// All that the RTI knows of one federate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Slot {
     pub(super) membership: Membership,
     pub(super) pending: Pending,
@@ -139,7 +139,7 @@ impl Default for Slot {
 }
 
 /// What a connection is expected to say next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum Phase {
     /// There is no connection.
     #[default]
@@ -159,7 +159,7 @@ pub(super) enum Phase {
 }
 
 /// All that the RTI knows of one connection.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Connection {
     pub(super) phase: Phase,
     /// The federate that it claims to be, after `FED_IDS`.

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An RTI that is suspended between any two inputs, and goes on with a copy of its storage, says what one says that
+//! never was.
+
+mod rti_support;
+
+use lf_coordination::rti::{
+    ClockSync, Config, Connection, ConnectionId, Node, PathDelay, Rti, RtiStorage, Slot, Suspended, Upstream, Verdict,
+};
+use lf_model::time::{Instant, Tag};
+use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure};
+use proptest::prelude::*;
+use rti_support::{Wire, Wires};
+
+const FEDERATES: usize = 3;
+/// Little room for messages in transit, so that its limits take part.
+const IN_TRANSIT: usize = 2;
+
+/// The storage of an RTI, owned, and in a form that can be copied and compared.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+struct Memory {
+    slots: [Slot; FEDERATES],
+    nodes: [Node; FEDERATES],
+    connections: [Connection; FEDERATES],
+    delays: [PathDelay; FEDERATES * FEDERATES],
+    upstream: [Upstream; FEDERATES * FEDERATES],
+    in_transit: [Tag; FEDERATES * IN_TRANSIT],
+}
+
+impl Memory {
+    fn new() -> Self {
+        Self {
+            slots: [Slot::EMPTY; FEDERATES],
+            nodes: [Node::EMPTY; FEDERATES],
+            connections: [Connection::EMPTY; FEDERATES],
+            delays: [PathDelay::EMPTY; FEDERATES * FEDERATES],
+            upstream: [Upstream::EMPTY; FEDERATES * FEDERATES],
+            in_transit: [Tag::NEVER; FEDERATES * IN_TRANSIT],
+        }
+    }
+
+    fn borrow(&mut self) -> RtiStorage<'_> {
+        RtiStorage {
+            slots: &mut self.slots,
+            nodes: &mut self.nodes,
+            connections: &mut self.connections,
+            delays: &mut self.delays,
+            upstream: &mut self.upstream,
+            in_transit: &mut self.in_transit,
+        }
+    }
+}
+
+fn config() -> Config<'static> {
+    Config { clock_sync: ClockSync::Off, ..Config::new(b"pause", 16) }
+}
+
+fn wires() -> Wires {
+    let list = (0..FEDERATES).map(|_| Wire { open: true, ..Wire::default() }).collect();
+    Wires { list, capacity: 1 << 16, notices: Vec::new() }
+}
+
+fn bytes(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes).expect("there is as much room as the message is long");
+    bytes
+}
+
+/// A chain with a way back, and then whatever the federates say.
+fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
+    let upstream: [&[(u16, i64)]; FEDERATES] = [&[(2, 5)], &[(0, DELAY_NONE)], &[(1, 0)]];
+    let mut script = Vec::new();
+    for (id, upstream) in (0u16..).zip(upstream) {
+        let downstream = [(id + 1) % 3];
+        let hello = [
+            Message::FedIds { federate: id, federation_id: b"pause" },
+            Message::NeighborStructure(NeighborStructure::new(upstream, &downstream)),
+            Message::UdpPort(u16::MAX),
+            Message::Timestamp(0),
+        ];
+        script.extend(hello.iter().map(|message| (usize::from(id), bytes(message))));
+    }
+    script.extend(said.iter().map(|(from, kind, time)| {
+        let tag = lf_wire::Tag::new(1_000_000_000 + time, 0);
+        let federate = u16::try_from((from + 1) % FEDERATES).expect("it is small");
+        let message = match kind {
+            0..4 => Message::NextEventTag(tag),
+            4..6 => Message::LatestTagComplete(tag),
+            6..9 => Message::TaggedMessage { port: 0, federate, tag, payload: b"x" },
+            9 => Message::StopRequest(tag),
+            _ => Message::Resign,
+        };
+        (*from, bytes(&message))
+    }));
+    script
+}
+
+/// All that the RTI says to all of it, and what it knows in the end.
+fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<String>, Memory, Suspended) {
+    let (mut memory, mut outlet, now) = (Memory::new(), wires(), Instant(0));
+    let mut borrowed = memory.clone();
+    let mut rti = Rti::new(config(), borrowed.borrow()).expect("the storage fits");
+    for index in 0..FEDERATES {
+        rti.handle_connect(now, ConnectionId(index), [127, 0, 0, 1], &mut outlet);
+    }
+    let mut state = rti.suspend();
+    memory.clone_from(&borrowed);
+    if suspended {
+        for (from, bytes) in script {
+            let mut copy = memory.clone();
+            let mut rti = Rti::resume(config(), copy.borrow(), state).expect("the storage fits");
+            let verdict = rti.handle_input(now, ConnectionId(*from), bytes, &mut outlet);
+            assert!(matches!(verdict, Verdict::Consumed(_) | Verdict::Closed));
+            state = rti.suspend();
+            memory = copy;
+        }
+    } else {
+        let mut rti = Rti::resume(config(), memory.borrow(), state).expect("the storage fits");
+        for (from, bytes) in script {
+            rti.handle_input(now, ConnectionId(*from), bytes, &mut outlet);
+        }
+        state = rti.suspend();
+    }
+    (outlet.list.into_iter().map(|wire| wire.outgoing).collect(), outlet.notices, memory, state)
+}
+
+proptest! {
+    #[test]
+    fn a_pause_changes_nothing(said in proptest::collection::vec((0..FEDERATES, 0..12u8, 0..20i64), 0..40)) {
+        let script = script(&said);
+        prop_assert_eq!(play(&script, true), play(&script, false));
+    }
+}
