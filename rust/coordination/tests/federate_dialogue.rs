@@ -2,7 +2,9 @@
 //! Dialogues with the running federate's state machine that no recording shows, each named after what it proves.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
+use lf_coordination::federate::{
+    ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX,
+};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Message};
@@ -174,11 +176,38 @@ fn what_was_not_transmitted_is_replaced_by_what_says_more() {
     for time in 0..500 {
         federate.next_event(NOW, ms(time));
         federate.begin(ms(time)).unwrap();
-        federate.sent(ms(time));
+        if time % 100 == 0 {
+            federate.sent(ms(time));
+        }
         federate.complete(true);
     }
     federate.next_event(NOW, ms(500));
     assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(499))), net(ms(500))]);
+}
+
+/// A source of messages begins tags until the limit, and goes on when the RTI has said that it has taken them.
+#[test]
+fn a_source_waits_until_the_rti_has_taken_its_messages() {
+    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut questions = 0;
+    let mut run = |federate: &mut Federate<'static>, from: i64| {
+        let mut tags = 0;
+        while federate.next_event(NOW, ms(from + tags)) {
+            federate.begin(ms(from + tags)).unwrap();
+            federate.sent(ms(from + tags));
+            federate.complete(false);
+            questions +=
+                drain(federate).iter().filter(|message| **message == Message::AddressQuery { federate: 1 }).count();
+            tags += 1;
+        }
+        tags
+    };
+    let answer = Message::AddressQueryReply { port: -1, address: [127, 0, 0, 1] };
+    assert_eq!(run(&mut federate, 0), i64::from(TAGS_AHEAD_MAX));
+    federate.handle_message(NOW, answer).unwrap();
+    let more = run(&mut federate, 100);
+    assert!(more > 0 && more < i64::from(TAGS_AHEAD_MAX));
+    assert_eq!(questions, 2);
 }
 
 #[test]

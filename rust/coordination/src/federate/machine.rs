@@ -10,6 +10,7 @@ use super::event::{Disconnected, Event};
 use super::handshake::Synchronization;
 use super::net_rules::NetRules;
 use super::outbox::Outbox;
+use super::pace::Pace;
 use super::phase::Phase;
 use super::stop::Stop;
 use crate::Deadline;
@@ -27,6 +28,7 @@ pub struct Federate<'a> {
     pub(super) patience: Deadline,
     pub(super) start: Option<Instant>,
     pub(super) net: NetRules,
+    pub(super) pace: Pace,
     pub(super) provisional: Option<Tag>,
     pub(super) stop: Stop,
     /// The last tag begun.
@@ -54,6 +56,7 @@ impl<'a> Federate<'a> {
             patience: Deadline::Never,
             start: None,
             net: NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
+            pace: Pace::default(),
             provisional: None,
             stop: Stop::new(),
             current: Tag::NEVER,
@@ -98,9 +101,13 @@ impl<'a> Federate<'a> {
 
     /// Whether this tag may be begun now, as far as the federation is concerned.
     ///
-    /// Physical time is not looked at.
+    /// Physical time is not looked at. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
-        self.phase == Phase::Running && tag > self.current && self.stop.allows(tag) && self.net.allows(tag)
+        self.phase == Phase::Running
+            && tag > self.current
+            && self.stop.allows(tag)
+            && self.net.allows(tag)
+            && self.pace.allows()
     }
 
     /// The tag at which the whole federation stops; `None` before [`Event::StopGranted`].
@@ -177,12 +184,13 @@ impl<'a> Federate<'a> {
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
     ///
-    /// After at most eleven calls without an event or command in between, `None` comes.
+    /// After at most twelve calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         self.outbox.remove(&message);
         match message {
             Message::NextEventTag(_) => self.net.transmitted(),
+            Message::AddressQuery { .. } => self.pace.asked(),
             Message::T3 { .. } => self.sync.t3_leaves(),
             Message::Resign => self.phase = Phase::Ended,
             _ => {}
@@ -217,7 +225,10 @@ impl<'a> Federate<'a> {
     fn next_transmit(&self) -> Option<Message<'a>> {
         // Once failed, a federate has nothing to promise.
         let net = if self.phase == Phase::Failed { None } else { self.net.due() };
-        self.outbox.next(&self.config, net)
+        let message = self.outbox.next(&self.config, net);
+        // Last, so that it stands behind all that it is to tell of.
+        let query = || Message::AddressQuery { federate: self.config.id.0 };
+        message.or_else(|| (self.phase == Phase::Running && self.pace.is_question_due()).then(query))
     }
 
     pub(super) fn unexpected(&self, message: &Message<'_>) -> FederateError {

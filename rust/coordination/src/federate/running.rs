@@ -58,6 +58,7 @@ impl Federate<'_> {
     /// Only then the RTI is told (LTC): it keeps account of the messages that are under way.
     pub fn complete(&mut self, had_network_input: bool) {
         let was_open = core::mem::take(&mut self.open);
+        self.pace.completed();
         if self.phase == Phase::Running && was_open && had_network_input {
             self.net.completed(self.current);
             self.outbox.ltc = Some(self.current);
@@ -67,6 +68,7 @@ impl Federate<'_> {
     /// A tagged message with this tag has been put into the out-buffer.
     pub fn sent(&mut self, tag: Tag) {
         self.net.message_sent(tag);
+        self.pace.message_sent();
     }
 
     /// This federate's last tag by the program's time-out; the RTI is not asked.
@@ -139,8 +141,10 @@ impl Federate<'_> {
                 self.check_destination(FederateId(federate))?;
                 Ok(Event::PortAbsent { port, tag: from_wire(tag) })
             }
-            // An answer to nothing that this federate asked; it does no harm.
-            Message::AddressQueryReply { .. } => Ok(Event::None),
+            Message::AddressQueryReply { .. } => {
+                self.pace.answered();
+                Ok(Event::None)
+            }
             Message::Failed => Err(FederateError::RtiFailed),
             _ => Err(self.unexpected(&message)),
         }
