@@ -33,6 +33,7 @@ fn read(world: &mut World, connection: ConnectionId) -> Vec<String> {
         messages.push(match message {
             Message::TagGrant(tag) if tag == Tag::FOREVER => "TAG FOREVER".to_owned(),
             Message::TagGrant(Tag { time, microstep }) => format!("TAG {} {microstep}", time - START),
+            Message::ProvisionalTagGrant(Tag { time, microstep }) => format!("PTAG {} {microstep}", time - START),
             Message::TaggedMessage { payload, .. } => format!("message {payload:?}"),
             other => other.name().to_owned(),
         });
@@ -53,11 +54,15 @@ fn hello(world: &mut World, id: u16, upstream: Upstream<'_>) -> ConnectionId {
 
 /// Federates 0 → 1 → 2 …, started, with nothing to be read.
 fn chain(config: Config<'static>, sizes: Sizes) -> (World, Vec<ConnectionId>) {
-    let mut world = World::new(config, sizes);
     let ids = 0..u16::try_from(sizes.federates).expect("there are few");
-    let connections: Vec<_> = ids
-        .map(|id| hello(&mut world, id, &id.checked_sub(1).map_or(vec![], |from| vec![(from, DELAY_NONE)])))
-        .collect();
+    let upstream: Vec<_> = ids.map(|id| id.checked_sub(1).map_or(vec![], |from| vec![(from, DELAY_NONE)])).collect();
+    started(config, sizes, &upstream)
+}
+
+/// A federation with these connections into each federate, started, with nothing to be read.
+fn started(config: Config<'static>, sizes: Sizes, upstream: &[Vec<(u16, i64)>]) -> (World, Vec<ConnectionId>) {
+    let mut world = World::new(config, sizes);
+    let connections: Vec<_> = upstream.iter().zip(0..).map(|(list, id)| hello(&mut world, id, list)).collect();
     for connection in &connections {
         world.message(*connection, &Message::Timestamp(0));
     }
@@ -342,4 +347,28 @@ fn a_federate_may_not_speak_of_tags_before_the_start() {
     world.message(connection, &Message::NextEventTag(at(0)));
     assert_eq!(read(&mut world, connection), ["FAILED"]);
     hello(&mut world, 0, &[]);
+}
+
+/// Two cycles without delay, 0 ⇄ 1 and 2 ⇄ 3, with 1 → 2. A rule that exempts every federate of any cycle grants 2 the
+/// start provisionally at once; but 2 does not wait for 1, and what 1 sends at the start would come too late.
+#[test]
+fn a_provisional_grant_waits_for_another_cycle() {
+    let upstream = [vec![1], vec![0], vec![3, 1], vec![2]];
+    let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
+    let (mut world, connections) = started(config(), Sizes::ample(4), &upstream);
+    for connection in &connections {
+        world.message(*connection, &Message::NextEventTag(at(0)));
+    }
+    assert_eq!(read(&mut world, connections[0]), ["PTAG 0 0"]);
+    assert_eq!(read(&mut world, connections[1]), ["PTAG 0 0"]);
+    assert_eq!(read(&mut world, connections[2]), [""; 0]);
+    assert_eq!(read(&mut world, connections[3]), ["PTAG 0 0"], "it depends on 2 only, and waits for what that sends");
+
+    world.message(connections[1], &message(2, 0, b"x"));
+    assert_eq!(read(&mut world, connections[2]), ["message [120]"], "before any grant that covers its tag");
+    for connection in &connections[..2] {
+        world.message(*connection, &Message::LatestTagComplete(at(0)));
+        world.message(*connection, &Message::NextEventTag(at(10)));
+    }
+    assert_eq!(read(&mut world, connections[2]), ["PTAG 0 0"]);
 }

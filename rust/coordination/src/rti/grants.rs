@@ -150,12 +150,15 @@ fn earliest_incoming(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, sta
     earliest
 }
 
-/// The same, but only over the immediate connections from federates that are in no cycle without delay.
+/// The same, but only over the immediate connections from federates that are not in the same cycle without delay.
+///
+/// What those in the same cycle send at the tag is what the receiver of a PTAG waits for. Those in another cycle are
+/// not waited for, so nothing may come from them any more; the stock RTI exempts them too.
 fn earliest_incoming_strict(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, start: Instant) -> Tag {
     let mut earliest = Tag::FOREVER;
     for upstream in graph.upstream(federate) {
         let from = upstream.federate();
-        if graph.in_zero_delay_cycle(from) {
+        if graph.share_zero_delay_cycle(from, federate) {
             continue;
         }
         let incoming = earliest_incoming(slots, graph, from, start);

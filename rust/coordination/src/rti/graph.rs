@@ -130,6 +130,11 @@ impl<'s> Graph<'s> {
         self.nodes[federate].in_zero_delay_cycle
     }
 
+    /// Whether two federates are in the same cycle without any delay: each reaches the other without delay.
+    pub(super) fn share_zero_delay_cycle(&self, one: usize, other: usize) -> bool {
+        self.delay(one, other) == PathDelay::ZERO && self.delay(other, one) == PathDelay::ZERO
+    }
+
     /// Works out the delays of all paths, once all neighbor structures are there.
     pub(super) fn find_paths(&mut self) {
         for to in 0..self.nodes.len() {
@@ -241,6 +246,16 @@ mod tests {
         assert_eq!(zero, [true, true, false]);
         let microstep = with_graph(&[(0, 1, DELAY_NONE), (1, 0, 0)], |graph| graph.in_zero_delay_cycle(0));
         assert!(!microstep);
+    }
+
+    #[test]
+    fn cycles_without_delay_that_are_linked_one_way_are_two() {
+        let edges = [(0, 1), (1, 0), (2, 3), (3, 2), (1, 2)].map(|(from, to)| (from, to, DELAY_NONE));
+        with_graph(&edges, |graph| {
+            assert!((0..4).all(|federate| graph.in_zero_delay_cycle(federate)));
+            assert!(graph.share_zero_delay_cycle(0, 1) && graph.share_zero_delay_cycle(3, 2));
+            assert!(!graph.share_zero_delay_cycle(1, 2) && !graph.share_zero_delay_cycle(2, 1));
+        });
     }
 
     #[test]
