@@ -13,6 +13,10 @@ impl Bits<'_> {
         new
     }
 
+    pub(crate) fn contains(&self, index: u16) -> bool {
+        self.0[usize::from(index / 32)] & (1 << (index % 32)) != 0
+    }
+
     pub(crate) fn remove(&mut self, index: u16) {
         self.0[usize::from(index / 32)] &= !(1 << (index % 32));
     }
@@ -65,6 +69,7 @@ mod tests {
                     set.remove(&number);
                 }
                 prop_assert_eq!(bits.first_from(from), set.range(from..).next().copied());
+                prop_assert_eq!(bits.contains(from), set.contains(&from));
             }
             while let Some(first) = bits.pop_first() {
                 prop_assert_eq!(Some(first), set.pop_first());

@@ -181,4 +181,13 @@ pub trait Env {
     /// # Errors
     /// [`SendError::NoRoom`] when it does not fit now.
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError>;
+
+    /// Tells the receiver that an output with [`NetworkOutput::tells_absence`] has no value at `tag`, the current tag
+    /// with the connection's delay. An environment without other federates has nobody to tell.
+    ///
+    /// # Errors
+    /// [`SendError::NoRoom`] when the word does not fit now.
+    fn send_absent(&mut self, _output: &'static NetworkOutput, _tag: Tag) -> Result<(), SendError> {
+        Ok(())
+    }
 }

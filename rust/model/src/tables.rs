@@ -38,6 +38,8 @@ pub struct Tables {
     pub outputs: &'static [NetworkOutput],
     /// What arrives from other federates.
     pub inputs: &'static [NetworkInput],
+    /// The reactions that send outputs with [`NetworkOutput::tells_absence`]: they run at every tag.
+    pub absence: &'static [ReactionId],
 }
 
 /// A reaction in its place in the order of execution.
@@ -160,6 +162,9 @@ pub struct NetworkOutput {
     pub delay: Option<Interval>,
     /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
     pub max_len: usize,
+    /// Whether the receiver is told at each tag when there is no value, because it is in a cycle without delay and may
+    /// wait for that.
+    pub tells_absence: bool,
 }
 
 /// A connection from another federate, at its destination.
@@ -175,6 +180,12 @@ pub struct NetworkInput {
     pub delay: Option<Interval>,
     /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
     pub max_len: usize,
+    /// The least level of the reactions that see the port that it fills, those that send included; `u16::MAX` if none
+    /// does. A message for a tag that is open is in time as long as no reaction from this level on has run.
+    pub level: u16,
+    /// Whether reactions from [`level`](Self::level) on have to wait until it is known what comes at a tag, because the
+    /// sender is in the same cycle without delay. The event loop sees to that.
+    pub awaited: bool,
 }
 
 /// How many 32-bit words hold `bits` bits.
@@ -254,6 +265,17 @@ impl Tables {
             assert!(
                 matches!(self.triggers[trigger].kind, TriggerKind::NetworkInput { .. }),
                 "an input's trigger is of another kind"
+            );
+            i += 1;
+        }
+        let mut i = 0;
+        while i < self.absence.len() {
+            let reaction = self.absence[i].0 as usize;
+            assert!(reaction < self.reactions.len(), "a reaction that does not exist tells absence");
+            assert!(
+                matches!(self.reactions[reaction].kind, ReactionKind::Send(output)
+                    if self.outputs[output.0 as usize].tells_absence),
+                "a reaction tells absence, but does not send an output that does"
             );
             i += 1;
         }

@@ -262,6 +262,7 @@ mod generated {
             port: 7,
             delay: Some(lf::Interval::from_nanos(20_000_000)),
             max_len: <Report as lf::Payload>::MAX_LEN,
+            tells_absence: false,
         }],
         inputs: &[lf::NetworkInput {
             name: "other.command -> unit.command",
@@ -269,7 +270,10 @@ mod generated {
             federate: 1,
             delay: None,
             max_len: <Command as lf::Payload>::MAX_LEN,
+            level: 3,
+            awaited: false,
         }],
+        absence: &[],
     };
     const _: () = TABLES.check();
     pub type Storage = lf::storage_for!(TABLES);

@@ -142,16 +142,3 @@ fn a_value_that_cannot_be_written_ends_the_program() {
     assert_eq!(bench.failure(), error);
     assert_eq!(bench.advance(), Progress::Failed(error), "it has failed for good");
 }
-
-#[test]
-fn reactions_from_a_level_on_can_be_held_back() {
-    let mut bench = sender().build();
-    let tag = bench.engine.next_tag().unwrap();
-    bench.engine.begin(&mut bench.program, tag).unwrap();
-    let mut advance = |limit| bench.engine.advance(&mut bench.program, &mut bench.host, limit);
-    assert_eq!(advance(Some(0)), Progress::LevelLimit { level: 0 });
-    assert_eq!(advance(Some(1)), Progress::LevelLimit { level: 1 });
-    assert_eq!(advance(Some(2)), Progress::LevelLimit { level: 2 });
-    assert_eq!(advance(None), Progress::Complete);
-    assert_eq!(bench.log(), entries(&[("set", 0, 0), ("after", 0, 0)]));
-}

@@ -24,8 +24,25 @@ const GOOD: Tables = Tables {
         TriggerInfo { name: "n", kind: TriggerKind::NetworkInput { fills: PortId(1) }, reactions: &[] },
     ],
     ports: &[port(&[ReactionId(1)], &[]), port(&[], &[TriggerId(1)])],
-    outputs: &[NetworkOutput { name: "o", source: PortId(0), federate: 1, port: 0, delay: None, max_len: 4 }],
-    inputs: &[NetworkInput { name: "i", trigger: TriggerId(2), federate: 1, delay: None, max_len: 4 }],
+    outputs: &[NetworkOutput {
+        name: "o",
+        source: PortId(0),
+        federate: 1,
+        port: 0,
+        delay: None,
+        max_len: 4,
+        tells_absence: true,
+    }],
+    inputs: &[NetworkInput {
+        name: "i",
+        trigger: TriggerId(2),
+        federate: 1,
+        delay: None,
+        max_len: 4,
+        level: u16::MAX,
+        awaited: true,
+    }],
+    absence: &[ReactionId(1)],
 };
 const _: () = GOOD.check();
 
@@ -61,6 +78,14 @@ fn each_contradiction_is_named() {
     assert_eq!(with_trigger(TriggerKind::Startup, &[ReactionId(9)]), "a reaction that does not exist is triggered");
     let output = NetworkOutput { source: PortId(9), ..GOOD.outputs[0] };
     assert_eq!(refusal(Tables { outputs: Box::leak(Box::new([output])), ..GOOD }), "an output's source does not exist");
+    let silent = NetworkOutput { tells_absence: false, ..GOOD.outputs[0] };
+    assert_eq!(
+        refusal(Tables { outputs: Box::leak(Box::new([silent])), ..GOOD }),
+        "a reaction tells absence, but does not send an output that does"
+    );
+    let absence = |ids: &'static [ReactionId]| refusal(Tables { absence: ids, ..GOOD });
+    assert_eq!(absence(&[ReactionId(0)]), "a reaction tells absence, but does not send an output that does");
+    assert_eq!(absence(&[ReactionId(2)]), "a reaction that does not exist tells absence");
     let input = NetworkInput { trigger: TriggerId(9), ..GOOD.inputs[0] };
     assert_eq!(refusal(Tables { inputs: Box::leak(Box::new([input])), ..GOOD }), "an input's trigger does not exist");
 }

@@ -51,9 +51,10 @@ pub enum Progress {
         /// The connection without room.
         output: OutputId,
     },
-    /// The next reaction has a level that is not allowed yet. The tag is still open; call again with a higher limit.
+    /// All reactions below a level that is not allowed yet have run. The tag is still open, even if no reaction is left
+    /// to run, for a message may come; call again with a higher limit, or with none.
     LevelLimit {
-        /// That reaction's level.
+        /// That level.
         level: u16,
     },
     /// The program cannot go on.
@@ -79,6 +80,8 @@ pub(crate) struct State {
     stop_request: Option<Tag>,
     error: Option<ModelError>,
     network_input: bool,
+    /// The least level of which no reaction has run at the open tag, nor any of a higher level.
+    untouched: u16,
 }
 
 impl State {
@@ -138,6 +141,7 @@ impl<'s> Engine<'s> {
                 stop_request: None,
                 error: None,
                 network_input: false,
+                untouched: 0,
             },
             events: Events { next: &mut storage.next, winners: &mut storage.winners },
             active: Bits(&mut storage.active),
@@ -269,6 +273,9 @@ impl<'s> Engine<'s> {
 
     /// Takes a message from another federate. What comes after the stop tag is dropped.
     ///
+    /// A message for the tag that is open takes effect at once: its value is present, and triggers reactions. It is
+    /// late when a reaction has run that could have seen it, or one of a higher level.
+    ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
     pub fn deliver(
@@ -282,12 +289,30 @@ impl<'s> Engine<'s> {
         if tag > self.state.stop || tag.time == Instant::FOREVER {
             return Ok(());
         }
-        if tag <= self.state.current {
-            return Err(DeliverError::Late { input: info.name, tag, current: self.state.current });
+        let current = self.state.current;
+        let in_time = tag > current || (tag == current && self.is_in_tag() && self.state.untouched <= info.level);
+        if !in_time {
+            return Err(DeliverError::Late { input: info.name, tag, current });
+        }
+        if tag == current && self.is_filled(info.trigger) {
+            // As before the tag, a second message for one tag happens a microstep later.
+            return self.deliver(program, input, tag.next_microstep(), bytes);
         }
         program.deliver(input, tag, bytes).map_err(|error| error.at(info.name, input.0))?;
+        if tag == current {
+            self.activate(program, info.trigger);
+            return Ok(());
+        }
         let pending = program.trigger(info.trigger).and_then(|cell| cell.pending());
         self.events.set(info.trigger, pending);
         Ok(())
+    }
+
+    /// Whether the port that a trigger fills has a value at the open tag.
+    fn is_filled(&self, trigger: TriggerId) -> bool {
+        match self.tables.triggers[usize::from(trigger.0)].kind {
+            TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills } => self.ports.contains(fills.0),
+            _ => false,
+        }
     }
 }

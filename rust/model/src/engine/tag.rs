@@ -11,7 +11,8 @@ use crate::tables::{OutputId, PortId, ReactionId, ReactionKind, TriggerId, Trigg
 use crate::time::{Interval, Tag};
 
 impl Engine<'_> {
-    /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs.
+    /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs. It need not
+    /// have events: messages may come for it while it is open, and the absence of values may have to be told.
     ///
     /// # Errors
     /// When it is not the time for this tag.
@@ -28,6 +29,10 @@ impl Engine<'_> {
         self.state.phase = Phase::InTag;
         self.state.current = tag;
         self.state.network_input = false;
+        self.state.untouched = 0;
+        for reaction in self.tables.absence {
+            self.ready.insert(reaction.0);
+        }
         while let Some((_, trigger)) = self.events.earliest().filter(|(pending, _)| *pending == tag) {
             self.activate(program, trigger);
         }
@@ -41,16 +46,18 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Runs reactions of the open tag in order, those below level `max_level` if that is given, until none is left or
-    /// one cannot run yet. Without an open tag it says [`Progress::Complete`].
+    /// Runs reactions of the open tag in order until none is left, and completes the tag; or until one cannot run yet.
+    ///
+    /// With `max_level`, only reactions below that level run, and the tag is not completed, for inputs that reactions
+    /// from that level on see are not known yet. Without an open tag it says [`Progress::Complete`].
     pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         if self.state.phase != Phase::InTag {
             return self.state.error.map_or(Progress::Complete, Progress::Failed);
         }
         while let Some(first) = self.ready.first_from(0) {
             let info = &self.tables.reactions[usize::from(first)];
-            if max_level.is_some_and(|limit| info.level >= limit) {
-                return Progress::LevelLimit { level: info.level };
+            if let Some(level) = max_level.filter(|limit| info.level >= *limit) {
+                return Progress::LevelLimit { level };
             }
             match info.kind {
                 ReactionKind::Send(output) => {
@@ -64,15 +71,19 @@ impl Engine<'_> {
                     self.run(program, env, ReactionId(first), info.deadline);
                 }
             }
+            self.state.untouched = info.level.saturating_add(1);
             if self.state.error.is_some() {
                 break;
             }
+        }
+        if let Some(level) = max_level.filter(|_| self.state.error.is_none()) {
+            return Progress::LevelLimit { level };
         }
         self.complete(program);
         self.state.error.map_or(Progress::Complete, Progress::Failed)
     }
 
-    fn activate(&mut self, program: &mut dyn Program, id: TriggerId) {
+    pub(super) fn activate(&mut self, program: &mut dyn Program, id: TriggerId) {
         let tag = self.state.current;
         let mut next = program.trigger(id).and_then(|cell| cell.activate(tag));
         match self.tables.triggers[usize::from(id.0)].kind {
@@ -128,14 +139,19 @@ impl Engine<'_> {
         }
     }
 
-    /// Whether the value is on its way, or has nowhere to go.
+    /// Whether the value, or word that there is none, is on its way, or has nowhere to go.
     fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
         let output = &self.tables.outputs[usize::from(id.0)];
         let tag = self.state.current.delayed(output.delay);
         if tag > self.state.stop || !tag.is_finite() {
             return true;
         }
-        match env.send(&Outgoing { output, tag, id, program }) {
+        let result = if self.ports.contains(output.source.0) {
+            env.send(&Outgoing { output, tag, id, program })
+        } else {
+            env.send_absent(output, tag)
+        };
+        match result {
             Ok(()) => true,
             Err(SendError::NoRoom) => false,
             Err(SendError::Payload(error)) => {

@@ -78,6 +78,7 @@ pub struct Builder {
     physical: ActionTiming,
     delay: Interval,
     output_delay: Option<Interval>,
+    tells_absence: bool,
     reactions: Vec<Reaction>,
 }
 
@@ -89,6 +90,7 @@ pub fn bench() -> Builder {
         physical: ActionTiming::NONE,
         delay: Interval::ZERO,
         output_delay: None,
+        tells_absence: false,
         reactions: Vec::new(),
     }
 }
@@ -122,6 +124,11 @@ impl Builder {
     }
     pub fn output_delay(mut self, ms: i64) -> Self {
         self.output_delay = Some(Interval::from_millis(ms));
+        self
+    }
+    /// The receiver of the output is told when there is no value.
+    pub fn tells_absence(mut self) -> Self {
+        self.tells_absence = true;
         self
     }
 
@@ -161,6 +168,11 @@ impl Builder {
     pub fn build(self) -> Bench {
         let mut reactions = self.reactions;
         reactions.sort_by_key(|reaction| reaction.level);
+        let sees_input = |reaction: &&Reaction| reaction.triggers.contains(&By::Input);
+        let input_level = reactions.iter().filter(sees_input).map(|reaction| reaction.level).min().unwrap_or(u16::MAX);
+        let sends = |reaction: &Reaction| reaction.kind == ReactionKind::Send(OutputId(0));
+        let sending = (0..).map(ReactionId).zip(&reactions).filter(|(_, reaction)| sends(reaction)).map(|(id, _)| id);
+        let absence = if self.tells_absence { leak(sending) } else { &[] };
         let tables: &'static Tables = Box::leak(Box::new(Tables {
             reactions: leak(reactions.iter().map(|reaction| ReactionInfo {
                 name: "reaction",
@@ -177,14 +189,18 @@ impl Builder {
                 port: 3,
                 delay: self.output_delay,
                 max_len: 4,
+                tells_absence: self.tells_absence,
             }]),
-            inputs: &[NetworkInput {
+            inputs: leak([NetworkInput {
                 name: "other.out -> bench.in",
                 trigger: TriggerId(8),
                 federate: 9,
                 delay: None,
                 max_len: 4,
-            }],
+                level: input_level,
+                awaited: true,
+            }]),
+            absence,
         }));
         tables.check();
         let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));
@@ -319,7 +335,18 @@ impl Bench {
     }
 
     pub fn advance(&mut self) -> Progress {
-        self.engine.advance(&mut self.program, &mut self.host, None)
+        self.advance_below(None)
+    }
+
+    /// Runs reactions below a level, if one is given.
+    pub fn advance_below(&mut self, limit: Option<u16>) -> Progress {
+        self.engine.advance(&mut self.program, &mut self.host, limit)
+    }
+
+    /// Opens a tag, whether or not it has events, with physical time at its time.
+    pub fn begin(&mut self, tag: Tag) {
+        self.clock.set(tag.time);
+        self.engine.begin(&mut self.program, tag).unwrap();
     }
 
     /// Runs complete tags, at most `count`; gives the tags.

@@ -7,7 +7,9 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicI64, AtomicUsize, Ordering};
 use std::thread::JoinHandle;
 
-use lf_model::{Env, Instant, Mailbox, Outgoing, Outside, PhysicalLink, ReactionContext, SendError, Tag};
+use lf_model::{
+    Env, Instant, Mailbox, NetworkOutput, Outgoing, Outside, PhysicalLink, ReactionContext, SendError, Tag,
+};
 
 /// Physical time, set by hand.
 pub struct Clock {
@@ -44,18 +46,21 @@ impl Outside for Clock {
 
 /// What reactions sent: federate, port, tag, payload.
 pub type Sent = (u16, u16, Tag, Vec<u8>);
+/// Of which output, and for which tag, it was told that there is no value: federate, port, tag.
+pub type Absent = (u16, u16, Tag);
 
 /// The engine's environment.
 pub struct Host {
     pub clock: &'static Clock,
     pub sent: Vec<Sent>,
+    pub absent: Vec<Absent>,
     /// Messages that fit until the test makes room again.
     pub room: usize,
 }
 
 impl Host {
     pub fn new(clock: &'static Clock) -> Self {
-        Self { clock, sent: Vec::new(), room: usize::MAX }
+        Self { clock, sent: Vec::new(), absent: Vec::new(), room: usize::MAX }
     }
 
     pub fn make_room(&mut self) {
@@ -81,6 +86,12 @@ impl Env for Host {
         let len = message.encode(&mut bytes).map_err(SendError::Payload)?;
         bytes.truncate(len);
         self.sent.push((message.output.federate, message.output.port, message.tag, bytes));
+        Ok(())
+    }
+
+    fn send_absent(&mut self, output: &'static NetworkOutput, tag: Tag) -> Result<(), SendError> {
+        self.room = self.room.checked_sub(1).ok_or(SendError::NoRoom)?;
+        self.absent.push((output.federate, output.port, tag));
         Ok(())
     }
 }

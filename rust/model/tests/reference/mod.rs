@@ -40,9 +40,13 @@ pub struct Plan {
 /// A reaction that ran: at this tag, with this number, seeing this value.
 pub type Step = (TagPair, usize, Option<u32>);
 
+/// What was told to other federates at this tag, of this port: a value, or that there is none.
+pub type Told = (TagPair, usize, Option<u32>);
+
 #[derive(Debug, PartialEq)]
 pub struct Outcome {
     pub trace: Vec<Step>,
+    pub told: Vec<Told>,
     /// By message, whether the queue was full.
     pub full: Vec<bool>,
     pub failed: bool,
@@ -55,13 +59,15 @@ pub enum Effect {
     Stop,
 }
 
-/// Reactions in order of execution: startup, timers, actions, inputs, ports' delayed ends, ports, shutdown.
+/// Reactions in order of execution: startup, timers, actions, inputs, ports' delayed ends, ports, shutdown; then each
+/// port is sent to another federate.
 pub const AT_TIMERS: usize = 1;
 pub const AT_ACTIONS: usize = AT_TIMERS + TIMERS;
 pub const AT_INPUTS: usize = AT_ACTIONS + ACTIONS;
 pub const AT_DELAYED: usize = AT_INPUTS + INPUTS;
 pub const AT_PORTS: usize = AT_DELAYED + PORTS;
 pub const SHUTDOWN: usize = AT_PORTS + PORTS;
+pub const AT_SENDS: usize = SHUTDOWN + 1;
 
 /// What a reaction does at a tag, chosen by the seed.
 pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
@@ -123,7 +129,7 @@ pub fn run(plan: &Plan, tags_max: usize) -> Outcome {
         actions: (0..ACTIONS).map(|_| Action::default()).collect(),
         inputs: vec![BTreeMap::new(); INPUTS],
         delayed: vec![BTreeMap::new(); PORTS],
-        outcome: Outcome { trace: Vec::new(), full: Vec::new(), failed: false, done: false },
+        outcome: Outcome { trace: Vec::new(), told: Vec::new(), full: Vec::new(), failed: false, done: false },
     };
     for &(input, tag, value) in &plan.messages {
         let full = tag <= reference.stop && !insert(&mut reference.inputs[input], tag, value, QUEUE_CAPACITY);
@@ -204,6 +210,9 @@ impl Reference<'_> {
             if self.outcome.failed {
                 break;
             }
+        }
+        if !self.outcome.failed {
+            self.outcome.told.extend(ports.iter().enumerate().map(|(index, value)| (now, index, *value)));
         }
         for (index, value) in ports.into_iter().enumerate() {
             let tag = self.delay(self.plan.delays[index]);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The random program for the engine, in the shape of generated code.
 use lf_model::{
-    ActionTiming, Full, InputId, Instant, Interval, LogicalActionQueue, NetworkInput, Offset, OutputId, PayloadError,
-    Policy, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId, ReactionInfo,
-    ReactionKind, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    ActionTiming, Full, InputId, Instant, Interval, LogicalActionQueue, NetworkInput, NetworkOutput, Offset, OutputId,
+    PayloadError, Policy, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId,
+    ReactionInfo, ReactionKind, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::{
-    ACTION_CAPACITY, ACTIONS, AT_ACTIONS, AT_DELAYED, AT_INPUTS, AT_PORTS, AT_TIMERS, Effect, INPUTS, PORTS, Plan,
-    QUEUE_CAPACITY, SHUTDOWN, START, Step, TIMERS, TagPair, effects,
+    ACTION_CAPACITY, ACTIONS, AT_ACTIONS, AT_DELAYED, AT_INPUTS, AT_PORTS, AT_SENDS, AT_TIMERS, Effect, INPUTS, PORTS,
+    Plan, QUEUE_CAPACITY, SHUTDOWN, START, Step, TIMERS, TagPair, effects,
 };
 
 /// Triggers in order: startup, timers, actions, inputs, delays, shutdown. Ports: ports, delayed ends, inputs.
@@ -38,11 +38,11 @@ fn trigger(kind: TriggerKind, reaction: usize) -> TriggerInfo {
 }
 
 fn tables(plan: &Plan) -> Tables {
-    let reactions = (0..=SHUTDOWN).map(|index| ReactionInfo {
+    let reactions = (0..AT_SENDS + PORTS).map(|index| ReactionInfo {
         name: "reaction",
         level: id(index),
         deadline: None,
-        kind: ReactionKind::Body,
+        kind: index.checked_sub(AT_SENDS).map_or(ReactionKind::Body, |port| ReactionKind::Send(OutputId(id(port)))),
     });
     let mut triggers = vec![trigger(TriggerKind::Startup, 0)];
     triggers.extend(plan.timers.iter().enumerate().map(|(index, &(offset, period))| {
@@ -61,25 +61,41 @@ fn tables(plan: &Plan) -> Tables {
         trigger(TriggerKind::Delay { fills: PortId(id(PORTS + index)), delay: Interval(delay) }, 0)
     }));
     triggers.push(trigger(TriggerKind::Shutdown, SHUTDOWN));
-    let port =
-        |reaction: usize, delays| PortInfo { name: "port", reactions: leak(vec![ReactionId(id(reaction))]), delays };
-    let mut ports: Vec<PortInfo> =
-        (0..PORTS).map(|index| port(AT_PORTS + index, leak(vec![TriggerId(id(AT_DELAYED + index))]))).collect();
-    ports.extend((0..PORTS).map(|index| port(AT_DELAYED + index, &[])));
-    ports.extend((0..INPUTS).map(|index| port(AT_INPUTS + index, &[])));
+    let port = |reactions: &[usize], delays| PortInfo {
+        name: "port",
+        reactions: leak(reactions.iter().map(|reaction| ReactionId(id(*reaction))).collect()),
+        delays,
+    };
+    let mut ports: Vec<PortInfo> = (0..PORTS)
+        .map(|index| port(&[AT_PORTS + index, AT_SENDS + index], leak(vec![TriggerId(id(AT_DELAYED + index))])))
+        .collect();
+    ports.extend((0..PORTS).map(|index| port(&[AT_DELAYED + index], &[])));
+    ports.extend((0..INPUTS).map(|index| port(&[AT_INPUTS + index], &[])));
+    let outputs = (0..PORTS).map(|index| NetworkOutput {
+        name: "output",
+        source: PortId(id(index)),
+        federate: 0,
+        port: id(index),
+        delay: None,
+        max_len: 4,
+        tells_absence: true,
+    });
     let inputs = (0..INPUTS).map(|index| NetworkInput {
         name: "input",
         trigger: TriggerId(id(AT_INPUTS + index)),
         federate: 0,
         delay: None,
         max_len: 4,
+        level: id(AT_INPUTS + index),
+        awaited: true,
     });
     Tables {
         reactions: leak(reactions.collect()),
         triggers: leak(triggers),
         ports: leak(ports),
-        outputs: &[],
+        outputs: leak(outputs.collect()),
         inputs: leak(inputs.collect()),
+        absence: leak((AT_SENDS..AT_SENDS + PORTS).map(|reaction| ReactionId(id(reaction))).collect()),
     }
 }
 
@@ -157,8 +173,8 @@ impl Program for RandomProgram {
         self.delayed[index].capture(tag, &self.ports[index])
     }
 
-    fn encode(&self, _output: OutputId, _bytes: &mut [u8]) -> Result<usize, PayloadError> {
-        Err(PayloadError::Absent)
+    fn encode(&self, output: OutputId, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        self.ports[usize::from(output.0)].encode(bytes)
     }
 
     fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {

@@ -96,6 +96,8 @@ impl<const N: usize> Node<N> {
             federate: *federate,
             delay: *delay,
             max_len: 4,
+            level: 1 + input,
+            awaited: false,
         });
         let network_outputs = outputs.iter().map(|(federate, port, delay)| NetworkOutput {
             name: "node.out",
@@ -104,6 +106,7 @@ impl<const N: usize> Node<N> {
             port: *port,
             delay: *delay,
             max_len: 4,
+            tells_absence: false,
         });
         let tables = Tables {
             reactions: reactions.leak(),
@@ -111,6 +114,7 @@ impl<const N: usize> Node<N> {
             ports: ports.leak(),
             outputs: network_outputs.collect::<Vec<_>>().leak(),
             inputs: network_inputs.collect::<Vec<_>>().leak(),
+            absence: &[],
         };
         tables.check();
         Self {

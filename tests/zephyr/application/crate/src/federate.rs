@@ -80,6 +80,7 @@ pub const TABLES: Tables = Tables {
     ports: &[],
     outputs: &[],
     inputs: &[],
+    absence: &[],
 };
 const _: () = TABLES.check();
 
