@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn federates_in_cycles_without_delay_know_what_to_wait_for_and_what_to_tell() {
+    check("zero_delay");
+}
+
+#[test]
 fn older_forms_compile_with_warnings() {
     check("older_forms");
 }

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::federate::Builder;
 use super::graph::{Link, Node};
 use super::triggers::Source;
+use super::zero_delay::is_immediate;
 use crate::plan::{self, Type, Upstream};
 
 impl Builder<'_> {
@@ -34,6 +35,7 @@ impl Builder<'_> {
                 federate,
                 port: port.and_then(|port| u16::try_from(port).ok()).unwrap_or(u16::MAX),
                 delay_ns: link.delay,
+                tells_absence: self.tells_absence(link),
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
@@ -50,11 +52,36 @@ impl Builder<'_> {
                 trigger: self.sources[&Source::Link(*position)],
                 federate: self.federate_of(link.from),
                 delay_ns: link.delay,
+                level: self.level_of_input(link.to),
+                awaited: self.is_awaited(link),
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
         }
         inputs
+    }
+
+    /// Whether the receiver has to be told when there is no value: it may be waiting for that within a tag. That the
+    /// sender is in another cycle does not matter, for the receivers of the stock runtime wait for it all the same.
+    fn tells_absence(&self, link: &Link) -> bool {
+        let to = usize::from(self.federate_of(link.to));
+        is_immediate(link) && self.context.zero_delay.is_in_one(self.part) && self.context.zero_delay.is_in_one(to)
+    }
+
+    /// Whether reactions have to wait within a tag until it is known what comes: this federate may be at the tag before
+    /// the sender has said all about it, because both are in one cycle.
+    fn is_awaited(&self, link: &Link) -> bool {
+        let from = usize::from(self.federate_of(link.from));
+        is_immediate(link) && self.context.zero_delay.is_common(from, self.part)
+    }
+
+    /// The least level of what sees the port at the end of a connection from another federate.
+    fn level_of_input(&self, port: Node) -> u16 {
+        let (graph, levels) = (self.context.graph, self.context.levels);
+        let readers = graph.readers[port].iter().map(|(reader, _)| levels.steps[*reader]);
+        let outputs = self.context.network.outputs[self.part].iter();
+        let sends = outputs.filter(|link| graph.root[graph.links[**link].from] == port).map(|link| levels.sends[*link]);
+        readers.chain(sends).min().unwrap_or(u16::MAX)
     }
 
     /// The least delay per sending federate; no `after` is less than `after 0`.

@@ -6,8 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::classes::{Described, Places};
 use super::graph::{Graph, Node};
 use super::network::Network;
+use super::order::Levels;
 use super::physical;
 use super::triggers::Source;
+use super::zero_delay::ZeroDelay;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
 use crate::instances::Tree;
@@ -20,9 +22,9 @@ pub(super) struct Context<'a> {
     pub(super) tree: &'a Tree,
     pub(super) parts: &'a Parts,
     pub(super) graph: &'a Graph,
-    /// The level of each reaction of the graph.
-    pub(super) order: &'a [u16],
+    pub(super) levels: &'a Levels,
     pub(super) network: &'a Network,
+    pub(super) zero_delay: &'a ZeroDelay,
     pub(super) places: &'a Places<'a>,
     pub(super) described: &'a Described,
 }
@@ -84,7 +86,7 @@ impl Builder<'_> {
 
     /// All reactions and sends, by level, then in the order of instances.
     fn reactions(&self, diagnostics: &mut Diagnostics) -> Vec<plan::ScheduledReaction> {
-        let Context { graph, tree, classes, order, .. } = *self.context;
+        let Context { graph, tree, classes, levels, .. } = *self.context;
         let mut reactions = Vec::new();
         for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
             let reaction = &classes[tree.instances[step.instance].class.0].reactions[step.reaction];
@@ -105,14 +107,13 @@ impl Builder<'_> {
             let deadline = deadline.and_then(|it| tree.time(step.instance, &it.value, classes, diagnostics));
             reactions.push(plan::ScheduledReaction {
                 name: graph.step_name(position, tree, classes),
-                level: order[position],
+                level: levels.steps[position],
                 deadline_ns: deadline.filter(|ns| *ns != i64::MAX),
                 kind,
             });
         }
         for (output, link) in self.context.network.outputs[self.part].iter().enumerate() {
-            let writers = &graph.writers[graph.root[graph.links[*link].from]];
-            let level = writers.iter().map(|writer| order[*writer].saturating_add(1)).max().unwrap_or_default();
+            let level = levels.sends[*link];
             let kind = plan::ReactionKind::Send(OutputIndex(output));
             reactions.push(plan::ScheduledReaction { name: self.link_name(*link), level, deadline_ns: None, kind });
         }

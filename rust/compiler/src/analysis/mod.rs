@@ -2,7 +2,6 @@
 //! From instances and federates to the plan: storage of ports, levels, order of execution, delays and capacities.
 
 mod classes;
-mod cycles;
 mod ends;
 mod federate;
 mod graph;
@@ -11,6 +10,7 @@ mod order;
 mod physical;
 mod rate;
 mod triggers;
+mod zero_delay;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
@@ -19,6 +19,7 @@ use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, program_name};
 use classes::Places;
 use graph::Graph;
+use zero_delay::ZeroDelay;
 
 /// The TCP port on which an RTI listens when the program says nothing.
 const RTI_PORT: u16 = 15_045;
@@ -34,16 +35,16 @@ pub(crate) fn analyse(
 ) -> Option<Plan> {
     let graph = Graph::build(classes, tree, parts, diagnostics)?;
     let order = order::order(&graph, tree, classes, diagnostics);
-    cycles::between_federates(&graph, parts, diagnostics);
     idle_properties(program, parts, diagnostics);
     if diagnostics.has_errors() {
         return None;
     }
-    let order = order?;
+    let levels = order?;
     let sources = diagnostics.sources().clone();
     let places = Places::new(&sources);
     let described = classes::describe(classes, tree, &places);
     let network = network::number(&graph, parts);
+    let zero_delay = ZeroDelay::find(&graph, parts);
     let mut federates = Vec::new();
     for part in 0..parts.list.len() {
         let context = federate::Context {
@@ -51,8 +52,9 @@ pub(crate) fn analyse(
             tree,
             parts,
             graph: &graph,
-            order: &order,
+            levels: &levels,
             network: &network,
+            zero_delay: &zero_delay,
             places: &places,
             described: &described,
         };

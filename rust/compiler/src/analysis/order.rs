@@ -1,41 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Levels: reactions that write before those that read, and within an instance in the order of declaration.
+//!
+//! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
+//! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
 
 use super::graph::{Graph, Node};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use super::zero_delay::is_immediate;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
 use crate::resolve::Class;
 
-/// Why one reaction comes after another.
-#[derive(Clone, Copy, Debug)]
+/// The levels of all that runs.
+#[derive(Debug)]
+pub(super) struct Levels {
+    /// Per reaction of the graph.
+    pub(super) steps: Vec<u16>,
+    /// Per connection of the graph, the level of sending over it; 0 for those that stay inside a federate.
+    pub(super) sends: Vec<u16>,
+}
+
+/// What runs at a level: reactions by their position in the graph, then connections to other federates by theirs.
+type Vertex = usize;
+
+/// Why one comes after another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reason {
     /// It is declared later in the same reactor.
     Declared,
-    /// It reads a port that the other one writes.
-    Reads(Node),
+    /// It reads or sends a port that the other one writes or fills.
+    Port(Node),
 }
 
-/// The level of every reaction of the graph. Nothing, with a diagnostic, if some wait for each other.
+type Followers = Vec<Vec<(Vertex, Reason)>>;
+
+/// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
+/// for each other.
 pub(super) fn order(
     graph: &Graph,
     tree: &Tree,
     classes: &[Class<'_>],
     diagnostics: &mut Diagnostics,
-) -> Option<Vec<u16>> {
-    let count = graph.steps.len();
-    let followers: Vec<_> = (0..count).map(|_| Vec::new()).collect();
-    let followers = collect_followers(graph, followers);
+) -> Option<Levels> {
+    let followers = collect_followers(graph);
+    let count = followers.len();
     let mut missing = vec![0_usize; count];
     for (follower, _) in followers.iter().flatten() {
         missing[*follower] += 1;
     }
     let mut levels = vec![0_usize; count];
-    let mut ready: Vec<_> = (0..count).filter(|step| missing[*step] == 0).collect();
+    let mut ready: Vec<_> = (0..count).filter(|vertex| missing[*vertex] == 0).collect();
     let mut done = 0;
-    while let Some(step) = ready.pop() {
+    while let Some(vertex) = ready.pop() {
         done += 1;
-        for (follower, _) in &followers[step] {
-            levels[*follower] = levels[*follower].max(levels[step] + 1);
+        for (follower, _) in &followers[vertex] {
+            levels[*follower] = levels[*follower].max(levels[vertex] + 1);
             missing[*follower] -= 1;
             if missing[*follower] == 0 {
                 ready.push(*follower);
@@ -43,99 +61,149 @@ pub(super) fn order(
         }
     }
     if done < count {
-        report_cycle(graph, tree, classes, &followers, &missing, diagnostics);
+        if let Some(cycle) = find_cycle(&followers, &missing) {
+            diagnostics.push(Names { graph, tree, classes }.report(&cycle));
+        }
         return None;
     }
-    levels.into_iter().map(|level| u16::try_from(level).ok()).collect::<Option<Vec<_>>>().or_else(|| {
+    // The highest number stands for "no level".
+    let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
+    let Some(mut steps) = levels.into_iter().map(level).collect::<Option<Vec<_>>>() else {
         let message = "this program has more than 65535 levels of reactions";
         diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
-        None
-    })
+        return None;
+    };
+    let sends = steps.split_off(graph.steps.len());
+    Some(Levels { steps, sends })
 }
 
-type Followers = Vec<Vec<(usize, Reason)>>;
-
-fn collect_followers(graph: &Graph, mut followers: Followers) -> Followers {
+fn collect_followers(graph: &Graph) -> Followers {
+    let sends = graph.steps.len();
+    let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
     for (step, pair) in graph.steps.windows(2).enumerate() {
         if pair[0].instance == pair[1].instance {
             followers[step].push((step + 1, Reason::Declared));
         }
     }
+    // What reads or sends each storing port.
+    let mut behind: Vec<Vec<Vertex>> =
+        graph.readers.iter().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
+    for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
+        behind[graph.root[link.from]].push(sends + position);
+    }
+    let mut follow = |vertex: Vertex, node: Node| {
+        followers[vertex].extend(behind[node].iter().map(|follower| (*follower, Reason::Port(node))));
+    };
     for (node, writers) in graph.writers.iter().enumerate() {
         for writer in writers {
-            for (reader, _) in &graph.readers[node] {
-                followers[*writer].push((*reader, Reason::Reads(node)));
-            }
+            follow(*writer, node);
         }
+    }
+    for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| is_immediate(link)) {
+        follow(sends + position, link.to);
     }
     followers
 }
 
-/// Reports one cycle among the reactions that never became ready.
-fn report_cycle(
-    graph: &Graph,
-    tree: &Tree,
-    classes: &[Class<'_>],
-    followers: &Followers,
-    missing: &[usize],
-    diagnostics: &mut Diagnostics,
-) {
-    let Some(cycle) = find_cycle(followers, missing) else { return };
-    let keyword = |step: usize| {
-        let step = graph.steps[step];
-        classes[tree.instances[step.instance].class.0].reactions[step.reaction].ast.keyword
-    };
-    let name = |step: usize| graph.step_name(step, tree, classes);
-    let mut text = String::new();
-    for (step, reason) in &cycle {
-        text.push_str(&name(*step));
-        match reason {
-            Reason::Declared => text.push_str(" -> "),
-            Reason::Reads(node) => {
-                text.push_str(" -> ");
-                text.push_str(&graph.path(*node, tree, classes));
-                text.push_str(" -> ");
-            }
-        }
-    }
-    text.push_str(&name(cycle[0].0));
-    let message = format!("these reactions wait for each other at the same time: {text}");
-    let mut diagnostic = Diagnostic::new(Code::CausalityLoop, keyword(cycle[0].0), message);
-    for (index, (step, reason)) in cycle.iter().enumerate() {
-        let next = name(cycle[(index + 1) % cycle.len()].0);
-        let label = match reason {
-            Reason::Declared => format!("`{}` comes before `{next}`, which is declared later", name(*step)),
-            Reason::Reads(node) => {
-                format!("`{}` writes `{}`, which `{next}` reads", name(*step), graph.path(*node, tree, classes))
-            }
-        };
-        if index == 0 {
-            diagnostic = diagnostic.label(label);
-        } else {
-            diagnostic = diagnostic.also(keyword(*step), label);
-        }
-    }
-    let declared = cycle.iter().any(|(_, reason)| matches!(reason, Reason::Declared));
-    let hint = if declared {
-        "delay one of the connections by `after` (`after 0` is one microstep), or change the order of the reactions"
-    } else {
-        "delay one of the connections by `after` (`after 0` is one microstep)"
-    };
-    diagnostics.push(diagnostic.hint(hint));
+/// Says where a cycle is.
+struct Names<'a> {
+    graph: &'a Graph,
+    tree: &'a Tree,
+    classes: &'a [Class<'a>],
 }
 
-/// A shortest cycle through the first reaction that has one, as steps with the reason for the next one.
-fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(usize, Reason)>> {
-    (0..missing.len()).filter(|step| missing[*step] > 0).find_map(|start| {
+impl Names<'_> {
+    fn report(&self, cycle: &[(Vertex, Reason)]) -> Diagnostic {
+        let mut text = String::new();
+        for (vertex, reason) in cycle {
+            text.push_str(&self.name(*vertex));
+            text.push_str(" -> ");
+            if let Reason::Port(node) = reason
+                && !self.is_end(*vertex, *node)
+            {
+                text.push_str(&self.path(*node));
+                text.push_str(" -> ");
+            }
+        }
+        text.push_str(&self.name(cycle[0].0));
+        let reactions = cycle.iter().any(|(vertex, _)| *vertex < self.graph.steps.len());
+        let message = if reactions {
+            format!("these reactions wait for each other at the same time: {text}")
+        } else {
+            format!("these connections form a loop without a source: {text}")
+        };
+        let mut diagnostic = Diagnostic::new(Code::CausalityLoop, self.span(cycle[0].0), message);
+        for (index, (vertex, reason)) in cycle.iter().enumerate() {
+            let label = self.label(*vertex, *reason, cycle[(index + 1) % cycle.len()].0);
+            diagnostic = if index == 0 { diagnostic.label(label) } else { diagnostic.also(self.span(*vertex), label) };
+        }
+        let declared = cycle.iter().any(|(_, reason)| matches!(reason, Reason::Declared));
+        diagnostic.hint(if !reactions {
+            "remove one of the connections"
+        } else if declared {
+            "delay one of the connections by `after` (`after 0` is one microstep), or change the order of the reactions"
+        } else {
+            "delay one of the connections by `after` (`after 0` is one microstep)"
+        })
+    }
+
+    fn label(&self, vertex: Vertex, reason: Reason, next: Vertex) -> String {
+        let Reason::Port(node) = reason else {
+            return format!("`{}` comes before `{}`, which is declared later", self.name(vertex), self.name(next));
+        };
+        let follows = match self.link(next) {
+            Some(_) => format!("which is sent to `{}`", self.name(next)),
+            None => format!("which `{}` reads", self.name(next)),
+        };
+        match self.link(vertex) {
+            Some(_) => format!("without `after`, this connection sets `{}` at once, {follows}", self.path(node)),
+            None => format!("`{}` writes `{}`, {follows}", self.name(vertex), self.path(node)),
+        }
+    }
+
+    /// The position of the connection that a vertex stands for, if it is one.
+    fn link(&self, vertex: Vertex) -> Option<usize> {
+        vertex.checked_sub(self.graph.steps.len())
+    }
+
+    /// Whether a connection ends at this port, so that its name is the port's.
+    fn is_end(&self, vertex: Vertex, node: Node) -> bool {
+        self.link(vertex).is_some_and(|link| self.graph.links[link].to == node)
+    }
+
+    fn path(&self, node: Node) -> String {
+        self.graph.path(node, self.tree, self.classes)
+    }
+
+    /// The name of a reaction, or of the port at a connection's end.
+    fn name(&self, vertex: Vertex) -> String {
+        match self.link(vertex) {
+            Some(link) => self.path(self.graph.links[link].to),
+            None => self.graph.step_name(vertex, self.tree, self.classes),
+        }
+    }
+
+    fn span(&self, vertex: Vertex) -> Span {
+        if let Some(link) = self.link(vertex) {
+            return self.graph.links[link].span;
+        }
+        let step = self.graph.steps[vertex];
+        self.classes[self.tree.instances[step.instance].class.0].reactions[step.reaction].ast.keyword
+    }
+}
+
+/// A shortest cycle through the first vertex that has one, with the reason for the next one in each place.
+fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(Vertex, Reason)>> {
+    (0..missing.len()).filter(|vertex| missing[*vertex] > 0).find_map(|start| {
         // Breadth first, so that the path is a short one.
-        let mut from: Vec<Option<(usize, Reason)>> = vec![None; missing.len()];
+        let mut from: Vec<Option<(Vertex, Reason)>> = vec![None; missing.len()];
         let mut queue = std::collections::VecDeque::from([start]);
-        while let Some(step) = queue.pop_front() {
-            for (follower, reason) in followers[step].iter().filter(|(follower, _)| missing[*follower] > 0) {
+        while let Some(vertex) = queue.pop_front() {
+            for (follower, reason) in followers[vertex].iter().filter(|(follower, _)| missing[*follower] > 0) {
                 if from[*follower].is_some() {
                     continue;
                 }
-                from[*follower] = Some((step, *reason));
+                from[*follower] = Some((vertex, *reason));
                 if *follower == start {
                     return Some(path_back(&from, start));
                 }
@@ -146,12 +214,12 @@ fn find_cycle(followers: &Followers, missing: &[usize]) -> Option<Vec<(usize, Re
     })
 }
 
-fn path_back(from: &[Option<(usize, Reason)>], start: usize) -> Vec<(usize, Reason)> {
+fn path_back(from: &[Option<(Vertex, Reason)>], start: Vertex) -> Vec<(Vertex, Reason)> {
     let mut path = Vec::new();
     let mut at = start;
-    while let Some((step, reason)) = from[at] {
-        path.push((step, reason));
-        at = step;
+    while let Some((vertex, reason)) = from[at] {
+        path.push((vertex, reason));
+        at = vertex;
         if at == start {
             break;
         }

@@ -128,8 +128,6 @@ codes! {
 
     /// Reactions that wait for each other.
     CausalityLoop = "E090-causality-loop",
-    /// Federates that wait for each other.
-    FederateCycle = "E091-federate-cycle",
     /// A reaction in the federated reactor itself.
     FederatedReaction = "E092-federated-reaction",
     /// A federated reactor without instances.

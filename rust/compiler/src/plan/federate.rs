@@ -37,8 +37,18 @@ pub struct Federate {
     /// The federates that this one sends to directly, in order of id.
     pub downstream: Vec<u16>,
     /// The least delay in nanoseconds on a path from a physical action, its minimum delay included, to an output to
-    /// another federate; `None` when there is no such path.
+    /// another federate; `None` when there is no such path. In a cycle without delay, the least minimum delay alone.
     pub physical_delay_ns: Option<i64>,
+}
+
+impl Federate {
+    /// The reactions that send outputs with [`NetworkOutput::tells_absence`].
+    pub fn absence(&self) -> Vec<ReactionIndex> {
+        let tells =
+            |kind: &ReactionKind| matches!(kind, ReactionKind::Send(output) if self.outputs[output.0].tells_absence);
+        let reactions = self.reactions.iter().enumerate();
+        reactions.filter(|(_, reaction)| tells(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
+    }
 }
 
 /// An instance of a reactor.
@@ -156,7 +166,7 @@ pub enum TriggerKind {
 pub struct ScheduledReaction {
     /// For people: `unit_a.sensor.reaction_1`, or `unit_a.out -> unit_b.in` for one that sends.
     pub name: String,
-    /// The level; reactions of one level do not depend on each other.
+    /// The level, which is common to all federates; reactions of one level do not depend on each other.
     pub level: u16,
     /// The deadline in nanoseconds.
     pub deadline_ns: Option<i64>,
@@ -204,6 +214,9 @@ pub struct NetworkOutput {
     pub port: u16,
     /// The delay in nanoseconds.
     pub delay_ns: Option<i64>,
+    /// Whether the receiver is told at each tag when there is no value: there is no delay, and both federates are in
+    /// cycles without delay.
+    pub tells_absence: bool,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.
@@ -221,6 +234,12 @@ pub struct NetworkInput {
     pub federate: u16,
     /// The delay in nanoseconds.
     pub delay_ns: Option<i64>,
+    /// The least level of the reactions that see the port that it fills, those that send it included; `u16::MAX` if
+    /// none does.
+    pub level: u16,
+    /// Whether reactions from that level on wait until it is known what comes at a tag: there is no delay, and both
+    /// federates are in the same cycle without delay.
+    pub awaited: bool,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.

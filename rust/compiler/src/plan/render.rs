@@ -145,13 +145,18 @@ impl Plan {
     fn render_output(&self, output: &NetworkOutput, f: &mut Formatter<'_>) -> fmt::Result {
         let peer = self.peer(output.federate);
         let (ty, port, after) = (&output.ty.text, output.port, After(output.delay_ns));
-        write!(f, "{}: {ty}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)
+        write!(f, "{}: {ty}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)?;
+        f.write_str(if output.tells_absence { ", tells absence" } else { "" })
     }
 
     fn render_input(&self, input: &NetworkInput, f: &mut Formatter<'_>) -> fmt::Result {
         let peer = self.peer(input.federate);
         let after = After(input.delay_ns);
-        write!(f, "{}: {}, trigger {}, from {peer}{after}", input.name, input.ty.text, input.trigger)
+        write!(f, "{}: {}, trigger {}, from {peer}{after}", input.name, input.ty.text, input.trigger)?;
+        if input.level < u16::MAX {
+            write!(f, ", seen from level {} on", input.level)?;
+        }
+        f.write_str(if input.awaited { ", awaited" } else { "" })
     }
 
     fn render_neighbours(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {

@@ -46,6 +46,7 @@ impl Module<'_> {
         let triggers = self.trigger_table();
         let ports = self.port_table();
         let (outputs, inputs) = (self.output_table()?, self.input_table()?);
+        let absence = self.reaction_ids(&self.federate.absence());
         Ok(quote! {
             /// What the engine knows of this program.
             pub const TABLES: Tables = Tables {
@@ -54,6 +55,7 @@ impl Module<'_> {
                 ports: &[#(#ports),*],
                 outputs: &[#(#outputs),*],
                 inputs: &[#(#inputs),*],
+                absence: #absence,
             };
             const _: () = TABLES.check();
             /// The memory that the engine needs for it.
@@ -138,6 +140,7 @@ impl Module<'_> {
             let (name, source) = (&output.name, self.symbols.port_id(output.source));
             let (federate, port) = (Literal::u16_unsuffixed(output.federate), Literal::u16_unsuffixed(output.port));
             let (delay, max_len) = (optional_interval(output.delay_ns), self.max_len(output.source)?);
+            let tells_absence = output.tells_absence;
             Ok(quote! {
                 NetworkOutput {
                     name: #name,
@@ -146,6 +149,7 @@ impl Module<'_> {
                     port: #port,
                     delay: #delay,
                     max_len: #max_len,
+                    tells_absence: #tells_absence,
                 }
             })
         };
@@ -157,6 +161,7 @@ impl Module<'_> {
             let (name, trigger) = (&input.name, self.symbols.trigger_id(input.trigger));
             let federate = Literal::u16_unsuffixed(input.federate);
             let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(self.filled(input.trigger))?);
+            let (level, awaited) = (Literal::u16_unsuffixed(input.level), input.awaited);
             Ok(quote! {
                 NetworkInput {
                     name: #name,
@@ -164,6 +169,8 @@ impl Module<'_> {
                     federate: #federate,
                     delay: #delay,
                     max_len: #max_len,
+                    level: #level,
+                    awaited: #awaited,
                 }
             })
         };

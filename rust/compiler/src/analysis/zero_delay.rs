@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Zero-delay cycles: groups of federates each of which reaches the others over connections without `after`.
+//!
+//! Such federates may be at one tag at the same time, and wait within it for each other's values or for word that there
+//! are none. This is sound as long as no reactions wait for each other, which the order of reactions has shown.
+
+use super::graph::{Graph, Link};
+use crate::federates::Parts;
+
+/// Which federates are in zero-delay cycles.
+#[derive(Debug)]
+pub(super) struct ZeroDelay {
+    /// Per federate, those that it reaches over at least one connection without delay.
+    reaches: Vec<Vec<bool>>,
+}
+
+impl ZeroDelay {
+    pub(super) fn find(graph: &Graph, parts: &Parts) -> Self {
+        let count = parts.list.len();
+        let part = |node: usize| parts.of[graph.instance[node]];
+        let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
+        for link in graph.links.iter().filter(|link| is_immediate(link)) {
+            if let (Some(from), Some(to)) = (part(link.from), part(link.to)) {
+                next[from].push(to);
+            }
+        }
+        let reaches = (0..count).map(|start| {
+            let mut reached = vec![false; count];
+            let mut open = next[start].clone();
+            while let Some(at) = open.pop() {
+                if !std::mem::replace(&mut reached[at], true) {
+                    open.extend(&next[at]);
+                }
+            }
+            reached
+        });
+        Self { reaches: reaches.collect() }
+    }
+
+    /// Whether a federate is in a zero-delay cycle.
+    pub(super) fn is_in_one(&self, federate: usize) -> bool {
+        self.reaches[federate][federate]
+    }
+
+    /// Whether two federates are in the same zero-delay cycle.
+    pub(super) fn is_common(&self, one: usize, other: usize) -> bool {
+        self.reaches[one][other] && self.reaches[other][one]
+    }
+}
+
+/// Whether a value arrives in another federate at the tag at which it is sent.
+pub(super) fn is_immediate(link: &Link) -> bool {
+    link.network && link.delay.is_none()
+}
