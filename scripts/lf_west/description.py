@@ -24,6 +24,8 @@ class Rti:
     federates: int
     clock_sync: str
     clock_sync_trials: int
+    # Whether the RTI tells federates which of their next event tags nobody waits for.
+    dnet: bool
 
 
 @dataclass(frozen=True)
@@ -140,6 +142,7 @@ def _rti(item: Any) -> Rti:
         federates=_number(item["federates"]),
         clock_sync=_text(item["clock_sync"]),
         clock_sync_trials=_number(item["clock_sync_trials"]),
+        dnet=_truth(item["dnet"]),
     )
 
 
@@ -155,6 +158,12 @@ def _participant(item: Any) -> Participant:
         kconfig=Path(_text(item["kconfig"])),
         overlay=Path(_text(item["overlay"])),
     )
+
+
+def _truth(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError(f"{value!r} is neither true nor false")
+    return value
 
 
 def _text(value: Any) -> str:

@@ -41,7 +41,10 @@ class Federation:
     def rti_command(self) -> list[str]:
         """The RTI, with the options that the program asks for."""
         words = [str(self.lfz), "rti", "--id", self.federation_id, "--port", str(self.port)]
-        words += ["--number_of_federates", str(self.rti.federates), "--clock_sync", self.rti.clock_sync]
+        words += ["--number_of_federates", str(self.rti.federates)]
+        if not self.rti.dnet:
+            words.append("--dnet_disabled")
+        words += ["--clock_sync", self.rti.clock_sync]
         if self.rti.clock_sync != "off":
             words += ["exchanges-per-interval", str(self.rti.clock_sync_trials)]
         return self._guarded(words)

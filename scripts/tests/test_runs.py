@@ -160,6 +160,13 @@ def test_clock_sync_can_be_off(world: World) -> None:
     assert planned(world).rti_command()[-2:] == ["--clock_sync", "off"]
 
 
+def test_dnet_can_be_off(world: World) -> None:
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    world.write({**source, "rti": {**source["rti"], "dnet": False}})
+    assert "--dnet_disabled" in planned(world).rti_command()
+
+
 def test_federation_ids_differ_and_fit_on_the_wire(world: World) -> None:
     world.program("grid-a", "")
     source = description.load(world.description).source

@@ -61,6 +61,9 @@ pub struct Federation {
     pub clock_sync: ClockSync,
     /// The least delay from a physical action to an output to another federate; `None` when there is no such path.
     pub physical_delay: Option<Interval>,
+    /// The target property `advance-message-interval`: how often the federate tells how far it has got while its
+    /// outputs depend on physical actions; longer than 0.
+    pub advance_interval: Interval,
     /// Bytes of the receive buffer, at least [`buffer_bytes`] of the longest payload that can come.
     pub input_bytes: usize,
     /// Bytes of the send buffer, at least [`buffer_bytes`] of the longest payload that can be sent.

@@ -119,6 +119,9 @@ pub struct RunArgs {
     /// Stop the program after this time, counted from its start: `90`, `90s`, `1.5 min`.
     #[arg(long, value_name = "TIME", value_parser = time::parse)]
     pub timeout: Option<Duration>,
+    /// Run this RTI instead of the one in `lfz`: a program with the stock RTI's options.
+    #[arg(long, value_name = "PROGRAM")]
+    pub rti: Option<PathBuf>,
     /// Record a trace of each participant; not supported yet.
     #[arg(long, value_name = "DIR", hide = true, value_parser = refuse_trace)]
     pub trace: Option<PathBuf>,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz run`
 
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use lf_compiler::plan::{ClockSync, Plan, Rti};
@@ -60,8 +61,24 @@ fn federation(
     let output = Output::of_this_process(std::iter::once(RTI_NAME).chain(names));
     let mut supervisor = Supervisor::new(limits, interrupts, output);
     let id = federation_id(&rti.federation_id);
-    supervisor.start(RTI_NAME, Role::Rti, &mut rti_command(&built.plan, rti, &id)?)?;
-    if let Some(port) = supervisor.wait_for_line(listening_port)? {
+    let port = match &arguments.rti {
+        None => {
+            // A program that names no port of its own gets any free one, so that several may run at once.
+            let port = if rti.port == PORT_DEFAULT { 0 } else { rti.port };
+            let mut command = guard::command(std::env::current_exe()?)?;
+            command.arg("rti");
+            supervisor.start(RTI_NAME, Role::Rti, command.args(rti_options(&built.plan, port, &id)))?;
+            supervisor.wait_for_line(listening_port)?
+        }
+        Some(program) => {
+            // Another RTI neither chooses a port nor says where it listens; the federates try until it does.
+            let port = if rti.port == PORT_DEFAULT { free_port()? } else { rti.port };
+            let mut command = guard::command(program)?;
+            supervisor.start(RTI_NAME, Role::Rti, command.args(rti_options(&built.plan, port, &id)))?;
+            Some(port)
+        }
+    };
+    if let Some(port) = port {
         for federate in &built.plan.federates {
             let program =
                 built.programs.get(&federate.name).map(Path::new).ok_or_else(|| {
@@ -79,17 +96,25 @@ fn federation(
     })
 }
 
-fn rti_command(plan: &Plan, rti: &Rti, id: &str) -> Result<Command, Failure> {
-    let mut command = guard::command(std::env::current_exe()?)?;
-    // A program that names no port of its own gets any free one, so that several may run at once.
-    let port = if rti.port == PORT_DEFAULT { 0 } else { rti.port };
-    command.args(["rti", "--id", id, "--port", &port.to_string()]);
-    command.args(["--number_of_federates", &plan.federates.len().to_string(), "--clock_sync"]);
+/// What the program asks of its RTI, in the stock RTI's words.
+fn rti_options(plan: &Plan, port: u16, id: &str) -> Vec<String> {
+    let (port, count) = (port.to_string(), plan.federates.len().to_string());
+    let mut options = vec!["--id", id, "--port", &port, "--number_of_federates", &count];
+    if !plan.target.dnet {
+        options.push("--dnet_disabled");
+    }
+    // These come last, because the stock RTI does not read the word behind them.
+    let trials = plan.target.clock_sync_trials.to_string();
     match plan.target.clock_sync {
-        ClockSync::Off => command.arg("off"),
-        ClockSync::Init => command.args(["init", "exchanges-per-interval", &plan.target.clock_sync_trials.to_string()]),
-    };
-    Ok(command)
+        ClockSync::Off => options.extend(["--clock_sync", "off"]),
+        ClockSync::Init => options.extend(["--clock_sync", "init", "exchanges-per-interval", &trials]),
+    }
+    options.into_iter().map(str::to_owned).collect()
+}
+
+/// A port that nothing listens on now.
+fn free_port() -> Result<u16, Failure> {
+    Ok(TcpListener::bind((Ipv4Addr::UNSPECIFIED, 0))?.local_addr()?.port())
 }
 
 /// An id that no other run has, so that a federate which outlives its federation cannot join another one.

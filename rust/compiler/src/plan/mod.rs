@@ -42,6 +42,9 @@ pub struct Plan {
     pub federates: Vec<Federate>,
 }
 
+/// The advance message interval of a program that names none, as in LF.
+pub(crate) const ADVANCE_INTERVAL_NS_DEFAULT: i64 = 10_000_000;
+
 /// Target properties, with LF's defaults where the program sets none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Target {
@@ -57,6 +60,11 @@ pub struct Target {
     pub clock_sync: ClockSync,
     /// `clock-sync-options: {trials}`: exchanges of the initial clock synchronization.
     pub clock_sync_trials: u16,
+    /// `coordination-options: {advance-message-interval}` in nanoseconds: how often a federate whose outputs depend on
+    /// physical actions tells how far it has got.
+    pub advance_interval_ns: i64,
+    /// `DNET`: whether the RTI tells federates which of their next event tags nobody waits for.
+    pub dnet: bool,
     /// `platform: {name}`, if given.
     pub platform: Option<String>,
     /// `platform: {board}`, if given.
@@ -74,6 +82,8 @@ impl Default for Target {
             logging: Logging::Info,
             clock_sync: ClockSync::Init,
             clock_sync_trials: 10,
+            advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
+            dnet: true,
             platform: None,
             board: None,
             user_threads: 0,

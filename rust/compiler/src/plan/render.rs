@@ -4,8 +4,8 @@
 use core::fmt::{self, Display, Formatter};
 
 use super::{
-    Argument, Federate, NetworkInput, NetworkOutput, Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction,
-    Target, Trigger, TriggerKind, Value,
+    ADVANCE_INTERVAL_NS_DEFAULT, Argument, Federate, NetworkInput, NetworkOutput, Plan, Port, ReactionIndex,
+    ReactionKind, ScheduledReaction, Target, Trigger, TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.
@@ -79,6 +79,12 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
         words.push("keepalive".to_owned());
     }
     words.push(format!("logging {:?}", target.logging).to_lowercase());
+    if target.advance_interval_ns != ADVANCE_INTERVAL_NS_DEFAULT {
+        words.push(format!("advance message interval {}", Time(target.advance_interval_ns)));
+    }
+    if !target.dnet {
+        words.push("no DNET".to_owned());
+    }
     writeln!(f, "  target Rust: {}", words.join(", "))
 }
 

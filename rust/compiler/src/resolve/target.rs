@@ -10,6 +10,8 @@ use crate::syntax::{UNITS, nanoseconds};
 /// Properties that are honoured.
 const HONOURED: &[&str] = &[
     "coordination",
+    "coordination-options",
+    "DNET",
     "clock-sync",
     "clock-sync-options",
     "platform",
@@ -26,8 +28,7 @@ const HONOURED: &[&str] = &[
 
 /// Properties of LF that are not, with what to do instead.
 const REFUSED: &[(&str, &str)] = &[
-    ("advance-message-interval", "it belongs into `coordination-options`, which is not supported yet"),
-    ("coordination-options", "remove it"),
+    ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("build-type", "remove it and choose when building: `lfz build --release`"),
     ("build", "remove it"),
     ("cargo-dependencies", "remove it; bodies have `core`, on Linux `std`, and the reactor API"),
@@ -53,7 +54,6 @@ const REFUSED: &[(&str, &str)] = &[
     ("communication-type", "remove it; federates talk over TCP"),
     ("comm-type", "remove it; federates talk over TCP"),
     ("sst", "remove it"),
-    ("DNET", "remove it; the RTI decides"),
     ("fed-setup", "remove it"),
     ("verify", "remove it"),
     ("print-statistics", "remove it"),
@@ -137,6 +137,8 @@ impl Reader {
                 None => {}
             },
             "clock-sync-options" => self.clock_sync_options(key, value),
+            "coordination-options" => self.coordination_options(key, value),
+            "DNET" => self.target.dnet = self.boolean(key, value).unwrap_or(true),
             "platform" => self.platform(key, value),
             // There is one event loop without worker threads, which both values allow.
             "threading" | "single-threaded" => {
@@ -253,6 +255,26 @@ impl Reader {
                 }
                 "test-offset" | "collect-stats" => self.refuse_value(key, value, "remove it"),
                 _ => self.unknown(key, ["trials", "local-federates-on", "attenuation", "period"].into_iter()),
+            }
+        }
+    }
+
+    fn coordination_options(&mut self, key: &Name, value: &PropertyValue) {
+        let PropertyKind::Map(properties) = &value.kind else {
+            return self.bad(key, value, "a list of options in braces");
+        };
+        self.unique(properties);
+        for Property { key, value } in properties {
+            if key.text != "advance-message-interval" {
+                self.unknown(key, ["advance-message-interval"].into_iter());
+            } else if matches!(value.kind, PropertyKind::Time(TimeValue::Forever)) {
+                self.bad(key, value, "a time after which progress is told again");
+            } else {
+                match self.time(key, value) {
+                    Some(0) => self.bad(key, value, "a time longer than 0"),
+                    Some(ns) => self.target.advance_interval_ns = ns,
+                    None => {}
+                }
             }
         }
     }

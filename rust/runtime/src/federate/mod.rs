@@ -133,6 +133,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,
             physical_delay: federation.physical_delay,
+            advance_interval: federation.advance_interval,
             ..Config::new(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;

@@ -203,6 +203,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
         clock_sync: ClockSync::Init { trials: plan.trials },
         physical_delay: None,
+        advance_interval: Interval::from_millis(10),
         input_bytes: bytes + plan.spare_bytes,
         output_bytes: bytes,
     }

@@ -248,6 +248,7 @@ impl Module<'_> {
             }
         };
         let physical_delay = optional_interval(federate.physical_delay_ns);
+        let advance_interval = interval(self.plan.target.advance_interval_ns);
         quote! {
             Some(lf::runtime::Federation {
                 id: #id,
@@ -259,6 +260,7 @@ impl Module<'_> {
                 downstream: &[#(#downstream),*],
                 clock_sync: #clock_sync,
                 physical_delay: #physical_delay,
+                advance_interval: #advance_interval,
                 input_bytes: INPUT_BYTES,
                 output_bytes: OUTPUT_BYTES,
             })
