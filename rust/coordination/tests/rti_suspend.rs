@@ -5,7 +5,7 @@
 mod rti_support;
 
 use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, Node, PathDelay, Rti, RtiStorage, Slot, Suspended, Upstream, Verdict,
+    ClockSync, Config, Connection, ConnectionId, Node, PathWords, Rti, RtiStorage, Slot, Suspended, Verdict,
 };
 use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure};
@@ -22,8 +22,8 @@ struct Memory {
     slots: [Slot; FEDERATES],
     nodes: [Node; FEDERATES],
     connections: [Connection; FEDERATES],
-    delays: [PathDelay; FEDERATES * FEDERATES],
-    upstream: [Upstream; FEDERATES * FEDERATES],
+    paths: [PathWords; 2 * FEDERATES * FEDERATES],
+    upstream: [PathWords; FEDERATES * FEDERATES],
     in_transit: [Tag; FEDERATES * IN_TRANSIT],
 }
 
@@ -33,8 +33,8 @@ impl Memory {
             slots: [Slot::EMPTY; FEDERATES],
             nodes: [Node::EMPTY; FEDERATES],
             connections: [Connection::EMPTY; FEDERATES],
-            delays: [PathDelay::EMPTY; FEDERATES * FEDERATES],
-            upstream: [Upstream::EMPTY; FEDERATES * FEDERATES],
+            paths: [[0; 2]; 2 * FEDERATES * FEDERATES],
+            upstream: [[0; 2]; FEDERATES * FEDERATES],
             in_transit: [Tag::NEVER; FEDERATES * IN_TRANSIT],
         }
     }
@@ -44,7 +44,7 @@ impl Memory {
             slots: &mut self.slots,
             nodes: &mut self.nodes,
             connections: &mut self.connections,
-            delays: &mut self.delays,
+            paths: &mut self.paths,
             upstream: &mut self.upstream,
             in_transit: &mut self.in_transit,
         }

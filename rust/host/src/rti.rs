@@ -4,8 +4,8 @@
 use std::fmt;
 
 pub use lf_coordination::rti::Outcome;
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathDelay};
-use lf_coordination::rti::{RtiStorage, Slot, Upstream};
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathWords};
+use lf_coordination::rti::{RtiStorage, Slot};
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform as _};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
@@ -99,8 +99,8 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
             slots: &mut vec![Slot::default(); count],
             nodes: &mut vec![Node::default(); count],
             connections: &mut vec![Connection::default(); connections],
-            delays: &mut vec![PathDelay::default(); count * count],
-            upstream: &mut vec![Upstream::default(); count * count],
+            paths: &mut vec![PathWords::default(); 2 * count * count],
+            upstream: &mut vec![PathWords::default(); count * count],
             in_transit: &mut vec![Tag::NEVER; count * IN_TRANSIT],
         },
         inlets: &mut inlets,

@@ -9,20 +9,12 @@ use lf_wire::june_2026::DELAY_NONE;
 /// No delay at all is (0, 0), one microstep is (0, 1). Joining paths is not commutative, because a delay with a time
 /// resets the microstep of what it delays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PathDelay {
+pub(super) struct PathDelay {
     time: i64,
     microsteps: u32,
 }
 
-impl Default for PathDelay {
-    fn default() -> Self {
-        Self::EMPTY
-    }
-}
-
 impl PathDelay {
-    /// What fresh storage holds.
-    pub const EMPTY: Self = Self::NO_PATH;
     /// There is no such path. Greater than every delay.
     pub(super) const NO_PATH: Self = Self { time: i64::MAX, microsteps: u32::MAX };
     /// No delay.
@@ -38,6 +30,16 @@ impl PathDelay {
             time if time > 0 => Some(Self { time, microsteps: 0 }),
             _ => None,
         }
+    }
+
+    /// Its time in nanoseconds, and its microsteps.
+    pub(super) const fn parts(self) -> (i64, u32) {
+        (self.time, self.microsteps)
+    }
+
+    /// The delay of a time in nanoseconds and microsteps.
+    pub(super) const fn of_parts(time: i64, microsteps: u32) -> Self {
+        Self { time, microsteps }
     }
 
     pub(super) fn is_path(self) -> bool {

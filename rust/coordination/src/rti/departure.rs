@@ -103,9 +103,9 @@ impl Rti<'_> {
         }
         let slot = &mut self.slots[federate];
         slot.membership = Membership::Departed;
-        slot.next_event = Tag::FOREVER;
         slot.address = [0; 4];
         slot.port = ADDRESS_PORT_UNKNOWN;
+        self.graph.set_next_event(federate, Tag::FOREVER);
         self.advance_downstream(federate, outlet);
         self.grant_stop_if_agreed(outlet);
     }

@@ -13,8 +13,10 @@ impl Rti<'_> {
         if !self.config.dnet {
             return;
         }
-        for upstream in 0..self.slots.len() {
-            if upstream != federate && self.graph.delay(upstream, federate).is_path() {
+        let row = self.graph.nodes[federate].incoming;
+        for index in 0..row.len {
+            let upstream = self.graph.other_end(row, index);
+            if upstream != federate {
                 self.offer_downstream_next_event(upstream, Some(federate), outlet);
             }
         }
@@ -30,7 +32,7 @@ impl Rti<'_> {
     ) {
         let tag = self.downstream_next_event(federate, because);
         let slot = &self.slots[federate];
-        if tag == slot.dnet || slot.next_event > tag || self.connection_of(federate).is_none() {
+        if tag == slot.dnet || self.graph.next_event(federate) > tag || self.connection_of(federate).is_none() {
             return;
         }
         match self.ready_for_tag(federate, outlet) {
@@ -45,20 +47,14 @@ impl Rti<'_> {
     /// The latest tag of a federate that can matter to any federate downstream. NEVER if all do, as in a cycle without
     /// delay, and as long as the next event of one of them is unknown.
     fn downstream_next_event(&self, federate: usize, because: Option<usize>) -> Tag {
-        let mut earliest = Tag::FOREVER;
-        if self.graph.in_zero_delay_cycle(federate) {
+        let in_cycle = match because {
+            Some(downstream) => self.graph.in_zero_delay_cycle(downstream),
+            None => self.graph.leads_to_zero_delay_cycle(federate),
+        };
+        if in_cycle || self.graph.in_zero_delay_cycle(federate) {
             return Tag::NEVER;
         }
-        for (downstream, slot) in self.slots.iter().enumerate() {
-            let delay = self.graph.delay(federate, downstream);
-            if downstream == federate || !delay.is_path() {
-                continue;
-            }
-            if because.is_none_or(|because| because == downstream) && self.graph.in_zero_delay_cycle(downstream) {
-                return Tag::NEVER;
-            }
-            earliest = earliest.min(delay.before(slot.next_event));
-        }
+        let earliest = self.graph.earliest_needed(federate);
         match self.start {
             Some(start) if earliest >= Tag::at(start) => earliest,
             _ => Tag::NEVER,

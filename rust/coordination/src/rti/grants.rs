@@ -10,7 +10,6 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::Message;
 
 use super::delay::latest_before;
-use super::graph::Graph;
 use super::storage::Membership;
 use super::{Outlet, Rti, Slot, id};
 use crate::tag::to_wire;
@@ -32,8 +31,7 @@ impl Rti<'_> {
         let mut granted = self.advance_one(federate, outlet).map(|tag| (federate, tag));
         while let Some((federate, tag)) = granted.take() {
             self.demand_upstream(federate, tag);
-            while let Some(next) = self.slots.iter().position(|slot| slot.look) {
-                self.slots[next].look = false;
+            while let Some(next) = self.graph.take_mark() {
                 if let Some(tag) = self.advance_one(next, outlet) {
                     granted = Some((next, tag));
                     break;
@@ -46,7 +44,7 @@ impl Rti<'_> {
     fn advance_one(&mut self, federate: usize, outlet: &mut impl Outlet) -> Option<Tag> {
         let start = self.start?;
         self.connection_of(federate)?;
-        let grant = grant(self.slots, &self.graph, federate, start)?;
+        let grant = self.grant(federate, start)?;
         let Some(connection) = self.ready_for_tag(federate, outlet) else {
             self.slots[federate].pending.grant = true;
             return None;
@@ -68,101 +66,111 @@ impl Rti<'_> {
     /// A federate has got a PTAG: those immediately upstream are looked at.
     fn demand_upstream(&mut self, federate: usize, tag: Tag) {
         let by = id(federate).0;
-        for connection in self.graph.upstream(federate) {
-            let upstream = &mut self.slots[connection.federate()];
+        for index in 0..self.graph.upstreams(federate) {
+            let (from, _) = self.graph.upstream(federate, index);
+            let upstream = &mut self.slots[from];
             if upstream.demand.is_none_or(|(demanded, _)| demanded < tag) {
                 upstream.demand = Some((tag, by));
             }
-            upstream.look = true;
+            self.graph.mark(from);
         }
     }
-}
 
-/// What a federate can be granted now beyond what it has been granted already.
-fn grant(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, start: Instant) -> Option<Grant> {
-    let Slot { next_event, granted, provisional, .. } = slots[federate];
-    let new = |tag: Tag| tag > granted && tag >= provisional;
-    let waits = !graph.upstream(federate).is_empty();
-    if waits {
-        let completed = completed_upstream(slots, graph, federate);
-        if completed >= next_event && new(completed) {
+    /// What a federate can be granted now beyond what it has been granted already.
+    fn grant(&mut self, federate: usize, start: Instant) -> Option<Grant> {
+        let Slot { granted, provisional, .. } = self.slots[federate];
+        let new = |tag: Tag| tag > granted && tag >= provisional;
+        let waits = self.graph.upstreams(federate) > 0;
+        if waits && let Some(completed) = self.completed_upstream(federate) {
             return Some(Grant::Final(completed));
         }
-    }
-    let earliest = earliest_incoming(slots, graph, federate, start);
-    if waits {
-        // Asking for the earliest message may have made an unknown next event one at the start.
-        let next_event = slots[federate].next_event;
-        if earliest > next_event && next_event != Tag::NEVER && new(latest_before(earliest)) {
-            return Some(Grant::Final(latest_before(earliest)));
-        }
-        if earliest == next_event
-            && graph.in_zero_delay_cycle(federate)
-            && next_event > granted.max(provisional)
-            && earliest_incoming_strict(slots, graph, federate, start) > next_event
-        {
-            return Some(Grant::Provisional(next_event));
-        }
-    }
-    let demanded = demand(slots, federate)?;
-    if earliest > demanded {
-        return new(demanded).then_some(Grant::Final(demanded));
-    }
-    let provisionally = earliest == demanded
-        && demanded > granted.max(provisional)
-        && earliest_incoming_strict(slots, graph, federate, start) > demanded;
-    provisionally.then_some(Grant::Provisional(demanded))
-}
-
-/// The tag at which a federate downstream may wait for what this one does, unless it has got on meanwhile.
-fn demand(slots: &[Slot], federate: usize) -> Option<Tag> {
-    let (tag, by) = slots[federate].demand?;
-    let downstream = &slots[usize::from(by)];
-    let waits = slots[federate].completed < tag
-        && matches!(downstream.membership, Membership::Joined(_))
-        && downstream.completed < tag
-        && downstream.granted < tag
-        && downstream.provisional == tag;
-    waits.then_some(tag)
-}
-
-/// Up to which tag all federates immediately upstream have completed what can lead to a message.
-fn completed_upstream(slots: &[Slot], graph: &Graph<'_>, federate: usize) -> Tag {
-    let connections = graph.upstream(federate).iter();
-    let present = connections.filter(|upstream| matches!(slots[upstream.federate()].membership, Membership::Joined(_)));
-    let completed = present.map(|upstream| upstream.delay().after_strictly(slots[upstream.federate()].completed));
-    completed.min().unwrap_or(Tag::FOREVER)
-}
-
-/// The earliest tag with which a message may still come from any federate upstream, however indirectly.
-///
-/// A federate that has not announced anything is taken to have its next event at the start, from now on.
-fn earliest_incoming(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, start: Instant) -> Tag {
-    let mut earliest = Tag::FOREVER;
-    for (slot, delay) in slots.iter_mut().zip(graph.delays_to(federate)) {
-        if delay.is_path() {
-            if slot.next_event == Tag::NEVER {
-                slot.next_event = Tag::at(start);
+        let earliest = self.graph.earliest_incoming(federate, start);
+        if waits {
+            // Asking for the earliest message may have made an unknown next event one at the start.
+            let next_event = self.graph.next_event(federate);
+            if earliest > next_event && next_event != Tag::NEVER && new(latest_before(earliest)) {
+                return Some(Grant::Final(latest_before(earliest)));
             }
-            earliest = earliest.min(delay.after(slot.next_event));
+            if earliest == next_event
+                && self.graph.in_zero_delay_cycle(federate)
+                && next_event > granted.max(provisional)
+                && self.earliest_incoming_strict(federate, start) > next_event
+            {
+                return Some(Grant::Provisional(next_event));
+            }
         }
+        let demanded = self.demand(federate)?;
+        if earliest > demanded {
+            return new(demanded).then_some(Grant::Final(demanded));
+        }
+        let provisionally = earliest == demanded
+            && demanded > granted.max(provisional)
+            && self.earliest_incoming_strict(federate, start) > demanded;
+        provisionally.then_some(Grant::Provisional(demanded))
     }
-    earliest
-}
 
-/// The same, but only over the immediate connections from federates that are not in the same cycle without delay.
-///
-/// What those in the same cycle send at the tag is what the receiver of a PTAG waits for. Those in another cycle are
-/// not waited for, so nothing may come from them any more; the stock RTI exempts them too.
-fn earliest_incoming_strict(slots: &mut [Slot], graph: &Graph<'_>, federate: usize, start: Instant) -> Tag {
-    let mut earliest = Tag::FOREVER;
-    for upstream in graph.upstream(federate) {
-        let from = upstream.federate();
-        if graph.share_zero_delay_cycle(from, federate) {
-            continue;
-        }
-        let incoming = earliest_incoming(slots, graph, from, start);
-        earliest = earliest.min(upstream.delay().after(slots[from].next_event.min(incoming)));
+    /// The tag at which a federate downstream may wait for what this one does, unless it has got on meanwhile.
+    fn demand(&self, federate: usize) -> Option<Tag> {
+        let (tag, by) = self.slots[federate].demand?;
+        let downstream = &self.slots[usize::from(by)];
+        let waits = self.slots[federate].completed < tag
+            && matches!(downstream.membership, Membership::Joined(_))
+            && downstream.completed < tag
+            && downstream.granted < tag
+            && downstream.provisional == tag;
+        waits.then_some(tag)
     }
-    earliest
+
+    /// Up to which tag all federates immediately upstream have completed what can lead to a message, if that reaches
+    /// the next event and is more than has been granted.
+    ///
+    /// As long as it is not, one that has not completed enough is remembered and asked first. So this costs one step,
+    /// unless that one has got on; and each federate that has got on is gone over once for each grant.
+    fn completed_upstream(&mut self, federate: usize) -> Option<Tag> {
+        let Slot { granted, provisional, .. } = self.slots[federate];
+        let next_event = self.graph.next_event(federate);
+        let count = self.graph.upstreams(federate);
+        let mut index = self.graph.nodes[federate].hindrance;
+        let mut least = Tag::FOREVER;
+        for _ in 0..count {
+            // The connections may be others than when it was remembered.
+            index = if index < count { index } else { 0 };
+            let completed = self.completed_by(federate, index);
+            if completed < next_event || completed < provisional || completed <= granted {
+                self.graph.nodes[federate].hindrance = index;
+                return None;
+            }
+            least = least.min(completed);
+            index += 1;
+        }
+        Some(least)
+    }
+
+    /// What one federate immediately upstream has completed, seen from this one. One that is not there sends nothing.
+    fn completed_by(&self, federate: usize, index: usize) -> Tag {
+        let (from, delay) = self.graph.upstream(federate, index);
+        let upstream = &self.slots[from];
+        match upstream.membership {
+            Membership::Joined(_) => delay.after_strictly(upstream.completed),
+            _ => Tag::FOREVER,
+        }
+    }
+
+    /// The earliest tag with which a message may still come, but only over the immediate connections from federates
+    /// that are not in the same cycle without delay.
+    ///
+    /// What those in the same cycle send at the tag is what the receiver of a PTAG waits for. Those in another cycle
+    /// are not waited for, so nothing may come from them any more; the stock RTI exempts them too.
+    fn earliest_incoming_strict(&mut self, federate: usize, start: Instant) -> Tag {
+        let mut earliest = Tag::FOREVER;
+        for index in 0..self.graph.upstreams(federate) {
+            let (from, delay) = self.graph.upstream(federate, index);
+            if self.graph.share_zero_delay_cycle(from, federate) {
+                continue;
+            }
+            let incoming = self.graph.earliest_incoming(from, start);
+            earliest = earliest.min(delay.after(self.graph.next_event(from).min(incoming)));
+        }
+        earliest
+    }
 }

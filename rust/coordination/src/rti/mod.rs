@@ -19,19 +19,23 @@
 //!
 //! [`Rti::suspend`] and [`Rti::resume`] are for searches through all that can happen.
 //!
-//! A NET or LTC costs a pass over the federates for each one that is upstream or downstream of its sender, and nothing
-//! for the others; a message that is forwarded costs a look at its destination, unless it changes a next event.
+//! A NET or LTC costs a step for each federate that is upstream or downstream of its sender, however indirectly (see
+//! `earliest`), and nothing for the others; a message that is forwarded costs a look at its destination, unless it
+//! changes a next event.
 
 mod config;
 mod delay;
 mod departure;
 mod downstream;
+mod earliest;
 mod grants;
 mod graph;
 mod handshake;
 mod in_transit;
 mod outlet;
+mod path;
 mod running;
+mod search;
 mod sending;
 mod start;
 mod stop;
@@ -46,9 +50,9 @@ pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT, START_DELAY,
     STOP_REPLY_TIME_OUT, SetupError,
 };
-pub use delay::PathDelay;
-pub use graph::{Node, Upstream};
+pub use graph::Node;
 pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
+pub use path::PathWords;
 pub use storage::{Connection, RtiStorage, Slot};
 pub use suspend::Suspended;
 
@@ -108,12 +112,12 @@ impl<'s> Rti<'s> {
     pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;
-        let RtiStorage { slots, nodes, connections, delays, upstream, in_transit } = storage;
+        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
         slots.fill(Slot::default());
         connections.fill(Connection::default());
-        // Storage may be larger than needed; the graph relies on exact rows.
-        let graph = Graph::new(&mut nodes[..count], upstream, &mut delays[..count * count]);
+        // Storage may be larger than needed; the graph relies on the number of nodes.
+        let graph = Graph::new(&mut nodes[..count], upstream, paths, config.dnet);
         Ok(Self {
             limits: config.limits(count),
             config,

@@ -101,8 +101,8 @@ impl Rti<'_> {
     /// The next event of a federate is at `tag`, or at that of the first message on its way to it.
     fn on_next_event(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
         let tag = tag.min(self.in_transit(federate).earliest());
-        self.slots[federate].next_event = tag;
-        if self.graph.upstream(federate).is_empty() {
+        self.graph.set_next_event(federate, tag);
+        if self.graph.upstreams(federate) == 0 {
             // It needs no grant, so this counts as one.
             self.slots[federate].granted = tag;
         } else {
@@ -122,10 +122,9 @@ impl Rti<'_> {
 
     /// Something has changed that can let the federates downstream of this one advance.
     pub(super) fn advance_downstream(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        for downstream in 0..self.slots.len() {
-            if self.graph.delay(federate, downstream).is_path() {
-                self.advance(downstream, outlet);
-            }
+        let row = self.graph.nodes[federate].outgoing;
+        for index in 0..row.len {
+            self.advance(self.graph.other_end(row, index), outlet);
         }
     }
 
@@ -149,7 +148,7 @@ impl Rti<'_> {
         } else {
             outlet.notice(Notice::Late { from: id(from), to: id(to) });
         }
-        if tag < self.slots[to].next_event {
+        if tag < self.graph.next_event(to) {
             self.on_next_event(to, tag, outlet);
         }
         Ok(step)

@@ -79,9 +79,11 @@ impl Rti<'_> {
         self.stop.granted = true;
         self.stop.deadline = None;
         let tag = self.stop.tag;
-        for slot in self.slots.iter_mut().filter(|slot| slot.membership != Membership::Departed) {
-            slot.next_event = slot.next_event.min(tag);
-        }
+        let slots = &self.slots;
+        self.graph.change_next_events(|federate, next_event| match slots[federate].membership {
+            Membership::Departed => next_event,
+            _ => next_event.min(tag),
+        });
         outlet.notice(Notice::StopGranted(tag));
         self.broadcast(|_| true, |pending| pending.stop_granted = true, outlet);
     }

@@ -5,10 +5,10 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::ADDRESS_PORT_UNKNOWN;
 
 use super::config::SetupError;
-use super::delay::PathDelay;
-use super::graph::{Node, Upstream};
+use super::graph::Node;
 use super::in_transit::Ring;
 use super::outlet::ConnectionId;
+use super::path::PathWords;
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -20,10 +20,11 @@ pub struct RtiStorage<'s> {
     /// One for each connection that can be open at once: n, and a few more so that wrong ones can be told why they
     /// are refused.
     pub connections: &'s mut [Connection],
-    /// Delays of paths between any two: n × n.
-    pub delays: &'s mut [PathDelay],
+    /// Paths between any two federates, seen from either end: 2 × n × n. What the federation does not use is not
+    /// touched, so its pages cost nothing where the system gives them when they are first written.
+    pub paths: &'s mut [PathWords],
     /// Connections between federates: n × the most upstream federates that one may have, which n always suffices for.
-    pub upstream: &'s mut [Upstream],
+    pub upstream: &'s mut [PathWords],
     /// Messages in transit: n × how many different tags of messages to one federate are remembered exactly, at least 1.
     /// See the argument in the module `in_transit`: in cycles, as many as can be outstanding within the delays.
     pub in_transit: &'s mut [Tag],
@@ -38,7 +39,7 @@ impl RtiStorage<'_> {
         let parts = [
             ("federates in the graph", count, self.nodes.len()),
             ("connections", count, self.connections.len()),
-            ("delays", count.saturating_mul(count), self.delays.len()),
+            ("paths", count.saturating_mul(count).saturating_mul(2), self.paths.len()),
             ("messages in transit", count, self.in_transit.len()),
         ];
         match parts.into_iter().find(|(_, needed, found)| found < needed) {
@@ -85,8 +86,6 @@ pub struct Slot {
     pub(super) pending: Pending,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
-    /// Next event: NEVER while none is known. Lowered by messages in transit.
-    pub(super) next_event: Tag,
     /// Latest tag completed.
     pub(super) completed: Tag,
     /// Latest TAG sent.
@@ -97,8 +96,6 @@ pub struct Slot {
     pub(super) dnet: Tag,
     /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
     pub(super) demand: Option<(Tag, u16)>,
-    /// Because of a demand, this federate is to be looked at before anything else happens.
-    pub(super) look: bool,
     /// Messages on their way to it.
     pub(super) in_transit: Ring,
     /// It has asked to stop, or has agreed to.
@@ -117,13 +114,11 @@ impl Slot {
         membership: Membership::Free,
         pending: Pending::NONE,
         clock: None,
-        next_event: Tag::NEVER,
         completed: Tag::NEVER,
         granted: Tag::NEVER,
         provisional: Tag::NEVER,
         dnet: Tag::NEVER,
         demand: None,
-        look: false,
         in_transit: Ring::EMPTY,
         stop_agreed: false,
         address: [0; 4],

@@ -28,6 +28,7 @@ impl<'s> Rti<'s> {
     pub fn suspend(mut self) -> Suspended {
         for federate in 0..self.slots.len() {
             self.in_transit(federate).normalize();
+            self.graph.normalize(federate);
         }
         // All fields are named, so that whoever adds one is asked whether it belongs here.
         let Self {
@@ -53,12 +54,19 @@ impl<'s> Rti<'s> {
     pub fn resume(config: Config<'s>, storage: RtiStorage<'s>, state: Suspended) -> Result<Self, SetupError> {
         config.check()?;
         storage.check()?;
-        let RtiStorage { slots, nodes, connections, delays, upstream, in_transit } = storage;
+        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
-        let graph = Graph::resume(&mut nodes[..count], upstream, &mut delays[..count * count]);
+        let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
         let Suspended { start, stop, loss, aborted } = state;
         let limits = config.limits(count);
         Ok(Self { config, limits, slots, connections, graph, in_transit, start, stop, loss, aborted })
+    }
+}
+
+impl Graph<'_> {
+    /// Forgets what only saves work.
+    fn normalize(&mut self, federate: usize) {
+        self.nodes[federate].hindrance = 0;
     }
 }
 

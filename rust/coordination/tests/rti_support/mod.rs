@@ -3,12 +3,12 @@
 #![allow(dead_code, unreachable_pub, reason = "every test file uses another part of it")]
 
 pub mod peer;
+pub mod plain;
 
 use std::convert::Infallible;
 
 use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathDelay, Rti, RtiStorage, Slot, Upstream,
-    Verdict,
+    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathWords, Rti, RtiStorage, Slot, Verdict,
 };
 use lf_golden::RtiSetup;
 use lf_golden::replay::{self, Received};
@@ -97,8 +97,8 @@ impl World {
             slots: vec![Slot::default(); federates].leak(),
             nodes: vec![Node::default(); federates].leak(),
             connections: vec![Connection::default(); connections].leak(),
-            delays: vec![PathDelay::default(); federates * federates].leak(),
-            upstream: vec![Upstream::default(); federates * upstream].leak(),
+            paths: vec![PathWords::default(); 2 * federates * federates].leak(),
+            upstream: vec![PathWords::default(); federates * upstream].leak(),
             in_transit: vec![Tag::NEVER; federates * in_transit].leak(),
         };
         let rti = Rti::new(config, storage).expect("the storage fits");

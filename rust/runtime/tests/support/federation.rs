@@ -6,8 +6,7 @@ use std::net::SocketAddrV4;
 use std::sync::Mutex;
 
 use lf_coordination::rti::{
-    AfterLoss, ClockSync as RtiClockSync, Config, Connection, Node as GraphNode, Outcome, PathDelay, RtiStorage, Slot,
-    Upstream,
+    AfterLoss, ClockSync as RtiClockSync, Config, Connection, Node as GraphNode, Outcome, PathWords, RtiStorage, Slot,
 };
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
@@ -174,8 +173,8 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
             slots: &mut vec![Slot::default(); count],
             nodes: &mut vec![GraphNode::default(); count],
             connections: &mut vec![Connection::default(); connections],
-            delays: &mut vec![PathDelay::default(); count * count],
-            upstream: &mut vec![Upstream::default(); count * count],
+            paths: &mut vec![PathWords::default(); 2 * count * count],
+            upstream: &mut vec![PathWords::default(); count * count],
             in_transit: &mut vec![Tag::NEVER; count * 64],
         },
         inlets: &mut inlets,

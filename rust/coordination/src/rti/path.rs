@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a path between two federates lies in memory.
+
+use super::delay::PathDelay;
+
+/// The storage of one [`Path`]. It is plain numbers, so that memory as it comes from the system, all zero, is good as
+/// it is: what a federation does not use is then never touched.
+pub type PathWords = [u64; 2];
+
+/// A path to or from a federate, with the least delay of all that lead the same way; or one connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Path {
+    /// The federate at the other end.
+    pub(super) federate: u16,
+    pub(super) delay: PathDelay,
+    /// Where this same path stands in the row of the federate at the other end.
+    pub(super) place: u16,
+}
+
+impl Path {
+    /// The words that hold the path. The number beside it is left as it is.
+    pub(super) fn write(self, words: &mut PathWords) {
+        let (time, microsteps) = self.delay.parts();
+        // At most one for each federate that the path goes through, whose number has 16 bits.
+        let microsteps = microsteps.min(u16::MAX.into());
+        let beside = words[1] & BESIDE;
+        *words = [
+            time.cast_unsigned(),
+            u64::from(self.federate) | u64::from(microsteps) << 16 | u64::from(self.place) << 32 | beside,
+        ];
+    }
+
+    /// The path that the words hold.
+    pub(super) fn read(words: &PathWords) -> Self {
+        let [time, rest] = *words;
+        Self {
+            federate: part(rest, 0),
+            delay: PathDelay::of_parts(time.cast_signed(), part(rest, 16).into()),
+            place: part(rest, 32),
+        }
+    }
+}
+
+/// The federate at the other end, without the rest of the path.
+pub(super) fn federate(words: &PathWords) -> usize {
+    part(words[1], 0).into()
+}
+
+/// The bits of a number that lies beside the path and has nothing to do with it: a node of the tournament of a row.
+const BESIDE: u64 = 0xffff << 48;
+
+/// The number beside a path.
+pub(super) fn beside(words: &PathWords) -> u16 {
+    part(words[1], 48)
+}
+
+/// Sets the number beside a path.
+pub(super) fn set_beside(words: &mut PathWords, number: u16) {
+    words[1] = words[1] & !BESIDE | u64::from(number) << 48;
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "16 bits are taken out of 64")]
+fn part(word: u64, shift: u32) -> u16 {
+    (word >> shift) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(
+            time in 0..i64::MAX, microsteps: u16, federate: u16, place: u16, first: u16, second: u16,
+        ) {
+            let path = Path { federate, delay: PathDelay::of_parts(time, microsteps.into()), place };
+            let mut words = PathWords::default();
+            set_beside(&mut words, first);
+            path.write(&mut words);
+            prop_assert_eq!((Path::read(&words), beside(&words)), (path, first));
+            prop_assert_eq!(super::federate(&words), usize::from(federate));
+            set_beside(&mut words, second);
+            prop_assert_eq!((Path::read(&words), beside(&words)), (path, second));
+        }
+    }
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The search for all paths of the federation, made once when all neighbor structures are there.
+
+use super::delay::PathDelay;
+use super::graph::{Graph, Node, Row, number};
+use super::path::Path;
+
+impl Graph<'_> {
+    /// Works out all paths, once all neighbor structures are there.
+    pub(super) fn find_paths(&mut self) {
+        let mut end = 0;
+        for to in 0..self.nodes.len() {
+            self.find_delays_to(to);
+            let start = end;
+            for from in 0..self.nodes.len() {
+                let Node { delay, ref mut outgoing, .. } = self.nodes[from];
+                if delay.is_path() {
+                    Path { federate: number(from), delay, place: 0 }.write(&mut self.paths[end]);
+                    outgoing.len += 1;
+                    end += 1;
+                }
+            }
+            self.nodes[to].incoming = Row { start, len: end - start };
+        }
+        self.turn_rows(end);
+        self.find_cycles();
+        self.find_all_earliest();
+    }
+
+    /// Makes the rows of the paths that lead from each federate, whose lengths are known, of those that lead to each.
+    fn turn_rows(&mut self, start: usize) {
+        let mut end = start;
+        for node in self.nodes.iter_mut() {
+            let start = end;
+            end += node.outgoing.len;
+            node.outgoing = Row { start, len: 0 };
+        }
+        for to in 0..self.nodes.len() {
+            let incoming = self.nodes[to].incoming;
+            for index in 0..incoming.len {
+                let path = Path::read(&self.paths[incoming.start + index]);
+                let outgoing = &mut self.nodes[usize::from(path.federate)].outgoing;
+                let place = outgoing.len;
+                outgoing.len += 1;
+                let turned = outgoing.start + place;
+                Path { federate: number(to), place: number(index), ..path }.write(&mut self.paths[turned]);
+                Path { place: number(place), ..path }.write(&mut self.paths[incoming.start + index]);
+            }
+        }
+    }
+
+    /// Finds the cycles without delay: two federates are in the same one if there is no delay either way.
+    fn find_cycles(&mut self) {
+        for federate in 0..self.nodes.len() {
+            let Node { incoming, outgoing, .. } = self.nodes[federate];
+            let paths = |row: Row| self.paths[row.start..][..row.len].iter().map(Path::read);
+            let mut back = paths(outgoing).filter(|path| path.delay == PathDelay::ZERO).peekable();
+            // Both rows rise, so they can be gone through side by side.
+            let first = paths(incoming).filter(|path| path.delay == PathDelay::ZERO).find(|path| {
+                while back.next_if(|other| other.federate < path.federate).is_some() {}
+                back.peek().is_some_and(|other| other.federate == path.federate)
+            });
+            self.nodes[federate].cycle = first.map(|path| path.federate);
+        }
+        for federate in 0..self.nodes.len() {
+            let row = self.nodes[federate].outgoing;
+            let others = (0..row.len).map(|index| self.other_end(row, index)).filter(|other| *other != federate);
+            let leads = others.into_iter().any(|other| self.nodes[other].cycle.is_some());
+            self.nodes[federate].leads_to_cycle = leads;
+        }
+    }
+
+    /// Goes upstream from one federate and corrects delays until none becomes less. Every federate is in the queue at
+    /// most once, so the queue never holds more than there are; it ends because no path with a cycle is less than the
+    /// path without.
+    fn find_delays_to(&mut self, to: usize) {
+        let count = self.nodes.len();
+        for node in self.nodes.iter_mut() {
+            node.delay = PathDelay::NO_PATH;
+        }
+        let (mut head, mut waiting) = (0, 0);
+        let mut at = to;
+        let mut rest = PathDelay::ZERO;
+        loop {
+            for index in 0..self.nodes[at].upstreams {
+                let (from, delay) = self.upstream(at, index);
+                let delay = delay.then(rest);
+                if delay >= self.nodes[from].delay {
+                    continue;
+                }
+                self.nodes[from].delay = delay;
+                // A path that comes back to where it ends is a cycle, and goes no farther.
+                if from != to && !self.nodes[from].queued {
+                    self.nodes[from].queued = true;
+                    self.nodes[(head + waiting) % count].queue = number(from);
+                    waiting += 1;
+                }
+            }
+            if waiting == 0 {
+                return;
+            }
+            at = self.nodes[head].queue.into();
+            self.nodes[at].queued = false;
+            rest = self.nodes[at].delay;
+            head = (head + 1) % count;
+            waiting -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use lf_wire::june_2026::{DELAY_NONE, NeighborStructure};
+    use proptest::prelude::*;
+    use std::vec;
+    use std::vec::Vec;
+
+    pub(in crate::rti) const FEDERATES: u16 = 6;
+
+    pub(in crate::rti) fn edges() -> impl Strategy<Value = Vec<(u16, u16, i64)>> {
+        let delay = prop_oneof![Just(DELAY_NONE), Just(0), 1..20i64];
+        proptest::collection::vec((0..FEDERATES, 0..FEDERATES, delay), 0..20)
+    }
+
+    pub(in crate::rti) fn with_graph<R>(edges: &[(u16, u16, i64)], look: impl FnOnce(&mut Graph<'_>) -> R) -> R {
+        let n = usize::from(FEDERATES);
+        let mut nodes = vec![Node::default(); n];
+        // What the storage contains does not matter.
+        let (mut upstream, mut paths) = (vec![[u64::MAX; 2]; n * n], vec![[u64::MAX; 2]; 2 * n * n]);
+        let mut graph = Graph::new(&mut nodes, &mut upstream, &mut paths, true);
+        for to in 0..FEDERATES {
+            let list: Vec<_> = edges.iter().filter(|edge| edge.1 == to).map(|edge| (edge.0, edge.2)).collect();
+            let neighbors = NeighborStructure::new(&list, &[]);
+            graph.set_upstream(to.into(), neighbors.upstream()).unwrap();
+        }
+        graph.find_paths();
+        look(&mut graph)
+    }
+
+    /// All paths by joining shorter ones, until nothing changes: another way to the same matrix.
+    fn reference(edges: &[(u16, u16, i64)]) -> Vec<PathDelay> {
+        let n = usize::from(FEDERATES);
+        let mut matrix = vec![PathDelay::NO_PATH; n * n];
+        for _ in 0..=2 * n {
+            for &(from, to, delay) in edges {
+                let connection = PathDelay::of_connection(delay).unwrap();
+                for end in 0..n {
+                    let rest = if end == usize::from(to) { PathDelay::ZERO } else { matrix[end * n + usize::from(to)] };
+                    let entry = &mut matrix[end * n + usize::from(from)];
+                    *entry = (*entry).min(connection.then(rest));
+                }
+            }
+        }
+        matrix
+    }
+
+    /// The paths of one row, by the number of the federate at the other end.
+    fn row(graph: &Graph<'_>, row: Row) -> Vec<Path> {
+        graph.paths[row.start..][..row.len].iter().map(Path::read).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn the_rows_are_those_of_a_plain_relaxation(edges in edges()) {
+            let expected = reference(&edges);
+            let n = usize::from(FEDERATES);
+            with_graph(&edges, |graph| {
+                let mut found = vec![PathDelay::NO_PATH; n * n];
+                for to in 0..n {
+                    let incoming = row(graph, graph.nodes[to].incoming);
+                    prop_assert!(incoming.is_sorted_by_key(|path| path.federate));
+                    for (index, path) in incoming.iter().enumerate() {
+                        found[to * n + usize::from(path.federate)] = path.delay;
+                        let from = row(graph, graph.nodes[usize::from(path.federate)].outgoing);
+                        prop_assert!(from.is_sorted_by_key(|path| path.federate));
+                        let turned = Path { federate: number(to), delay: path.delay, place: number(index) };
+                        prop_assert_eq!(from[usize::from(path.place)], turned);
+                    }
+                }
+                prop_assert_eq!(&found, &expected);
+                for one in 0..n {
+                    for other in 0..n {
+                        let back_and_forth = [expected[one * n + other], expected[other * n + one]];
+                        let share = back_and_forth == [PathDelay::ZERO; 2];
+                        prop_assert_eq!(graph.share_zero_delay_cycle(one, other), share);
+                    }
+                }
+                Ok(())
+            })?;
+        }
+    }
+
+    #[test]
+    fn only_a_cycle_without_any_delay_counts_as_one() {
+        let zero = with_graph(&[(0, 1, DELAY_NONE), (1, 0, DELAY_NONE), (1, 2, DELAY_NONE)], |graph| {
+            [0, 1, 2].map(|federate| graph.in_zero_delay_cycle(federate))
+        });
+        assert_eq!(zero, [true, true, false]);
+        let microstep = with_graph(&[(0, 1, DELAY_NONE), (1, 0, 0)], |graph| graph.in_zero_delay_cycle(0));
+        assert!(!microstep);
+    }
+
+    #[test]
+    fn cycles_without_delay_that_are_linked_one_way_are_two() {
+        let edges = [(0, 1), (1, 0), (2, 3), (3, 2), (1, 2)].map(|(from, to)| (from, to, DELAY_NONE));
+        with_graph(&edges, |graph| {
+            assert!((0..4).all(|federate| graph.in_zero_delay_cycle(federate)));
+            assert!(graph.share_zero_delay_cycle(0, 1) && graph.share_zero_delay_cycle(3, 2));
+            assert!(!graph.share_zero_delay_cycle(1, 2) && !graph.share_zero_delay_cycle(2, 1));
+        });
+    }
+}
