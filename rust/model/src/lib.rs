@@ -67,6 +67,9 @@ pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
 pub mod prelude {
     pub use core::time::Duration;
 
+    // Its `Vec` and `String` are the values of varying length that can be sent.
+    pub use ::heapless;
+
     pub use crate::Offset::{After, Asap};
     pub use crate::{
         EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,

@@ -39,6 +39,8 @@ impl Lfz {
     pub fn command<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Command {
         let mut command = Command::new(Self::path());
         command.current_dir(repository()).args(arguments);
+        // Nobody debugs these programs, and without that they are compiled in half the time and a tenth of the space.
+        command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0");
         command
     }
 

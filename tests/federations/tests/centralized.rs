@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Centralized coordination as a whole: each program in `programs/centralized` runs as processes of their own, and what
+//! its federates print is the expected trace beside the program. `README.md` says which of LF's own tests each covers.
+//!
+//! `INSTA_UPDATE=always cargo test -p lf-federations --test centralized` rewrites the traces. With `LF_TEST_RTI` in the
+//! environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
+
+use lf_federations::{Finished, Lfz, Run, programs};
+
+/// Far longer than any of the programs takes; what hangs is ended, and its output shown.
+const TIME_LIMIT: &str = "--timeout=180s";
+
+/// Runs these programs, all at the same time because they mostly wait, and compares what they print.
+fn check(names: &[&str]) {
+    let rti = std::env::var("LF_TEST_RTI").map(|program| format!("--rti={program}"));
+    let arguments: Vec<&str> = std::iter::once(TIME_LIMIT).chain(rti.as_deref()).collect();
+    let run = |name: &&str| Lfz::run(&format!("centralized-{name}"), &program(name), &arguments);
+    let runs: Vec<(&str, Run)> = names.iter().map(|name| (*name, run(name))).collect();
+    for (name, run) in runs {
+        let finished = run.finish();
+        assert_eq!(finished.code(), 0, "{name}: {finished}");
+        insta::with_settings!({
+            snapshot_path => "../programs/centralized",
+            prepend_module_to_snapshot => false,
+            omit_expression => true,
+        }, {
+            insta::assert_snapshot!(name, trace(&finished));
+        });
+    }
+}
+
+fn program(name: &str) -> std::path::PathBuf {
+    programs().join("centralized").join(format!("{name}.lf"))
+}
+
+/// What each federate has printed, one federate after the other. What a federate says of its own part in the
+/// federation is no result of the program, unless it is a warning.
+fn trace(finished: &Finished) -> String {
+    let lines = finished.lines.iter().filter_map(|line| line.split_once(" | "));
+    let mut lines: Vec<(&str, &str)> = lines
+        .map(|(name, text)| (name.trim_end(), text))
+        .filter(|(name, text)| *name != "RTI" && !text.starts_with("info: "))
+        .collect();
+    lines.sort_by_key(|(name, _)| *name);
+    let lines: Vec<String> = lines.iter().map(|(name, text)| format!("{name}: {text}")).collect();
+    if lines.is_empty() { "nothing".to_owned() } else { lines.join("\n") }
+}
+
+/// Messages without cycles: fan-in, fan-out, chains, several connections of one pair, inputs that are absent.
+#[test]
+fn messages_keep_their_tags() {
+    check(&["Alternating", "FourSources", "TwoSources", "Interleaved", "FourChannels", "OneEach", "ParallelSinks"]);
+    check(&["ParallelSources", "ParallelPairs", "TopLevel", "Unconnected", "DelayInside", "LogicalLongChain"]);
+}
+
+/// `after`, microsteps, and messages that share a time but not a tag.
+#[test]
+fn delays_and_microsteps_are_kept_across_federates() {
+    check(&["CountAfter", "StepsApart", "SameTagTwice", "Bursts", "Switches", "OwnEcho", "ToItself"]);
+}
+
+#[test]
+fn values_of_all_kinds_arrive_unchanged() {
+    check(&["Texts", "Letters", "Greeting", "FixedArray", "ScaledArray", "Arrays"]);
+}
+
+/// The stop tag is one for all, whoever asks for it, how often and when.
+#[test]
+fn all_federates_stop_at_one_tag() {
+    check(&["StopTwice", "StopAtOnce", "StopInShutdown"]);
+}
+
+#[test]
+fn deadlines_count_what_a_federate_upstream_takes() {
+    check(&["Deadlines"]);
+}
+
+/// Federates downstream go on while nothing comes from the physical action upstream, and miss nothing that does.
+#[test]
+fn physical_actions_upstream_hold_nobody_up() {
+    check(&["PhysicalChain", "PhysicalLongChain", "PhysicalBehindAfter", "PhysicalParallelPaths", "PhysicalBursts"]);
+}
+
+/// Of several ways from a physical action to an output, the shortest bounds what a federate promises.
+#[test]
+fn the_shortest_way_from_a_physical_action_counts() {
+    let file = program("PhysicalDelayPaths");
+    let mut command = Lfz::command(["plan"]);
+    command.arg(&file);
+    let plan = Run::start(command).finish();
+    assert_eq!(plan.code(), 0, "{plan}");
+    let delays = plan.lines.iter().filter(|line| line.contains("least delay from a physical action"));
+    let delays: Vec<&str> = delays.map(|line| line.trim()).collect();
+    assert_eq!(delays, ["least delay from a physical action to another federate: 2 s"], "{plan}");
+    check(&["PhysicalDelayPaths"]);
+}
