@@ -8,7 +8,7 @@ use lf_coordination::rti::{AfterLoss, Cause, ClockSync, Config, ConnectionId, Ou
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, NeighborStructure, RejectCode, decode};
 use lf_wire::{Limits, Tag};
-use rti_support::{Sizes, World};
+use rti_support::{Awaited, Sizes, World};
 
 const FEDERATION: &[u8] = b"dialogue";
 /// Federates and delays.
@@ -260,7 +260,7 @@ fn a_sender_waits_while_its_destination_does_not_read() {
         world.outlet.list[connections[0].0].incoming.extend(bytes);
     }
     world.pump(connections[0]);
-    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[1]));
+    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
     assert_eq!(world.outlet.list[connections[0].0].incoming.len(), 8 * 121);
     let mut received = Vec::new();
     while !world.outlet.list[connections[1].0].outgoing.is_empty() {
@@ -279,7 +279,7 @@ fn a_sender_whose_destination_leaves_need_not_wait() {
         for ns in 1..4 {
             world.message(connections[0], &message(1, ns, &[0; 100]));
         }
-        assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[1]));
+        assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[1])));
         if resigns {
             world.message(connections[1], &Message::Resign);
         } else {
@@ -316,7 +316,7 @@ fn a_reply_without_room_holds_the_question_back() {
         world.outlet.list[connections[0].0].incoming.extend(bytes);
     }
     world.pump(connections[0]);
-    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(connections[0]));
+    assert_eq!(world.outlet.list[connections[0].0].blocked, Some(Awaited::Room(connections[0])));
     let mut replies = 0;
     while !world.outlet.list[connections[0].0].outgoing.is_empty() {
         replies += read(&mut world, connections[0]).len();

@@ -51,6 +51,7 @@ struct Case {
     seed: u64,
     in_transit: usize,
     output: usize,
+    window: usize,
 }
 
 fn case(cycles: bool) -> impl Strategy<Value = Case> {
@@ -64,13 +65,14 @@ fn case(cycles: bool) -> impl Strategy<Value = Case> {
             any::<u64>(),
             in_transit,
             OUTPUT_MIN..120usize,
+            1..5usize,
         )
-            .prop_map(|(edges, events, seed, in_transit, output)| {
+            .prop_map(|(edges, events, seed, in_transit, output, window)| {
                 let plans = events
                     .into_iter()
                     .zip(0u16..)
                     .map(|((events, honours_dnet), id)| plan(&edges, events, honours_dnet, id));
-                Case { plans: plans.collect(), seed, in_transit, output }
+                Case { plans: plans.collect(), seed, in_transit, output, window }
             })
     })
 }
@@ -115,10 +117,10 @@ struct Run {
 
 impl Run {
     fn new(case: Case) -> Self {
-        let Case { plans, seed, in_transit, output } = case;
+        let Case { plans, seed, in_transit, output, window } = case;
         let federates = plans.len();
         let sizes = Sizes { federates, connections: federates, upstream: federates, in_transit, output };
-        let mut world = World::new(config(), sizes);
+        let mut world = World::new(Config { window, ..config() }, sizes);
         let peers = plans.into_iter().zip(0u16..).map(|(plan, id)| Peer::new(id, plan, world.connect(), FEDERATION));
         let peers = peers.collect();
         Self { world, peers, dice: Dice(seed) }

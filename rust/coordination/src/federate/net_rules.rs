@@ -4,6 +4,9 @@
 //! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again. A
 //! DNET says that no NET up to and including it matters to anybody downstream.
 //!
+//! One rule is added: the NET after a tag with messages is told in any case. Only then the RTI knows that this federate
+//! has left that tag, and can tell a receiver that is too far behind from one whose messages have tags to come.
+//!
 //! One NET at most is due. A later one replaces it, for it says all that the earlier one said.
 
 use lf_model::time::Tag;
@@ -24,6 +27,10 @@ pub(super) struct NetRules {
     told: Option<Tag>,
     /// The NET to be transmitted.
     due: Option<Tag>,
+    /// The tag begun last.
+    current: Tag,
+    /// The latest tag at which messages have been sent, if no NET has been transmitted that is later.
+    untold: Option<Tag>,
     /// The NET that was left out since.
     skipped: Option<Tag>,
 }
@@ -39,6 +46,8 @@ impl NetRules {
             sent: Tag::NEVER,
             told: None,
             due: None,
+            current: Tag::NEVER,
+            untold: None,
             skipped: None,
         }
     }
@@ -71,6 +80,7 @@ impl NetRules {
     /// The NET has been transmitted.
     pub(super) fn transmitted(&mut self) {
         self.told = self.due.take();
+        self.untold = self.untold.filter(|at| self.told <= Some(*at));
     }
 
     /// The next event is at `tag`.
@@ -82,13 +92,13 @@ impl NetRules {
         } else {
             self.dnet < tag || self.has_upstream
         };
-        self.announce(tag, needed);
+        self.announce(tag, needed || self.untold.is_some());
     }
 
     /// Before `bound` this federate will do nothing, but a physical action may come then, before its next event.
     pub(super) fn bounded(&mut self, bound: Tag) {
         let needed = self.dnet < bound || (self.has_upstream && self.granted < bound);
-        self.announce(bound, needed);
+        self.announce(bound, needed || self.untold.is_some());
     }
 
     /// A DNET. A NET that was left out may be needed now.
@@ -110,10 +120,12 @@ impl NetRules {
     /// A message with this tag goes out: its receiver's next event is not later, whatever the RTI has said before.
     pub(super) fn message_sent(&mut self, tag: Tag) {
         self.dnet = self.dnet.min(tag);
+        self.untold = Some(self.current);
     }
 
     /// This tag has been begun: the NET of an earlier one would tell of an event that is over.
     pub(super) fn begun(&mut self, tag: Tag) {
+        self.current = tag;
         self.due = self.due.filter(|due| *due >= tag);
         self.skipped = self.skipped.filter(|skipped| *skipped >= tag);
     }

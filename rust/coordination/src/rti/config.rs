@@ -18,6 +18,9 @@ pub const CONNECTION_TIME_OUT: Interval = Interval::from_secs(10);
 /// How long all may take to answer a stop request.
 pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
+/// How many tags of messages a receiver may be behind its senders.
+pub const WINDOW: usize = 16;
+
 /// Which clock synchronization the RTI offers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockSync {
@@ -57,6 +60,10 @@ pub struct Config<'a> {
     pub connection_time_out: Interval,
     /// How long all may take to answer a stop request.
     pub stop_reply_time_out: Interval,
+    /// How many different tags with messages a federate may have before it while more are passed on to it from senders
+    /// that are past them; at least 1. If its memory for messages in transit is less, that counts. See the module
+    /// `window`.
+    pub window: usize,
     /// Longest payload that is forwarded, in bytes. Input and output buffers have to hold the whole message.
     pub payload_bytes_max: usize,
 }
@@ -72,6 +79,7 @@ impl<'a> Config<'a> {
             after_loss: AfterLoss::GoOn,
             connection_time_out: CONNECTION_TIME_OUT,
             stop_reply_time_out: STOP_REPLY_TIME_OUT,
+            window: WINDOW,
             payload_bytes_max,
         }
     }
@@ -92,6 +100,9 @@ impl<'a> Config<'a> {
         if self.start_time_multiple.is_some_and(|multiple| multiple.as_nanos() <= 0) {
             return Err(SetupError::StartTimeMultiple);
         }
+        if self.window == 0 {
+            return Err(SetupError::Window);
+        }
         Ok(())
     }
 }
@@ -106,6 +117,8 @@ pub enum SetupError {
     },
     /// The start time cannot be a multiple of nothing.
     StartTimeMultiple,
+    /// No message could ever be passed on.
+    Window,
     /// There are no slots, or more than a federate id can name.
     Federates {
         /// Number of slots.
@@ -129,6 +142,7 @@ impl fmt::Display for SetupError {
                 write!(f, "the federation id has {bytes} bytes, at most {FEDERATION_ID_BYTES_MAX} are possible")
             }
             Self::StartTimeMultiple => f.write_str("the start time can be a multiple of a positive time only"),
+            Self::Window => f.write_str("the window has to let one tag with messages through at least"),
             Self::Federates { slots } => {
                 write!(f, "a federation has from 1 to {} federates, not {slots}", u16::MAX)
             }

@@ -53,6 +53,13 @@ impl InTransit<'_> {
         self.ring.fog.map_or(exact, |(from, _)| exact.min(from))
     }
 
+    /// Whether messages of at least `count` different tags before `limit` are on their way, as far as is known. A fog
+    /// that ends before it holds more than are counted here.
+    pub(super) fn has_before(&mut self, limit: Tag, count: usize) -> bool {
+        let last = count.clamp(1, self.storage.len()) - 1;
+        (last < self.ring.len && *self.at(last) < limit) || self.ring.fog.is_some_and(|(_, to)| to < limit)
+    }
+
     /// Remembers a message. Returns whether a fog has come up by that.
     ///
     /// Costs one step if its tag is the latest so far, which is the rule; else a step for each later one.

@@ -7,7 +7,7 @@
 //! - [`Rti::handle_connect`] for every new connection;
 //! - [`Rti::handle_input`] for what has been read, as long as it consumes something: at most one message per call;
 //! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, input that is
-//!   [`Verdict::Blocked`] by that connection is offered again;
+//!   [`Verdict::Blocked`] by that connection is offered again, as is, after input, what is [`Verdict::Held`] for it;
 //! - [`Rti::handle_disconnect`] when a connection has ended and all its input has been offered;
 //! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
 //!
@@ -41,6 +41,7 @@ mod start;
 mod stop;
 mod storage;
 mod suspend;
+mod window;
 
 use lf_model::time::Instant;
 use lf_wire::Limits;
@@ -48,7 +49,7 @@ use lf_wire::june_2026::message_bytes_max;
 
 pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT, START_DELAY,
-    STOP_REPLY_TIME_OUT, SetupError,
+    STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
 pub use graph::Node;
 pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
@@ -150,6 +151,11 @@ impl<'s> Rti<'s> {
     /// The start time, once all federates have joined and told their clocks.
     pub fn start_time(&self) -> Option<Instant> {
         self.start
+    }
+
+    /// The tag at which all stop, once they have agreed on it.
+    pub fn stop_tag(&self) -> Option<Tag> {
+        self.stop.granted()
     }
 
     /// Bytes of the longest message that is accepted: what the buffers of every connection have to hold at least, for

@@ -53,6 +53,12 @@ pub enum Verdict {
     /// connection meanwhile, and offer it again after [`handle_writable`](super::Rti::handle_writable) for the named
     /// one, or when the named one is closed in either direction, by whomever.
     Blocked(ConnectionId),
+    /// The message at the front has to wait until the federate on the named connection, its destination, has got on.
+    /// Keep it, do not read its own connection meanwhile, and offer it again each time that input of the named
+    /// connection has been offered, whatever has become of that; when that connection is closed in either direction,
+    /// by whomever; and once [`stop_tag`](super::Rti::stop_tag) is known. Connections never wait for each other in a
+    /// circle.
+    Held(ConnectionId),
     /// The connection is closed. Forget its input.
     Closed,
 }

@@ -47,6 +47,9 @@ impl Rti<'_> {
         let step = match decode(bytes, &self.limits) {
             Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
             Ok(Decoded::Complete { message, len }) => {
+                if let Some(verdict) = self.hold(federate, &message, bytes, len, outlet) {
+                    return verdict;
+                }
                 self.handle_message(now, federate, connection, &message, outlet).map(|step| (step, len))
             }
             // The stock programs skip such a byte, so that a message without content can be added to the protocol.
@@ -89,7 +92,10 @@ impl Rti<'_> {
                 return self.on_tagged_message(federate, to, from_wire(tag), message, outlet);
             }
             Message::PortAbsent { federate: to, .. } => return self.forward(federate, to, message, outlet),
-            Message::NextEventTag(tag) => self.on_next_event(federate, from_wire(tag), outlet),
+            Message::NextEventTag(tag) => {
+                self.slots[federate].announced = from_wire(tag);
+                self.on_next_event(federate, from_wire(tag), outlet);
+            }
             Message::LatestTagComplete(tag) => self.on_complete(federate, from_wire(tag), outlet),
             Message::StopRequest(tag) => self.on_stop_request(now, federate, from_wire(tag), outlet),
             Message::StopReply(tag) => self.on_stop_reply(federate, from_wire(tag), outlet),

@@ -29,6 +29,10 @@ impl Stop {
         self.tag
     }
 
+    pub(super) fn granted(&self) -> Option<Tag> {
+        self.granted.then_some(self.tag)
+    }
+
     pub(super) fn deadline(&self) -> Option<Instant> {
         self.deadline
     }
@@ -58,6 +62,11 @@ impl Rti<'_> {
     pub(super) fn on_stop_reply(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
         self.agree_to_stop(federate, tag);
         self.grant_stop_if_agreed(outlet);
+    }
+
+    /// Whether a stop waits for the answer of this federate.
+    pub(super) fn awaits_stop_tag(&self, federate: usize) -> bool {
+        self.stop.requested && !self.stop.granted && !self.slots[federate].stop_agreed
     }
 
     fn agree_to_stop(&mut self, federate: usize, tag: Tag) {

@@ -86,6 +86,8 @@ pub struct Slot {
     pub(super) pending: Pending,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
+    /// Next event as it has announced itself: NEVER before it has.
+    pub(super) announced: Tag,
     /// Latest tag completed.
     pub(super) completed: Tag,
     /// Latest TAG sent.
@@ -114,6 +116,7 @@ impl Slot {
         membership: Membership::Free,
         pending: Pending::NONE,
         clock: None,
+        announced: Tag::NEVER,
         completed: Tag::NEVER,
         granted: Tag::NEVER,
         provisional: Tag::NEVER,

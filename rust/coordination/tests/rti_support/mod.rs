@@ -24,7 +24,24 @@ pub struct Wire {
     /// The RTI's direction is closed.
     pub ended: bool,
     /// What the input waits for.
-    pub blocked: Option<ConnectionId>,
+    pub blocked: Option<Awaited>,
+}
+
+/// What the input of a connection waits for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Awaited {
+    /// Room on this connection.
+    Room(ConnectionId),
+    /// Input of this connection.
+    Input(ConnectionId),
+}
+
+impl Awaited {
+    fn connection(self) -> ConnectionId {
+        match self {
+            Self::Room(connection) | Self::Input(connection) => connection,
+        }
+    }
 }
 
 /// The connections, as the RTI sees them.
@@ -87,6 +104,7 @@ pub struct World {
     pub now: Instant,
     /// Input is offered in pieces of this many bytes.
     pub piece: usize,
+    stopping: bool,
 }
 
 impl World {
@@ -104,7 +122,7 @@ impl World {
         let rti = Rti::new(config, storage).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();
         let outlet = Wires { list, capacity: output, notices: Vec::new() };
-        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX }
+        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false }
     }
 
     pub fn connect(&mut self) -> ConnectionId {
@@ -133,6 +151,23 @@ impl World {
 
     /// Offers what has come on a connection, as far as the RTI takes it.
     pub fn pump(&mut self, connection: ConnectionId) {
+        self.offer(connection);
+        self.let_go_on(Awaited::Input(connection));
+        if !self.stopping && self.rti.stop_tag().is_some() {
+            self.stopping = true;
+            (0..self.outlet.list.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
+        }
+    }
+
+    fn let_go_on(&mut self, awaited: Awaited) {
+        let waits = |wire: &Wire| wire.blocked == Some(awaited);
+        let waiting: Vec<_> = (0..self.outlet.list.len()).filter(|i| waits(&self.outlet.list[*i])).collect();
+        for index in waiting {
+            self.pump(ConnectionId(index));
+        }
+    }
+
+    fn offer(&mut self, connection: ConnectionId) {
         loop {
             let bytes = std::mem::take(&mut self.outlet.list[connection.0].incoming);
             let verdict = self.rti.handle_input(self.now, connection, &bytes, &mut self.outlet);
@@ -146,7 +181,8 @@ impl World {
                     continue;
                 }
                 Verdict::Incomplete(need) => assert!(need > wire.incoming.len()),
-                Verdict::Blocked(on) => wire.blocked = Some(on),
+                Verdict::Blocked(on) => wire.blocked = Some(Awaited::Room(on)),
+                Verdict::Held(until) => wire.blocked = Some(Awaited::Input(until)),
                 Verdict::Closed => wire.incoming.clear(),
             }
             return;
@@ -159,11 +195,7 @@ impl World {
         let taken: Vec<u8> = wire.outgoing.drain(..max.min(wire.outgoing.len())).collect();
         if !taken.is_empty() {
             self.rti.handle_writable(self.now, connection, &mut self.outlet);
-            let waits = |wire: &Wire| wire.blocked == Some(connection);
-            let waiting: Vec<_> = (0..self.outlet.list.len()).filter(|i| waits(&self.outlet.list[*i])).collect();
-            for index in waiting {
-                self.pump(ConnectionId(index));
-            }
+            self.let_go_on(Awaited::Room(connection));
         }
         taken
     }
@@ -181,7 +213,7 @@ impl World {
     /// Offers input again that waits for connections which have been closed.
     fn resume(&mut self) {
         let wires = &self.outlet.list;
-        let is_gone = |on: ConnectionId| wires[on.0].ended || !wires[on.0].open;
+        let is_gone = |on: Awaited| wires[on.connection().0].ended || !wires[on.connection().0].open;
         if let Some(index) = wires.iter().position(|wire| wire.blocked.is_some_and(is_gone)) {
             self.pump(ConnectionId(index));
             self.resume();

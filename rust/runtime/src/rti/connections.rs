@@ -26,10 +26,19 @@ pub struct Inlet<'s> {
     pub(super) readable: bool,
     /// The peer has closed, or the connection broke.
     pub(super) ended: bool,
-    /// The message at the front waits for room on this connection.
-    pub(super) blocked_by: Option<ConnectionId>,
+    /// The message at the front waits for this.
+    pub(super) awaits: Option<Awaited>,
     /// The buffer may hold whole messages that have not been offered.
     pub(super) fresh: bool,
+}
+
+/// What a message waits for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Awaited {
+    /// Room on this connection.
+    Room(ConnectionId),
+    /// Input of this connection.
+    Input(ConnectionId),
 }
 
 /// The sending side of one connection.
@@ -55,12 +64,12 @@ pub(super) enum State {
 impl<'s> Inlet<'s> {
     /// An inlet that keeps what has come in `buffer`, which has to hold the longest message.
     pub fn new(buffer: &'s mut [u8]) -> Self {
-        Self { buffer: InBuffer::new(buffer), readable: false, ended: false, blocked_by: None, fresh: false }
+        Self { buffer: InBuffer::new(buffer), readable: false, ended: false, awaits: None, fresh: false }
     }
 
     pub(super) fn reset(&mut self) {
         self.buffer.clear();
-        (self.readable, self.ended, self.blocked_by, self.fresh) = (true, false, None, false);
+        (self.readable, self.ended, self.awaits, self.fresh) = (true, false, None, false);
     }
 
     /// Reads once, as much as there is space for.
@@ -83,7 +92,7 @@ impl<'s> Inlet<'s> {
     /// Reads once and forgets it: for a peer whose connection is closed for the RTI.
     pub(super) fn discard<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
         self.buffer.clear();
-        (self.blocked_by, self.fresh) = (None, false);
+        (self.awaits, self.fresh) = (None, false);
         self.fill(platform, socket);
         self.buffer.clear();
     }

@@ -7,14 +7,14 @@ use core::fmt;
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
-use lf_model::time::{Instant, Interval};
+use lf_model::time::{Instant, Interval, Tag};
 
 pub use connections::{Inlet, Outgoing};
 
 use crate::error::RunError;
 use crate::platform::{Interest, Platform, SocketId};
 use crate::turn::Turn;
-use connections::{Outgoings, State};
+use connections::{Awaited, Outgoings, State};
 
 /// How many messages of one connection are handled before the next connection has its turn.
 const MESSAGES_PER_TURN: u32 = 64;
@@ -79,6 +79,10 @@ pub struct RtiLoop<'a, 's, P, N> {
     /// When to accept again after the system had no resources.
     accept_again: Option<Instant>,
     aborted: bool,
+    /// A message may be held until another connection has input.
+    held: bool,
+    /// The tag at which all stop, once it is known and what was held has been let go on.
+    stop_tag: Option<Tag>,
     notices: &'a mut N,
 }
 
@@ -125,6 +129,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             acceptable: true,
             accept_again: None,
             aborted: false,
+            held: false,
+            stop_tag: None,
             notices,
         })
     }
@@ -146,6 +152,10 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         if self.rti.poll_timeout().is_due(now) {
             let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
             self.rti.handle_timeout(now, &mut outlet);
+        }
+        if self.stop_tag != self.rti.stop_tag() {
+            self.stop_tag = self.rti.stop_tag();
+            (0..self.inlets.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
         }
         self.send();
         match self.rti.status() {
@@ -213,11 +223,15 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             return;
         }
         self.inlets[index].fill(self.platform, socket);
-        if self.inlets[index].fresh && self.inlets[index].blocked_by.is_none() {
+        if self.inlets[index].fresh && self.inlets[index].awaits.is_none() {
             self.offer(index);
+            if self.held {
+                self.let_go_on(Awaited::Input(ConnectionId(index)));
+                self.held = self.inlets.iter().any(|inlet| matches!(inlet.awaits, Some(Awaited::Input(_))));
+            }
         }
         let inlet = &self.inlets[index];
-        if inlet.ended && !inlet.fresh && inlet.blocked_by.is_none() && self.outgoings[index].is_read() {
+        if inlet.ended && !inlet.fresh && inlet.awaits.is_none() && self.outgoings[index].is_read() {
             let now = self.platform.now();
             let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
             self.rti.handle_disconnect(now, ConnectionId(index), &mut outlet);
@@ -243,7 +257,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                     return;
                 }
                 Verdict::Blocked(by) => {
-                    inlet.blocked_by = Some(by);
+                    inlet.awaits = Some(Awaited::Room(by));
+                    return;
+                }
+                Verdict::Held(until) => {
+                    inlet.awaits = Some(Awaited::Input(until));
+                    self.held = true;
                     return;
                 }
                 Verdict::Closed => {
@@ -268,11 +287,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                 self.rti.handle_writable(now, ConnectionId(index), &mut outlet);
                 // What was put off goes with the same turn.
                 self.outgoings[index].flush(self.platform);
-                self.unblock(ConnectionId(index));
+                self.let_go_on(Awaited::Room(ConnectionId(index)));
             }
             self.outgoings[index].advance_closing(self.platform, self.inlets[index].ended);
             if !self.outgoings[index].is_open() {
-                self.unblock(ConnectionId(index));
+                self.let_go_on(Awaited::Room(ConnectionId(index)));
+                self.let_go_on(Awaited::Input(ConnectionId(index)));
             }
             if self.outgoings[index].socket.is_none() {
                 (self.accept_again, self.acceptable) = (None, true);
@@ -280,16 +300,17 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
     }
 
-    fn unblock(&mut self, room_on: ConnectionId) {
-        for inlet in self.inlets.iter_mut().filter(|inlet| inlet.blocked_by == Some(room_on)) {
-            inlet.blocked_by = None;
+    /// What was awaited has come about.
+    fn let_go_on(&mut self, awaited: Awaited) {
+        for inlet in self.inlets.iter_mut().filter(|inlet| inlet.awaits == Some(awaited)) {
+            inlet.awaits = None;
         }
     }
 
     /// When the next turn is due though no socket is ready.
     fn deadline(&self) -> Deadline {
         let busy = |(inlet, outgoing): (&Inlet<'_>, &Outgoing<'_>)| {
-            outgoing.is_read() && inlet.blocked_by.is_none() && (inlet.fresh || inlet.ended)
+            outgoing.is_read() && inlet.awaits.is_none() && (inlet.fresh || inlet.ended)
         };
         if self.inlets.iter().zip(self.outgoings.iter()).any(busy) {
             return Deadline::Now;
@@ -314,7 +335,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
         for (inlet, outgoing) in self.inlets.iter_mut().zip(self.outgoings.iter()) {
             if let Some(socket) = outgoing.socket {
-                let reading = !inlet.ended && inlet.blocked_by.is_none() && !inlet.buffer.space().is_empty();
+                let reading = !inlet.ended && inlet.awaits.is_none() && !inlet.buffer.space().is_empty();
                 self.platform.set_interest(socket, outgoing.interest(reading));
             }
         }

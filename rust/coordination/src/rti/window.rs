@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Flow control: a sender waits for a receiver that is too many tags behind it.
+//!
+//! A sender that is quicker than its receiver would fill the receiver's queues. So a message from u to c is *held*, and
+//! u's connection not read on, while c has messages of `window` different tags before it that are earlier than the tag
+//! at which u is. Nothing else holds a message back, however many are on their way: those that a connection's delay
+//! keeps there have tags later than u's.
+//!
+//! **Where u is.** A message tells its own tag, but not at which tag it was sent. What counts is the earlier one of the
+//! next event that u has announced, and of the first message that is on its way to u. Neither is later than the tag at
+//! which u sent what is now at the front of its connection: an LTC comes behind the messages of its tag, and only a
+//! message from elsewhere can make u do something before the event that it has announced.
+//!
+//! **Nobody waits for ever.** Whoever is held is past a tag that another federate has still before it. So the federate
+//! with the earliest tag is never held; and all that it waits for is known, since those that are held have announced
+//! events beyond an even earlier tag, or have messages on their way that are. `PORT_ABSENT`, announcements and stops of
+//! a federate that is held wait with its message, which is harmless for the same reason.
+//!
+//! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
+//! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
+//! it is looked for there; input that does not have it is taken as not whole, until there are as many bytes as the
+//! longest message has. Then the message goes. Once the stop tag is known, messages with later tags hold nothing back,
+//! for they are never taken.
+//!
+//! **What it bounds.** Per input, there are messages of less than `window` tags before the tag where the sender is, and
+//! what the sender has sent from there on: as long as it announces an event after each tag at which it has sent
+//! something, as ours do, this is what the connection's delay keeps on its way.
+
+use lf_model::time::Tag;
+use lf_wire::DecodeError;
+use lf_wire::june_2026::{Decoded, Message, decode};
+
+use super::{ConnectionId, Outlet, Rti, Verdict};
+use crate::tag::from_wire;
+
+impl Rti<'_> {
+    /// Whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far behind
+    /// its sender: then what is said of it.
+    pub(super) fn hold(
+        &mut self,
+        sender: usize,
+        message: &Message<'_>,
+        bytes: &[u8],
+        len: usize,
+        outlet: &mut impl Outlet,
+    ) -> Option<Verdict> {
+        let Message::TaggedMessage { federate: receiver, .. } = *message else { return None };
+        let connection = self.is_behind(receiver.into(), sender)?;
+        let rest = bytes.get(len..).unwrap_or_default();
+        if !self.awaits_stop_tag(sender) || self.look_ahead(sender, rest, outlet) {
+            return Some(Verdict::Held(connection));
+        }
+        (bytes.len() < self.message_bytes_max()).then(|| Verdict::Incomplete(bytes.len() + 1))
+    }
+
+    /// Whether a federate is too far behind one that has a message for it: then its connection.
+    fn is_behind(&mut self, receiver: usize, sender: usize) -> Option<ConnectionId> {
+        let connection = self.slots.get(receiver).and_then(|_| self.connection_of(receiver))?;
+        let at = self.position(sender);
+        let window = self.config.window;
+        self.in_transit(receiver).has_before(at, window).then_some(connection)
+    }
+
+    /// A tag that is not later than that at which a federate has sent what is at the front of its connection.
+    fn position(&mut self, federate: usize) -> Tag {
+        let announced = self.slots[federate].announced;
+        let stop = self.stop_tag().unwrap_or(Tag::FOREVER);
+        announced.min(self.in_transit(federate).earliest()).min(stop)
+    }
+
+    /// Looks for what a federate says about a stop, or for its end, behind what it has to say before. Returns whether
+    /// there is something. What is found is found again in its turn, and then says nothing new.
+    ///
+    /// Bounded by the number of bytes.
+    fn look_ahead(&mut self, federate: usize, mut bytes: &[u8], outlet: &mut impl Outlet) -> bool {
+        loop {
+            let tag = match decode(bytes, &self.limits) {
+                Ok(Decoded::Complete { message: Message::StopReply(tag) | Message::StopRequest(tag), .. }) => {
+                    from_wire(tag)
+                }
+                // It will leave, and names no tag.
+                Ok(Decoded::Complete { message: Message::Resign | Message::Failed, .. }) => Tag::NEVER,
+                Ok(Decoded::Complete { len, .. }) => {
+                    bytes = &bytes[len..];
+                    continue;
+                }
+                Err(DecodeError::UnknownType { .. }) => {
+                    bytes = &bytes[1..];
+                    continue;
+                }
+                Ok(Decoded::Incomplete { .. }) => return false,
+                Err(_) => Tag::NEVER,
+            };
+            self.on_stop_reply(federate, tag, outlet);
+            return true;
+        }
+    }
+}
