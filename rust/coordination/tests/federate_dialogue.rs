@@ -267,18 +267,6 @@ fn a_stop_in_the_past_is_taken_as_soon_as_possible() {
 }
 
 #[test]
-fn a_provisional_grant_is_kept_until_the_grant_comes_and_allows_nothing_yet() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
-    let provisional = Message::ProvisionalTagGrant(wire(ms(4)));
-    assert_eq!(federate.handle_message(NOW, provisional), Ok(Event::GrantedProvisionally(ms(4))));
-    assert_eq!((federate.granted_provisionally(), federate.granted()), (Some(ms(4)), Tag::NEVER));
-    assert!(!federate.may_advance(ms(4)));
-    grant(&mut federate, ms(4));
-    assert_eq!(federate.granted_provisionally(), None);
-    assert!(federate.may_advance(ms(4)));
-}
-
-#[test]
 fn physical_actions_bound_the_net_and_it_is_renewed() {
     let mut config = config(&[], DOWNSTREAM);
     config.physical_delay = Some(Interval::from_millis(3));

@@ -89,13 +89,17 @@ fn message(kind: u8, tag: Tag) -> Message<'static> {
     }
 }
 
-/// What this deed grants, if it is a grant.
-fn grant(deed: &Deed) -> Option<Tag> {
+/// What this deed grants for certain, and what provisionally, if it is a grant.
+fn grant(deed: &Deed) -> Option<(Tag, Option<Tag>)> {
+    let provisional = |tag: Tag| (tag.before(), Some(tag));
+    let from_wire = |tag: lf_wire::Tag| Tag::new(Instant(tag.time), Microstep(tag.microstep));
     match deed {
-        Deed::Tagged(6.., tag) => Some(*tag),
+        Deed::Tagged(0, tag) => Some(provisional(*tag)),
+        Deed::Tagged(6.., tag) => Some((*tag, None)),
         Deed::Bytes(bytes) => match decode(bytes, &Limits::NONE) {
-            Ok(Decoded::Complete { message: Message::TagGrant(tag), .. }) => {
-                Some(Tag::new(Instant(tag.time), Microstep(tag.microstep)))
+            Ok(Decoded::Complete { message: Message::TagGrant(tag), .. }) => Some((from_wire(tag), None)),
+            Ok(Decoded::Complete { message: Message::ProvisionalTagGrant(tag), .. }) => {
+                Some(provisional(from_wire(tag)))
             }
             _ => None,
         },
@@ -163,18 +167,21 @@ proptest! {
         if started {
             start(&mut federate, sync);
         }
-        let (mut granted, mut now) = (Tag::NEVER, Instant(START));
+        let (mut granted, mut provisional, mut now) = (Tag::NEVER, None, Instant(START));
         for (deed, pause) in &deeds {
             now = now + Interval(*pause);
             let before = (federate.phase(), federate.current(), federate.stop_tag());
             let ok = act(&mut federate, now, deed);
-            if let (Some(tag), Phase::Running) = (grant(deed), before.0) {
+            if let (Some((tag, cycle)), Phase::Running) = (grant(deed), before.0) {
                 granted = granted.max(tag);
+                provisional = provisional.max(cycle);
             }
+            prop_assert!(federate.summons().is_none_or(|tag| Some(tag) == provisional && tag > federate.current()));
             prop_assert_eq!(federate.granted(), granted, "grants come from the RTI only");
             if federate.current() != before.1 {
                 prop_assert!(ok && matches!(deed, Deed::Begin(_)) && federate.current() > before.1);
-                prop_assert!(!upstream || federate.current() <= federate.granted());
+                let in_cycle = provisional == Some(federate.current());
+                prop_assert!(!upstream || federate.current() <= federate.granted() || in_cycle);
                 prop_assert!(before.2.is_none_or(|stop| federate.current() <= stop));
             }
             prop_assert!(ok || federate.phase() >= Phase::Ended);

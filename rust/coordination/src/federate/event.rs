@@ -18,9 +18,11 @@ pub enum Event<'m> {
     Started(Instant),
     /// More tags may be possible: all up to and including this one.
     Granted(Tag),
-    /// A provisional grant, which matters in cycles without delay only.
+    /// A provisional grant, in a cycle without delay: this tag may be begun, and is to be begun even without an event,
+    /// but not all is known of its inputs. See [`Federate::summons`](super::Federate::summons).
     GrantedProvisionally(Tag),
-    /// A value for a network input, later than every tag that has been begun.
+    /// A value for a network input, later than every tag that has been begun, or for the tag that is open after a
+    /// provisional grant. Whether it is in time for that depends on the reactions that have run.
     Message {
         /// The network input.
         port: u16,

@@ -29,7 +29,14 @@ pub struct Federate<'a> {
     pub(super) start: Option<Instant>,
     pub(super) net: NetRules,
     pub(super) pace: Pace,
+    /// The last PTAG.
     pub(super) provisional: Option<Tag>,
+    /// The PTAG that this federate has not followed yet.
+    pub(super) summons: Option<Tag>,
+    /// The RTI is to be told when the open tag is complete, for it has been granted by a PTAG.
+    pub(super) confirm: bool,
+    /// The last LTC.
+    pub(super) confirmed: Tag,
     pub(super) stop: Stop,
     /// The last tag begun.
     pub(super) current: Tag,
@@ -58,6 +65,9 @@ impl<'a> Federate<'a> {
             net: NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
             pace: Pace::default(),
             provisional: None,
+            summons: None,
+            confirm: false,
+            confirmed: Tag::NEVER,
             stop: Stop::new(),
             current: Tag::NEVER,
             open: false,
@@ -84,7 +94,8 @@ impl<'a> Federate<'a> {
         self.start
     }
 
-    /// The last tag that the RTI has granted; `NEVER` before the first grant.
+    /// The last tag that the RTI has granted; `NEVER` before the first grant. A provisional grant counts as one of all
+    /// that is before its tag.
     pub fn granted(&self) -> Tag {
         self.net.granted()
     }
@@ -99,6 +110,17 @@ impl<'a> Federate<'a> {
         self.current
     }
 
+    /// The tag to which a PTAG calls this federate, though it may have no event there: to be begun when no event is
+    /// earlier. Others of its cycle wait for what it sends at that tag, or for word that there is nothing.
+    pub fn summons(&self) -> Option<Tag> {
+        self.summons.filter(|tag| *tag > self.current && *tag <= self.stop.last_tag())
+    }
+
+    /// Whether it is known of all inputs what comes at the current tag.
+    pub(super) fn knows_all_inputs(&self) -> bool {
+        self.net.allows(self.current)
+    }
+
     /// Whether this tag may be begun now, as far as the federation is concerned.
     ///
     /// Physical time is not looked at. A federate that has sent much must also wait until the RTI has taken it.
@@ -106,7 +128,7 @@ impl<'a> Federate<'a> {
         self.phase == Phase::Running
             && tag > self.current
             && self.stop.allows(tag)
-            && self.net.allows(tag)
+            && (self.net.allows(tag) || self.provisional == Some(tag))
             && self.pace.allows()
     }
 

@@ -23,12 +23,17 @@
 //! 5. Once started: [`Federate::next_event`] whenever the next tag is another one; when it returns `true`, and the
 //!    tag's physical time has come, [`Federate::begin`], run the tag, [`Federate::complete`]. After a
 //!    [`Event::Granted`] or [`Event::StopGranted`], ask again.
+//!
+//!    In a cycle without delay, [`Federate::summons`] may name a tag that comes before the next event: it is begun like
+//!    any other, for federates downstream wait for the messages of this tag, or for word that there are none. Tell
+//!    [`Awaited`] of all that comes at awaited inputs, and run only reactions below [`Awaited::max_level`].
 //! 6. After the last tag [`Federate::finish`]; after an error of the program [`Federate::fail`]. After an error that
 //!    this state machine returns, or after either of them: send what `poll_transmit` still gives, and end the writing
 //!    direction of the connection at once, for the RTI holds up all others until then. Close it when the RTI has ended
 //!    its own direction: closing it while something is unread would reset it, and RESIGN could be lost. An error is
 //!    final; the federate then ignores whatever comes.
 
+mod awaited;
 mod config;
 mod connect;
 mod error;
@@ -42,6 +47,7 @@ mod phase;
 mod running;
 mod stop;
 
+pub use awaited::{Awaited, AwaitedInput};
 pub use config::{
     ADVANCE_INTERVAL, CLOCK_SYNC_TIME_OUT, CLOCK_SYNC_TRIALS, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config,
 };

@@ -88,7 +88,7 @@ impl NetRules {
         let needed = if tag <= self.granted {
             // This federate needs no further grant; those downstream may need its NET, if they have not had one that
             // is later than what they asked for.
-            !self.any_dnet || (self.dnet < tag && self.dnet >= self.sent)
+            !self.any_dnet || self.dnet == Tag::NEVER || (self.dnet < tag && self.dnet >= self.sent)
         } else {
             self.dnet < tag || self.has_upstream
         };

@@ -17,9 +17,10 @@ impl Federate<'_> {
     ///
     /// Call it whenever the next tag has changed, also for an earlier one, and after each [`Event::Granted`] and
     /// [`Event::StopGranted`]; calling it more often does no harm. A tag after the last one of this federate counts as
-    /// the last one. `now` is this participant's own clock.
+    /// the last one. As long as a tag is open nothing is told, for it can still send. `now` is this participant's own
+    /// clock.
     pub fn next_event(&mut self, now: Instant, tag: Tag) -> bool {
-        if self.phase != Phase::Running {
+        if self.phase != Phase::Running || self.open {
             return false;
         }
         let tag = tag.min(self.stop.last_tag());
@@ -46,6 +47,8 @@ impl Federate<'_> {
         }
         self.current = tag;
         self.open = true;
+        self.confirm = self.provisional == Some(tag);
+        self.summons = self.summons.filter(|summons| *summons > tag);
         self.net.begun(tag);
         self.next = None;
         self.renewal = Deadline::Never;
@@ -55,13 +58,22 @@ impl Federate<'_> {
     /// The tag begun last is complete, and all its messages are in the out-buffer. `had_network_input`: whether a value
     /// from another federate was present.
     ///
-    /// Only then the RTI is told (LTC): it keeps account of the messages that are under way.
+    /// The RTI is told (LTC) if that is so, for it keeps account of the messages that are under way; and after a PTAG,
+    /// for others may have to wait within the tag.
     pub fn complete(&mut self, had_network_input: bool) {
         let was_open = core::mem::take(&mut self.open);
         self.pace.completed();
-        if self.phase == Phase::Running && was_open && had_network_input {
+        if self.phase == Phase::Running && was_open && (had_network_input || self.confirm) {
             self.net.completed(self.current);
-            self.outbox.ltc = Some(self.current);
+            self.confirm_tag(self.current);
+        }
+    }
+
+    /// A tag is over, and all its messages are in the out-buffer.
+    fn confirm_tag(&mut self, tag: Tag) {
+        if tag > self.confirmed {
+            self.confirmed = tag;
+            self.outbox.ltc = Some(tag);
         }
     }
 
@@ -119,7 +131,7 @@ impl Federate<'_> {
             }
             Message::ProvisionalTagGrant(tag) => {
                 let tag = from_wire(tag);
-                self.provisional = self.provisional.max(Some(tag));
+                self.handle_provisional_grant(tag);
                 Ok(Event::GrantedProvisionally(tag))
             }
             Message::DownstreamNextEventTag(tag) => {
@@ -167,6 +179,22 @@ impl Federate<'_> {
         }
     }
 
+    /// A PTAG: nothing can come any more before this tag, but at it something may, from federates that are in a cycle
+    /// without delay with this one, and that may be waiting for it likewise.
+    fn handle_provisional_grant(&mut self, tag: Tag) {
+        self.provisional = self.provisional.max(Some(tag));
+        self.net.grant(tag.before());
+        if tag > self.current {
+            // A federate that waits within an earlier tag learns what it waits for from what comes at the later one.
+            self.summons = self.summons.max(Some(tag).filter(|tag| *tag != Tag::FOREVER));
+        } else if tag == self.current && self.open {
+            self.confirm = true;
+        } else {
+            // It has crossed with what was sent at this tag, or nothing was.
+            self.confirm_tag(tag);
+        }
+    }
+
     fn handle_tagged<'m>(
         &mut self,
         port: u16,
@@ -177,7 +205,10 @@ impl Federate<'_> {
         self.check_destination(federate)?;
         self.net.message_received(tag);
         let start = self.start.map_or(Tag::NEVER, Tag::at);
-        if tag <= self.current || tag < start {
+        // A message for the open tag may be in time, which depends on what has run, unless it was known of all inputs
+        // what comes.
+        let over = tag < self.current || tag == self.current && (!self.open || self.knows_all_inputs());
+        if over || tag < start {
             let (tag, current) = (self.relative(tag), self.relative(self.current.max(start)));
             return Err(FederateError::LateMessage { port, tag, current });
         }

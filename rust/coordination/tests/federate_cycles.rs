@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Dialogues with a federate in a cycle without delay: provisional grants, the level up to which a tag may be run, what
+//! the RTI is told, and which messages are late.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+use lf_coordination::FederateId;
+use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::june_2026::{DELAY_NONE, Message};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+const NOW: Instant = Instant(1_000_000);
+const START: Instant = Instant(10_000_000_000);
+
+/// The tag so many ms after the start.
+fn ms(ms: i64) -> Tag {
+    Tag::at(START + Interval::from_millis(ms))
+}
+
+fn wire(tag: Tag) -> lf_wire::Tag {
+    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
+}
+
+fn net(tag: Tag) -> Message<'static> {
+    Message::NextEventTag(wire(tag))
+}
+
+fn ltc(tag: Tag) -> Message<'static> {
+    Message::LatestTagComplete(wire(tag))
+}
+
+fn drain(federate: &mut Federate<'static>) -> Vec<Message<'static>> {
+    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
+}
+
+/// A started federate that sends to and receives from federate 0, with nothing left to transmit.
+fn running() -> Federate<'static> {
+    let mut config = Config::new(FederateId(1), b"federation");
+    (config.upstream, config.downstream, config.clock_sync) = (&[(0, DELAY_NONE)], &[0], ClockSync::Off);
+    let mut federate = Federate::new(config).unwrap();
+    federate.handle_connected(NOW);
+    drain(&mut federate);
+    handle(&mut federate, Message::Ack);
+    drain(&mut federate);
+    handle(&mut federate, Message::Timestamp(START.as_nanos()));
+    federate
+}
+
+fn handle<'m>(federate: &mut Federate<'static>, message: Message<'m>) -> Event<'m> {
+    federate.handle_message(NOW, message).unwrap()
+}
+
+fn provisional(federate: &mut Federate<'static>, tag: Tag) {
+    let event = handle(federate, Message::ProvisionalTagGrant(wire(tag)));
+    assert_eq!(event, Event::GrantedProvisionally(tag));
+}
+
+fn grant(federate: &mut Federate<'static>, tag: Tag) {
+    handle(federate, Message::TagGrant(wire(tag)));
+}
+
+/// An empty tag.
+fn run(federate: &mut Federate<'static>, tag: Tag) {
+    federate.begin(tag).unwrap();
+    federate.complete(false);
+}
+
+#[test]
+fn a_provisional_grant_is_for_its_tag_and_for_all_that_is_before() {
+    let mut federate = running();
+    provisional(&mut federate, ms(4));
+    assert_eq!((federate.granted_provisionally(), federate.granted()), (Some(ms(4)), ms(4).before()));
+    assert!(federate.may_advance(ms(3)) && federate.may_advance(ms(4)));
+    assert!(!federate.may_advance(ms(4).next_microstep()));
+    grant(&mut federate, ms(4));
+    assert_eq!(federate.granted_provisionally(), None);
+    assert!(federate.may_advance(ms(4)));
+}
+
+#[test]
+fn a_provisional_grant_calls_the_federate_to_its_tag() {
+    let mut federate = running();
+    assert!(!federate.next_event(NOW, ms(9)));
+    assert_eq!(drain(&mut federate), [net(ms(9))]);
+    provisional(&mut federate, ms(4));
+    assert_eq!(federate.summons(), Some(ms(4)));
+    run(&mut federate, ms(2));
+    assert_eq!((federate.summons(), drain(&mut federate)), (Some(ms(4)), vec![]), "an earlier event comes first");
+    grant(&mut federate, ms(4));
+    assert_eq!(federate.summons(), Some(ms(4)), "others may wait for it still");
+    run(&mut federate, ms(4));
+    assert_eq!((federate.summons(), drain(&mut federate)), (None, vec![ltc(ms(4))]));
+    federate.next_event(NOW, ms(9));
+    assert_eq!(drain(&mut federate), [], "the RTI knows the next event");
+}
+
+#[test]
+fn a_later_provisional_grant_ends_the_wait_within_an_earlier_tag() {
+    let mut federate = running();
+    let inputs = [AwaitedInput { port: 0, level: 3 }];
+    let mut known = [Tag::FOREVER; 1];
+    let awaited = Awaited::new(&inputs, &mut known).unwrap();
+    provisional(&mut federate, ms(4));
+    federate.begin(ms(4)).unwrap();
+    assert_eq!(awaited.max_level(&federate), Some(3));
+    provisional(&mut federate, ms(6));
+    assert_eq!((awaited.max_level(&federate), federate.summons()), (None, Some(ms(6))));
+    federate.complete(false);
+    run(&mut federate, ms(6));
+    assert_eq!(drain(&mut federate), [ltc(ms(6))], "which says that the earlier tag is complete too");
+}
+
+#[test]
+fn a_provisional_grant_for_a_tag_that_is_over_is_answered_at_once() {
+    let mut federate = running();
+    grant(&mut federate, ms(5));
+    run(&mut federate, ms(5));
+    assert_eq!(drain(&mut federate), []);
+    provisional(&mut federate, ms(3));
+    assert_eq!((federate.summons(), drain(&mut federate)), (None, vec![ltc(ms(3))]));
+    provisional(&mut federate, ms(5));
+    assert_eq!(drain(&mut federate), [ltc(ms(5))]);
+    provisional(&mut federate, ms(4));
+    assert_eq!(drain(&mut federate), [], "an LTC never goes back");
+    grant(&mut federate, ms(7));
+    federate.begin(ms(7)).unwrap();
+    provisional(&mut federate, ms(7));
+    assert_eq!(drain(&mut federate), [], "the tag is open");
+    federate.complete(false);
+    assert_eq!(drain(&mut federate), [ltc(ms(7))]);
+}
+
+#[test]
+fn nobody_is_called_beyond_the_last_tag() {
+    let mut federate = running();
+    federate.limit_stop(ms(5));
+    provisional(&mut federate, ms(5).next_microstep());
+    assert_eq!(federate.summons(), None);
+    provisional(&mut federate, Tag::FOREVER);
+    assert_eq!(federate.summons(), None);
+    assert!(federate.may_advance(ms(5)));
+}
+
+#[test]
+fn a_tag_under_a_named_stop_waits_for_the_decision() {
+    let mut federate = running();
+    run_to(&mut federate, ms(1));
+    assert_eq!(handle(&mut federate, Message::StopRequest(wire(ms(3)))), Event::StopRequested(ms(3)));
+    provisional(&mut federate, ms(4));
+    assert!(!federate.may_advance(ms(4)));
+    assert_eq!(handle(&mut federate, Message::StopGranted(wire(ms(4)))), Event::StopGranted(ms(4)));
+    assert!(federate.may_advance(ms(4)));
+    assert_eq!(federate.summons(), Some(ms(4)));
+}
+
+fn run_to(federate: &mut Federate<'static>, tag: Tag) {
+    grant(federate, tag);
+    run(federate, tag);
+}
+
+#[test]
+fn a_message_for_the_open_tag_is_in_time_as_long_as_not_all_is_known() {
+    let mut federate = running();
+    let message = |tag| Message::TaggedMessage { port: 2, federate: 1, tag: wire(tag), payload: &[] };
+    provisional(&mut federate, ms(4));
+    federate.begin(ms(4)).unwrap();
+    assert_eq!(handle(&mut federate, message(ms(4))), Event::Message { port: 2, tag: ms(4), payload: &[] });
+    let late = |result: Result<Event<'_>, FederateError>| matches!(result, Err(FederateError::LateMessage { .. }));
+    assert!(late(federate.clone().handle_message(NOW, message(ms(4).before()))), "for an earlier tag");
+    let mut granted = federate.clone();
+    grant(&mut granted, ms(4));
+    assert!(late(granted.handle_message(NOW, message(ms(4)))), "the RTI has said that nothing more comes");
+    federate.complete(true);
+    assert!(late(federate.handle_message(NOW, message(ms(4)))), "the tag is complete");
+    assert_eq!(federate.phase(), Phase::Failed);
+}
+
+#[test]
+fn without_delay_every_net_is_wanted_when_a_dnet_says_never() {
+    let mut federate = running();
+    handle(&mut federate, Message::DownstreamNextEventTag(lf_wire::Tag::NEVER));
+    grant(&mut federate, ms(20));
+    for at in 1..4 {
+        assert!(federate.next_event(NOW, ms(at)));
+        assert_eq!(drain(&mut federate), [net(ms(at))], "others of the cycle wait for it");
+        run(&mut federate, ms(at));
+    }
+}
+
+#[test]
+fn storage_that_is_too_small_is_refused() {
+    let inputs = [AwaitedInput { port: 0, level: 3 }; 2];
+    assert!(Awaited::new(&inputs, &mut [Tag::NEVER; 1]).is_none());
+    assert!(Awaited::new(&inputs, &mut [Tag::NEVER; 3]).is_some());
+}
+
+proptest! {
+    /// Reactions wait for the inputs of which nothing is known at the current tag, from the least of their levels on;
+    /// for none of them once the RTI has granted the tag.
+    #[test]
+    fn the_level_is_the_least_of_the_unknown(
+        levels in vec(0..9u16, 0..5),
+        news in vec((0..5u16, 0..9i64), 0..12),
+        at in 1..9i64,
+        granted in 0..9i64,
+    ) {
+        let inputs: Vec<_> = (0..).zip(&levels).map(|(port, level)| AwaitedInput { port, level: *level }).collect();
+        let mut storage = vec![Tag::FOREVER; inputs.len()];
+        let mut awaited = Awaited::new(&inputs, &mut storage).unwrap();
+        let mut federate = running();
+        provisional(&mut federate, ms(at));
+        federate.begin(ms(at)).unwrap();
+        for (port, tag) in &news {
+            awaited.learn(*port, ms(*tag));
+        }
+        grant(&mut federate, ms(granted));
+        let unknown = |port: u16| news.iter().all(|(to, tag)| *to != port || *tag < at);
+        let least = inputs.iter().filter(|input| unknown(input.port)).map(|input| input.level).min();
+        prop_assert_eq!(awaited.max_level(&federate), least.filter(|_| granted < at));
+    }
+}

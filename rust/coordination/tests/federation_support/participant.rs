@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A federate of a random federation, with its program and its buffers.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use lf_coordination::FederateId;
+use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate};
+use lf_coordination::rti::ConnectionId;
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::Limits;
+use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
+
+use super::graph::{END_NS, Edge, Graph, Inputs, Trace};
+use crate::rti_support::World;
+
+/// The tag that is open.
+struct Open {
+    tag: Tag,
+    fires: bool,
+    inputs: Inputs,
+    /// How many outputs have been looked at.
+    done: usize,
+}
+
+pub(crate) struct Participant {
+    pub(crate) federate: Federate<'static>,
+    pub(crate) connection: ConnectionId,
+    id: u16,
+    graph: Graph,
+    awaited: Awaited<'static>,
+    /// Its connections to others, with their ports.
+    outputs: Vec<(u16, Edge)>,
+    timer: Option<Tag>,
+    messages: BTreeMap<Tag, Inputs>,
+    open: Option<Open>,
+    pub(crate) trace: Trace,
+    incoming: Vec<u8>,
+    pub(crate) outgoing: Vec<u8>,
+    /// Bytes of `outgoing` beyond which there is no room for control messages.
+    room: usize,
+    pub(crate) closed: bool,
+}
+
+/// The level of sending over a connection.
+fn send_level(port: u16) -> u16 {
+    2 * port + 1
+}
+
+/// The least level of what sees a connection's values.
+fn input_level(port: u16) -> u16 {
+    2 * port + 2
+}
+
+// Tests end soon, so their memory may stay.
+fn leak<T>(items: impl IntoIterator<Item = T>) -> &'static mut [T] {
+    items.into_iter().collect::<Vec<_>>().leak()
+}
+
+impl Participant {
+    pub(crate) fn new(id: u16, graph: &Graph, world: &mut World, room: usize) -> Self {
+        let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
+        for edge in graph.edges.iter().filter(|edge| edge.to == id) {
+            let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
+            upstream.entry(edge.from).and_modify(|least| *least = delay.min(*least)).or_insert(delay);
+        }
+        let downstream: BTreeSet<u16> = graph.edges.iter().filter(|edge| edge.from == id).map(|edge| edge.to).collect();
+        let mut config = Config::new(FederateId(id), b"random");
+        config.upstream = leak(upstream);
+        config.downstream = leak(downstream);
+        config.clock_sync = if id.is_multiple_of(2) { ClockSync::Init { trials: 3 } } else { ClockSync::Off };
+        let awaited = graph.numbered().filter(|(_, edge)| edge.to == id && graph.is_awaited(*edge));
+        let inputs: &[_] = leak(awaited.map(|(port, _)| AwaitedInput { port, level: input_level(port) }));
+        let mut federate = Federate::new(config).unwrap();
+        federate.handle_connected(world.now);
+        Self {
+            federate,
+            connection: world.connect(),
+            id,
+            graph: graph.clone(),
+            awaited: Awaited::new(inputs, leak(inputs.iter().map(|_| Tag::NEVER))).unwrap(),
+            outputs: graph.numbered().filter(|(_, edge)| edge.from == id).collect(),
+            timer: None,
+            messages: BTreeMap::new(),
+            open: None,
+            trace: BTreeMap::new(),
+            incoming: Vec::new(),
+            outgoing: Vec::new(),
+            room,
+            closed: false,
+        }
+    }
+
+    /// Bytes come from the RTI; every whole message is handled.
+    pub(crate) fn receive(&mut self, now: Instant, bytes: &[u8]) {
+        self.incoming.extend(bytes);
+        let incoming = std::mem::take(&mut self.incoming);
+        let mut rest = &incoming[..];
+        while let Decoded::Complete { message, len } = decode(rest, &Limits::NONE).unwrap() {
+            match self.federate.handle_message(now, message).unwrap() {
+                Event::Started(start) => {
+                    self.federate.limit_stop(Tag::at(start + Interval(END_NS)));
+                    self.timer = Some(Tag::at(start));
+                }
+                Event::Message { port, tag, payload } => {
+                    self.deliver(port, tag, u32::from_le_bytes(payload.try_into().unwrap()));
+                    self.awaited.learn(port, tag);
+                }
+                Event::PortAbsent { port, tag } => self.awaited.learn(port, tag),
+                _ => {}
+            }
+            rest = &rest[len..];
+            self.tell(now);
+        }
+        self.incoming = rest.to_vec();
+    }
+
+    /// Each input has to hold what is before the tag where its sender is, and what the delay keeps on its way.
+    pub(crate) fn check_queues(&self, window: usize) {
+        for (port, edge) in self.graph.numbered() {
+            // A sender has a tag each nanosecond, and with `after 0` a microstep for every federate at most.
+            let delay = edge.delay.map_or(0, |delay| usize::try_from(delay.as_nanos()).unwrap());
+            let microsteps = if edge.delay.is_some() { self.graph.periods.len() } else { 1 };
+            let capacity = window + (2 * delay + 1) * microsteps;
+            let pending = self.messages.values().flatten().filter(|(input, _)| *input == port).count();
+            assert!(pending <= capacity, "{pending} of {capacity} at {port} of {edge:?}");
+        }
+    }
+
+    fn deliver(&mut self, port: u16, tag: Tag, value: u32) {
+        let Some(open) = self.open.as_mut().filter(|open| open.tag == tag) else {
+            self.messages.entry(tag).or_default().insert((port, value));
+            return;
+        };
+        let passed = self.outputs[..open.done].last().map_or(0, |(output, _)| send_level(*output) + 1);
+        assert!(passed <= input_level(port), "the message for port {port} at {tag} is late: {:#?}", self.federate);
+        open.inputs.insert((port, value));
+    }
+
+    /// Tells the next event, and moves control messages to the out-buffer as far as there is room.
+    pub(crate) fn tell(&mut self, now: Instant) {
+        let next = self.next();
+        self.federate.next_event(now, next);
+        while let Some(message) = self.federate.poll_transmit(self.room.saturating_sub(self.outgoing.len())) {
+            push(&mut self.outgoing, &message);
+        }
+    }
+
+    fn last(&self) -> Tag {
+        let end = self.federate.start_time().map_or(Tag::FOREVER, |start| Tag::at(start + Interval(END_NS)));
+        end.min(self.federate.stop_tag().unwrap_or(Tag::FOREVER))
+    }
+
+    fn next(&self) -> Tag {
+        let message = self.messages.first_key_value().map(|(tag, _)| *tag);
+        self.timer.into_iter().chain(message).chain([self.last()]).min().unwrap()
+    }
+
+    /// Begins the next tag or goes on within the open one, as far as it may; at `stop_at`, asks the federation to stop.
+    pub(crate) fn run(&mut self, now: Instant, stop_at: Option<i64>) {
+        if self.open.is_none() {
+            // What is told of a tag goes before the messages of the next one.
+            self.tell(now);
+            let next = self.next();
+            let tag = self.federate.summons().map_or(next, |summons| summons.min(next));
+            if self.federate.has_transmit() || !self.federate.may_advance(tag) {
+                return;
+            }
+            self.federate.begin(tag).unwrap();
+            let fires = self.timer == Some(tag);
+            if fires {
+                self.timer = self.graph.next_timer(self.id, tag);
+            }
+            self.open = Some(Open { tag, fires, inputs: self.messages.remove(&tag).unwrap_or_default(), done: 0 });
+        }
+        let limit = self.awaited.max_level(&self.federate);
+        let Some(mut open) = self.open.take() else { return };
+        while let Some((port, edge)) = self.outputs.get(open.done).copied() {
+            if limit.is_some_and(|limit| send_level(port) >= limit) {
+                break;
+            }
+            self.send(&open, port, edge);
+            open.done += 1;
+        }
+        if limit.is_some() {
+            self.open = Some(open);
+        } else {
+            self.complete(open, stop_at);
+        }
+        self.tell(now);
+    }
+
+    fn send(&mut self, open: &Open, port: u16, edge: Edge) {
+        let at = open.tag.delayed(edge.delay);
+        if !self.federate.may_send(at) {
+            return;
+        }
+        let offset = self.offset(open.tag);
+        let (tag, federate) = (lf_wire::Tag::new(at.time.as_nanos(), at.microstep.0), edge.to);
+        if let Some(value) = self.graph.value(port, offset, open.fires, &open.inputs) {
+            let payload = value.to_le_bytes();
+            push(&mut self.outgoing, &Message::TaggedMessage { port, federate, tag, payload: &payload });
+            self.federate.sent(at);
+        } else if self.graph.tells_absence(edge) {
+            push(&mut self.outgoing, &Message::PortAbsent { port, federate, tag });
+        }
+    }
+
+    fn complete(&mut self, open: Open, stop_at: Option<i64>) {
+        let Open { tag, fires, inputs, .. } = open;
+        let offset = self.offset(tag);
+        self.federate.complete(!inputs.is_empty());
+        // Without an event the tag has only told others that there is none.
+        if fires || !inputs.is_empty() || tag == self.last() {
+            self.trace.insert(Tag::new(Instant(offset), tag.microstep), inputs);
+        }
+        if stop_at.is_some_and(|at| at <= offset) {
+            self.federate.request_stop(tag.next_microstep());
+        }
+        if tag == self.last() {
+            self.federate.finish();
+        }
+    }
+
+    fn offset(&self, tag: Tag) -> i64 {
+        tag.time.since(self.federate.start_time().unwrap()).as_nanos()
+    }
+}
+
+fn push(target: &mut Vec<u8>, message: &Message<'_>) {
+    let start = target.len();
+    target.resize(start + message.encoded_len(), 0);
+    message.encode(&mut target[start..]).unwrap();
+}
