@@ -18,6 +18,9 @@ use crate::platform::{Interest, Platform, SocketId, Transfer};
 /// reason of a rejection, may be lost. So the peer is read until it closes, but not for longer than this.
 const LINGER: Interval = Interval::from_secs(2);
 
+/// Most bytes that one read takes, so that what has been read is still in the processor's cache when it is handled.
+const READ_BYTES_MAX: usize = 1 << 16;
+
 /// The receiving side of one connection.
 #[derive(Debug)]
 pub struct Inlet<'s> {
@@ -41,12 +44,65 @@ pub(super) enum Awaited {
     Input(ConnectionId),
 }
 
+impl Awaited {
+    /// The connection where it has to come about.
+    pub(super) fn connection(self) -> ConnectionId {
+        let (Self::Room(connection) | Self::Input(connection)) = self;
+        connection
+    }
+}
+
 /// The sending side of one connection.
 #[derive(Debug)]
 pub struct Outgoing<'s> {
     pub(super) socket: Option<SocketId>,
     pub(super) buffer: OutBuffer<&'s mut [u8]>,
     pub(super) state: State,
+    /// The connection of the socket whose place in the platform's table is this one, modulo the length of the table.
+    pub(super) of_socket: u16,
+    /// Input of others may wait for room or input here.
+    pub(super) awaited: bool,
+    /// This connection is in the queue of those that are due.
+    due: bool,
+    /// An entry of that queue.
+    queue: u16,
+}
+
+/// The connections that something is to be done for: a queue in which each is at most once.
+#[derive(Clone, Copy, Default, Debug)]
+pub(super) struct Due {
+    head: usize,
+    len: usize,
+}
+
+impl Due {
+    pub(super) fn len(self) -> usize {
+        self.len
+    }
+
+    /// Puts a connection at the end, if it is not in the queue.
+    pub(super) fn push(&mut self, table: &mut [Outgoing<'_>], index: usize) {
+        let Some(outgoing) = table.get_mut(index).filter(|outgoing| !outgoing.due) else { return };
+        outgoing.due = true;
+        let end = (self.head + self.len) % table.len();
+        // There are no more connections than that: the table is cut to it.
+        table[end].queue = u16::try_from(index).unwrap_or(u16::MAX);
+        self.len += 1;
+    }
+
+    /// One of the entries.
+    pub(super) fn get(self, table: &[Outgoing<'_>], index: usize) -> usize {
+        table[(self.head + index) % table.len()].queue.into()
+    }
+
+    /// Takes the first entry.
+    pub(super) fn pop(&mut self, table: &mut [Outgoing<'_>]) -> Option<usize> {
+        self.len = self.len.checked_sub(1)?;
+        let index = self.get(table, 0);
+        self.head = (self.head + 1) % table.len();
+        table[index].due = false;
+        Some(index)
+    }
 }
 
 /// How far a connection is closed from our side.
@@ -75,6 +131,8 @@ impl<'s> Inlet<'s> {
     /// Reads once, as much as there is space for.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
         let space = self.buffer.space();
+        let len = space.len().min(READ_BYTES_MAX);
+        let space = &mut space[..len];
         if !self.readable || self.ended || space.is_empty() {
             return;
         }
@@ -101,13 +159,22 @@ impl<'s> Inlet<'s> {
 impl<'s> Outgoing<'s> {
     /// A vacant place whose connections keep what is to be sent in `buffer`, which has to hold the longest message.
     pub fn new(buffer: &'s mut [u8]) -> Self {
-        Self { socket: None, buffer: OutBuffer::new(buffer), state: State::Open }
+        Self {
+            socket: None,
+            buffer: OutBuffer::new(buffer),
+            state: State::Open,
+            of_socket: 0,
+            awaited: false,
+            due: false,
+            queue: 0,
+        }
     }
 
     pub(super) fn open(&mut self, socket: SocketId) {
         self.socket = Some(socket);
         self.buffer.clear();
         self.state = State::Open;
+        self.awaited = false;
     }
 
     /// Whether it is open in both directions; nothing waits for room on one that is not.
@@ -178,9 +245,27 @@ impl<'s> Outgoing<'s> {
     }
 }
 
+/// Remembers the connection of a socket where [`connection_of`] looks for it.
+pub(super) fn note_socket(table: &mut [Outgoing<'_>], socket: SocketId, connection: usize) {
+    let place = usize::from(socket.index) % table.len();
+    table[place].of_socket = u16::try_from(connection).unwrap_or(u16::MAX);
+}
+
+/// The connection that has a socket.
+pub(super) fn connection_of(table: &[Outgoing<'_>], socket: SocketId) -> Option<usize> {
+    let is_it = |outgoing: &Outgoing<'_>| outgoing.socket == Some(socket);
+    let noted = usize::from(table.get(usize::from(socket.index) % table.len().max(1))?.of_socket);
+    match table.get(noted) {
+        Some(outgoing) if is_it(outgoing) => Some(noted),
+        // Sockets of other connections have the same place modulo the length.
+        _ => table.iter().position(is_it),
+    }
+}
+
 /// What the RTI's machine sees of the connections.
 pub(super) struct Outgoings<'a, 's, N> {
     pub(super) table: &'a mut [Outgoing<'s>],
+    pub(super) due: &'a mut Due,
     pub(super) notices: &'a mut N,
 }
 
@@ -193,18 +278,21 @@ impl<N: FnMut(Notice<'_>)> Outlet for Outgoings<'_, '_, N> {
         if let Some(outgoing) = self.table.get_mut(connection.0) {
             // There is room, for the machine asks before; and a connection that is closed sends no more.
             let _ = outgoing.buffer.push(message);
+            self.due.push(self.table, connection.0);
         }
     }
 
     fn half_close(&mut self, connection: ConnectionId) {
         if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.state == State::Open) {
             outgoing.state = State::HalfClosing;
+            self.due.push(self.table, connection.0);
         }
     }
 
     fn close(&mut self, connection: ConnectionId) {
         if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.is_read()) {
             outgoing.state = State::Closing(None);
+            self.due.push(self.table, connection.0);
         }
     }
 

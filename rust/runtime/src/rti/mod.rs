@@ -14,7 +14,7 @@ pub use connections::{Inlet, Outgoing};
 use crate::error::RunError;
 use crate::platform::{Interest, Platform, SocketId};
 use crate::turn::Turn;
-use connections::{Awaited, Outgoings, State};
+use connections::{Awaited, Due, Outgoings, State, connection_of, note_socket};
 
 /// How many messages of one connection are handled before the next connection has its turn.
 const MESSAGES_PER_TURN: u32 = 64;
@@ -72,6 +72,12 @@ pub struct RtiLoop<'a, 's, P, N> {
     rti: Rti<'s>,
     inlets: &'a mut [Inlet<'s>],
     outgoings: &'a mut [Outgoing<'s>],
+    /// Where something came, went or is to be done; all others are left alone.
+    due: Due,
+    /// How many connections there are.
+    open: usize,
+    /// When the next connection that is being closed may be due.
+    closing: Deadline,
     /// Until the federation is over.
     listener: Option<SocketId>,
     /// A connection may be waiting at the listener.
@@ -79,8 +85,6 @@ pub struct RtiLoop<'a, 's, P, N> {
     /// When to accept again after the system had no resources.
     accept_again: Option<Instant>,
     aborted: bool,
-    /// A message may be held until another connection has input.
-    held: bool,
     /// The tag at which all stop, once it is known and what was held has been let go on.
     stop_tag: Option<Tag>,
     notices: &'a mut N,
@@ -119,45 +123,49 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                 return Err(error);
             }
         };
-        let count = inlets.len().min(outgoings.len());
+        let count = inlets.len().min(outgoings.len()).min(u16::MAX.into());
         Ok(Self {
             platform,
             rti,
             inlets: &mut inlets[..count],
             outgoings: &mut outgoings[..count],
+            due: Due::default(),
+            open: 0,
+            closing: Deadline::Never,
             listener: Some(listener),
             acceptable: true,
             accept_again: None,
             aborted: false,
-            held: false,
             stop_tag: None,
             notices,
         })
     }
 
-    /// Does what can be done now. Bounded by the number of connections times [`MESSAGES_PER_TURN`].
+    /// Does what can be done now. Bounded by the number of connections with something to do times
+    /// [`MESSAGES_PER_TURN`].
     pub fn turn(&mut self) -> Turn<Outcome> {
         if !self.aborted && self.platform.interrupted() {
             self.aborted = true;
-            let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
-            self.rti.abort(&mut outlet);
-        }
-        self.accept();
-        for index in 0..self.inlets.len() {
-            if self.outgoings[index].socket.is_some() {
-                self.receive(index);
-            }
+            self.tell(|rti, outlet| rti.abort(outlet));
         }
         let now = self.platform.now();
+        self.accept(now);
+        self.expire(now);
+        for entry in 0..self.due.len() {
+            self.receive(self.due.get(self.outgoings, entry));
+        }
         if self.rti.poll_timeout().is_due(now) {
-            let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
-            self.rti.handle_timeout(now, &mut outlet);
+            self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
         }
         if self.stop_tag != self.rti.stop_tag() {
             self.stop_tag = self.rti.stop_tag();
             (0..self.inlets.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
         }
-        self.send();
+        for _ in 0..self.due.len() {
+            if let Some(index) = self.due.pop(self.outgoings) {
+                self.send(index);
+            }
+        }
         match self.rti.status() {
             Status::Finished(outcome) if self.close_all() => Turn::Ended(outcome),
             Status::Finished(_) | Status::Running => Turn::Wait(self.prepare_wait()),
@@ -166,14 +174,20 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let Self { platform, inlets, outgoings, listener, acceptable, .. } = self;
+        let Self { platform, inlets, outgoings, due, listener, acceptable, .. } = self;
         platform.wait(until, &mut |socket, interest| {
             if Some(socket) == *listener {
                 *acceptable = true;
-            } else if let Some(index) = outgoings.iter().position(|outgoing| outgoing.socket == Some(socket)) {
+            } else if let Some(index) = connection_of(outgoings, socket) {
                 inlets[index].readable |= interest.readable;
+                due.push(outgoings, index);
             }
         });
+    }
+
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, 's, N>) -> R) -> R {
+        let mut outlet = Outgoings { table: self.outgoings, due: &mut self.due, notices: self.notices };
+        what(&mut self.rti, &mut outlet)
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -182,15 +196,17 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             // Whoever comes now shall see at once that nobody is here.
             self.platform.close(listener);
         }
-        for outgoing in self.outgoings.iter_mut().filter(|outgoing| outgoing.is_read()) {
-            outgoing.state = State::Closing(None);
+        for index in 0..self.outgoings.len() {
+            if self.outgoings[index].is_read() {
+                self.outgoings[index].state = State::Closing(None);
+                self.due.push(self.outgoings, index);
+            }
         }
-        self.outgoings.iter().all(|outgoing| outgoing.socket.is_none())
+        self.open == 0
     }
 
     /// Takes the connections that wait, as long as there are places for them.
-    fn accept(&mut self) {
-        let now = self.platform.now();
+    fn accept(&mut self, now: Instant) {
         if self.accept_again.is_some_and(|time| time <= now) {
             (self.accept_again, self.acceptable) = (None, true);
         }
@@ -199,10 +215,14 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             let Some(index) = self.outgoings.iter().position(|outgoing| outgoing.socket.is_none()) else { return };
             match self.platform.accept(listener) {
                 Ok(Some((socket, address))) => {
+                    self.open += 1;
                     self.outgoings[index].open(socket);
                     self.inlets[index].reset();
-                    let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
-                    self.rti.handle_connect(now, ConnectionId(index), address.octets(), &mut outlet);
+                    note_socket(self.outgoings, socket, index);
+                    self.due.push(self.outgoings, index);
+                    self.tell(|rti, outlet| {
+                        rti.handle_connect(now, ConnectionId(index), address.octets(), outlet);
+                    });
                 }
                 Ok(None) => self.acceptable = false,
                 Err(error) => {
@@ -211,6 +231,22 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                     self.acceptable = false;
                     self.accept_again = Some(now + ACCEPT_PAUSE);
                 }
+            }
+        }
+    }
+
+    /// Looks at the connections that are being closed, if the time of one may have come.
+    fn expire(&mut self, now: Instant) {
+        if !self.closing.is_due(now) {
+            return;
+        }
+        self.closing = Deadline::Never;
+        for index in 0..self.outgoings.len() {
+            let time_out = self.outgoings[index].poll_timeout();
+            if time_out.is_due(now) {
+                self.due.push(self.outgoings, index);
+            } else {
+                self.closing = self.closing.min(time_out);
             }
         }
     }
@@ -225,16 +261,11 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         self.inlets[index].fill(self.platform, socket);
         if self.inlets[index].fresh && self.inlets[index].awaits.is_none() {
             self.offer(index);
-            if self.held {
-                self.let_go_on(Awaited::Input(ConnectionId(index)));
-                self.held = self.inlets.iter().any(|inlet| matches!(inlet.awaits, Some(Awaited::Input(_))));
-            }
+            self.let_go_on(Awaited::Input(ConnectionId(index)));
         }
-        let inlet = &self.inlets[index];
-        if inlet.ended && !inlet.fresh && inlet.awaits.is_none() && self.outgoings[index].is_read() {
+        if self.inlets[index].ended && !self.inlets[index].fresh && self.has_work(index) {
             let now = self.platform.now();
-            let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
-            self.rti.handle_disconnect(now, ConnectionId(index), &mut outlet);
+            self.tell(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
             self.outgoings[index].state = State::Closing(None);
         }
     }
@@ -243,7 +274,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
+            let mut outlet = Outgoings { table: self.outgoings, due: &mut self.due, notices: self.notices };
             let inlet = &mut self.inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -256,15 +287,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                     inlet.fresh = false;
                     return;
                 }
-                Verdict::Blocked(by) => {
-                    inlet.awaits = Some(Awaited::Room(by));
-                    return;
-                }
-                Verdict::Held(until) => {
-                    inlet.awaits = Some(Awaited::Input(until));
-                    self.held = true;
-                    return;
-                }
+                Verdict::Blocked(by) => return self.put_off(index, Awaited::Room(by)),
+                Verdict::Held(until) => return self.put_off(index, Awaited::Input(until)),
                 Verdict::Closed => {
                     inlet.fresh = false;
                     inlet.buffer.clear();
@@ -275,70 +299,87 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
     }
 
-    /// Writes what is pending on all connections, and lets go on what waited for room there.
-    fn send(&mut self) {
-        for index in 0..self.outgoings.len() {
-            if self.outgoings[index].socket.is_none() {
-                continue;
-            }
-            if self.outgoings[index].flush(self.platform) {
-                let now = self.platform.now();
-                let mut outlet = Outgoings { table: self.outgoings, notices: self.notices };
-                self.rti.handle_writable(now, ConnectionId(index), &mut outlet);
-                // What was put off goes with the same turn.
-                self.outgoings[index].flush(self.platform);
-                self.let_go_on(Awaited::Room(ConnectionId(index)));
-            }
-            self.outgoings[index].advance_closing(self.platform, self.inlets[index].ended);
-            if !self.outgoings[index].is_open() {
-                self.let_go_on(Awaited::Room(ConnectionId(index)));
-                self.let_go_on(Awaited::Input(ConnectionId(index)));
-            }
-            if self.outgoings[index].socket.is_none() {
-                (self.accept_again, self.acceptable) = (None, true);
-            }
+    /// Writes what is pending on one connection, lets go on what waited for room there, and says what to wait for.
+    fn send(&mut self, index: usize) {
+        if self.outgoings[index].socket.is_none() {
+            return;
+        }
+        if self.outgoings[index].flush(self.platform) {
+            let now = self.platform.now();
+            self.tell(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
+            // What was put off goes with the same turn.
+            self.outgoings[index].flush(self.platform);
+            self.let_go_on(Awaited::Room(ConnectionId(index)));
+        }
+        self.outgoings[index].advance_closing(self.platform, self.inlets[index].ended);
+        if !self.outgoings[index].is_open() {
+            self.let_go_on(Awaited::Room(ConnectionId(index)));
+            self.let_go_on(Awaited::Input(ConnectionId(index)));
+        }
+        let Some(socket) = self.outgoings[index].socket else {
+            self.open -= 1;
+            (self.accept_again, self.acceptable) = (None, true);
+            return;
+        };
+        self.closing = self.closing.min(self.outgoings[index].poll_timeout());
+        let inlet = &mut self.inlets[index];
+        let reading = !inlet.ended && inlet.awaits.is_none() && !inlet.buffer.space().is_empty();
+        self.platform.set_interest(socket, self.outgoings[index].interest(reading));
+        if self.has_work(index) {
+            self.due.push(self.outgoings, index);
+        }
+    }
+
+    /// The message at the front of a connection has to wait.
+    fn put_off(&mut self, index: usize, awaited: Awaited) {
+        self.inlets[index].awaits = Some(awaited);
+        let on = awaited.connection();
+        if let Some(outgoing) = self.outgoings.get_mut(on.0) {
+            outgoing.awaited = true;
+            // Should it be closing already, nothing else would lead there.
+            self.due.push(self.outgoings, on.0);
         }
     }
 
     /// What was awaited has come about.
     fn let_go_on(&mut self, awaited: Awaited) {
-        for inlet in self.inlets.iter_mut().filter(|inlet| inlet.awaits == Some(awaited)) {
-            inlet.awaits = None;
+        let on = awaited.connection();
+        if !core::mem::take(&mut self.outgoings[on.0].awaited) {
+            return;
+        }
+        for index in 0..self.inlets.len() {
+            let inlet = &mut self.inlets[index];
+            if inlet.awaits == Some(awaited) {
+                inlet.awaits = None;
+                self.due.push(self.outgoings, index);
+            } else if inlet.awaits.is_some_and(|other| other.connection() == on) {
+                self.outgoings[on.0].awaited = true;
+            }
         }
     }
 
-    /// When the next turn is due though no socket is ready.
-    fn deadline(&self) -> Deadline {
-        let busy = |(inlet, outgoing): (&Inlet<'_>, &Outgoing<'_>)| {
-            outgoing.is_read() && inlet.awaits.is_none() && (inlet.fresh || inlet.ended)
-        };
-        if self.inlets.iter().zip(self.outgoings.iter()).any(busy) {
+    /// Whether there is something to be done for a connection though its socket is not ready.
+    fn has_work(&self, index: usize) -> bool {
+        let inlet = &self.inlets[index];
+        self.outgoings[index].is_read() && inlet.awaits.is_none() && (inlet.fresh || inlet.ended)
+    }
+
+    /// Says whether to wait for connections, and gives until when to wait.
+    fn prepare_wait(&mut self) -> Deadline {
+        let room = self.open < self.outgoings.len();
+        if let Some(listener) = self.listener {
+            let accepting = room && self.accept_again.is_none();
+            self.platform.set_interest(listener, if accepting { Interest::READ } else { Interest::NONE });
+        }
+        if self.due.len() > 0 {
             return Deadline::Now;
         }
-        let closing = self.outgoings.iter().map(Outgoing::poll_timeout).min().unwrap_or(Deadline::Never);
         // A place may have become free after this turn's look at the listener.
-        let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
         let accept = match self.listener {
             Some(_) if self.acceptable && room => Deadline::Now,
             Some(_) => self.accept_again.into(),
             None => Deadline::Never,
         };
-        self.rti.poll_timeout().min(closing).min(accept)
-    }
-
-    /// Says what to wait for, and gives until when.
-    fn prepare_wait(&mut self) -> Deadline {
-        if let Some(listener) = self.listener {
-            let room = self.outgoings.iter().any(|outgoing| outgoing.socket.is_none());
-            let accepting = room && self.accept_again.is_none();
-            self.platform.set_interest(listener, if accepting { Interest::READ } else { Interest::NONE });
-        }
-        for (inlet, outgoing) in self.inlets.iter_mut().zip(self.outgoings.iter()) {
-            if let Some(socket) = outgoing.socket {
-                let reading = !inlet.ended && inlet.awaits.is_none() && !inlet.buffer.space().is_empty();
-                self.platform.set_interest(socket, outgoing.interest(reading));
-            }
-        }
-        self.deadline()
+        self.rti.poll_timeout().min(self.closing).min(accept)
     }
 }
