@@ -14,7 +14,7 @@ use rustix::net::{AddressFamily, RecvFlags, SendFlags, Shutdown, SocketFlags, So
 /// The epoll key of the wake-up descriptor, which is no socket of the table.
 const WAKE_KEY: u64 = u64::MAX;
 /// How many events one wait takes from the kernel; the rest comes with the next wait.
-const EVENTS: usize = 64;
+const EVENTS: usize = 256;
 
 /// All sockets of one program.
 pub(crate) struct Sockets {

@@ -57,9 +57,8 @@ impl Rti<'_> {
     /// A federate leaves in order. Its connection is kept until it has read all and closes it.
     pub(super) fn on_resign(&mut self, now: Instant, federate: usize, outlet: &mut impl Outlet) {
         let Some(connection) = self.connection_of(federate) else { return };
-        let known = &mut self.connections[connection.0];
-        known.phase = Phase::Draining;
-        known.deadline = Some(now + self.config.connection_time_out);
+        self.connections[connection.0].phase = Phase::Draining;
+        self.set_deadline(connection, Some(now + self.config.connection_time_out));
         outlet.half_close(connection);
         outlet.notice(Notice::Resigned(id(federate)));
         self.depart(federate, outlet);

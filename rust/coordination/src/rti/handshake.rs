@@ -57,7 +57,8 @@ impl Rti<'_> {
         let deadline = Some(now + self.config.connection_time_out);
         match self.connections.get_mut(connection.0) {
             Some(known) if known.phase == Phase::Vacant && !self.aborted => {
-                *known = Connection { phase: Phase::Ids, federate: None, address, deadline };
+                *known = Connection { phase: Phase::Ids, federate: None, address, deadline: None };
+                self.set_deadline(connection, deadline);
             }
             _ => outlet.close(connection),
         }
@@ -91,9 +92,8 @@ impl Rti<'_> {
         };
         match self.take_step(now, connection, message, outlet) {
             Ok(Step::Done) => {
-                let known = &mut self.connections[connection.0];
-                let patience = (known.phase != Phase::Joined).then(|| now + self.config.connection_time_out);
-                known.deadline = patience;
+                let joined = self.connections[connection.0].phase == Phase::Joined;
+                self.set_deadline(connection, (!joined).then(|| now + self.config.connection_time_out));
                 Verdict::Consumed(len)
             }
             Ok(Step::NoRoom) => Verdict::Blocked(connection),

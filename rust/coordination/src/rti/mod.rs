@@ -100,6 +100,8 @@ pub struct Rti<'s> {
     in_transit: &'s mut [Tag],
     start: Option<Instant>,
     stop: Stop,
+    /// The earliest deadline of the connections.
+    patience: Deadline,
     /// The first federate that was lost after the start.
     loss: Option<(FederateId, Cause)>,
     aborted: bool,
@@ -128,6 +130,7 @@ impl<'s> Rti<'s> {
             in_transit,
             start: None,
             stop: Stop::default(),
+            patience: Deadline::Never,
             loss: None,
             aborted: false,
         })
@@ -164,18 +167,19 @@ impl<'s> Rti<'s> {
         message_bytes_max(&self.limits)
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is to be called. Looks at every connection once.
+    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Deadline {
-        let deadlines = self.connections.iter().filter_map(|connection| connection.deadline);
-        deadlines.chain(self.stop.deadline()).min().into()
+        self.patience.min(self.stop.deadline().into())
     }
 
     /// Gives up on connections that have been silent for too long, and on federates that do not answer a stop request.
     /// Looks at every connection and every federate once.
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
-        for index in 0..self.connections.len() {
-            if self.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
-                self.lose_patience(ConnectionId(index), outlet);
+        if self.patience.is_due(now) {
+            for index in 0..self.connections.len() {
+                if self.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
+                    self.lose_patience(ConnectionId(index), outlet);
+                }
             }
         }
         if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
@@ -213,16 +217,33 @@ impl<'s> Rti<'s> {
         }
     }
 
+    /// Until when the RTI has patience with a connection.
+    fn set_deadline(&mut self, connection: ConnectionId, deadline: Option<Instant>) {
+        let before = core::mem::replace(&mut self.connections[connection.0].deadline, deadline);
+        if before.is_some() && self.patience == before.into() {
+            self.patience = patience(self.connections);
+        }
+        self.patience = self.patience.min(deadline.into());
+    }
+
     /// The connection is no more, and its id is free if it had not completed its handshake.
     fn release(&mut self, connection: ConnectionId) {
-        let Some(known) = self.connections.get_mut(connection.0) else { return };
-        let federate = core::mem::take(known).federate;
+        if connection.0 >= self.connections.len() {
+            return;
+        }
+        self.set_deadline(connection, None);
+        let federate = core::mem::take(&mut self.connections[connection.0]).federate;
         if let Some(slot) = federate.and_then(|federate| self.slots.get_mut(usize::from(federate)))
             && slot.membership == Membership::Joining(connection)
         {
             *slot = Slot::default();
         }
     }
+}
+
+/// The earliest deadline of the connections.
+fn patience(connections: &[Connection]) -> Deadline {
+    connections.iter().filter_map(|connection| connection.deadline).min().into()
 }
 
 /// An index of a slot as the federate's id.

@@ -40,6 +40,7 @@ impl<'s> Rti<'s> {
             in_transit: _,
             start,
             stop,
+            patience: _,
             loss,
             aborted,
         } = self;
@@ -59,7 +60,8 @@ impl<'s> Rti<'s> {
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
         let Suspended { start, stop, loss, aborted } = state;
         let limits = config.limits(count);
-        Ok(Self { config, limits, slots, connections, graph, in_transit, start, stop, loss, aborted })
+        let patience = super::patience(connections);
+        Ok(Self { config, limits, slots, connections, graph, in_transit, start, stop, patience, loss, aborted })
     }
 }
 
