@@ -26,6 +26,8 @@ class Rti:
     clock_sync_trials: int
     # Whether the RTI tells federates which of their next event tags nobody waits for.
     dnet: bool
+    # Whether the federates authenticate.
+    auth: bool
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ def _rti(item: Any) -> Rti:
         clock_sync=_text(item["clock_sync"]),
         clock_sync_trials=_number(item["clock_sync_trials"]),
         dnet=_truth(item["dnet"]),
+        auth=_truth(item["auth"]),
     )
 
 

@@ -44,6 +44,8 @@ class Federation:
         words += ["--number_of_federates", str(self.rti.federates)]
         if not self.rti.dnet:
             words.append("--dnet_disabled")
+        if self.rti.auth:
+            words.append("--auth")
         words += ["--clock_sync", self.rti.clock_sync]
         if self.rti.clock_sync != "off":
             words += ["exchanges-per-interval", str(self.rti.clock_sync_trials)]

@@ -167,6 +167,13 @@ def test_dnet_can_be_off(world: World) -> None:
     assert "--dnet_disabled" in planned(world).rti_command()
 
 
+def test_the_rti_authenticates_the_federates_that_authenticate(world: World) -> None:
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    world.write({**source, "rti": {**source["rti"], "auth": True}})
+    assert "--auth" in planned(world).rti_command()
+
+
 def test_federation_ids_differ_and_fit_on_the_wire(world: World) -> None:
     world.program("grid-a", "")
     source = description.load(world.description).source

@@ -11,7 +11,16 @@
 #include <zephyr/sys/printk.h>
 
 #ifdef CONFIG_ARCH_POSIX
+#include <nsi_host_trampolines.h>
 #include <posix_board_if.h>
+#endif
+
+#ifdef CONFIG_LF_AUTHENTICATION
+#include <zephyr/random/random.h>
+
+BUILD_ASSERT(IS_ENABLED(CONFIG_ARCH_POSIX) || IS_ENABLED(CONFIG_CSPRNG_ENABLED) ||
+		     IS_ENABLED(CONFIG_TEST_CSPRNG_GENERATOR),
+	     "authentication needs random numbers: this board has no driver for its entropy source");
 #endif
 
 LOG_MODULE_REGISTER(lf, CONFIG_LF_LOG_LEVEL);
@@ -105,6 +114,26 @@ uint32_t lf_interrupts_lock(void)
 void lf_interrupts_unlock(uint32_t key)
 {
 	irq_unlock(key);
+}
+
+int lf_random(uint8_t *buffer, size_t size)
+{
+#if defined(CONFIG_ARCH_POSIX)
+	/* The simulated entropy driver gives the same numbers in every run. */
+	int file = nsi_host_open("/dev/urandom", 0);
+	long got = file < 0 ? -1 : nsi_host_read(file, buffer, size);
+
+	if (file >= 0) {
+		(void)nsi_host_close(file);
+	}
+	return got == (long)size ? 0 : -EIO;
+#elif defined(CONFIG_LF_AUTHENTICATION)
+	return sys_csrand_get(buffer, size);
+#else
+	ARG_UNUSED(buffer);
+	ARG_UNUSED(size);
+	return -ENOTSUP;
+#endif
 }
 
 /* The level selects a macro, not an argument, because Zephyr removes the messages of levels that are off. */

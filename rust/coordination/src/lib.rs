@@ -2,13 +2,15 @@
 //! The federate and the RTI of a federation as state machines without I/O.
 //!
 //! They are given the time and decoded messages, are asked for output until there is none, and say with a
-//! [`Deadline`] when they next want to be called. They never read a clock, open a socket, sleep or allocate.
+//! [`Deadline`] when they next want to be called. They never read a clock, open a socket, draw a random number, sleep
+//! or allocate.
 #![no_std]
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
 extern crate std;
 
+pub mod auth;
 pub mod clock_sync;
 mod deadline;
 pub mod federate;

@@ -39,7 +39,7 @@ fn running() -> Federate<'static> {
     let mut config = Config::new(FederateId(1), b"federation");
     (config.upstream, config.downstream, config.clock_sync) = (&[(0, DELAY_NONE)], &[0], ClockSync::Off);
     let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     handle(&mut federate, Message::Ack);
     drain(&mut federate);

@@ -40,7 +40,7 @@ fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
 /// A federate that has been started, with nothing left to transmit.
 fn running(config: Config<'static>) -> Federate<'static> {
     let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
     drain(&mut federate);
@@ -338,7 +338,7 @@ fn a_program_that_fails_says_so_instead_of_resigning() {
     }
     // Before the start a federate cannot leave in order: the others wait for it.
     let mut federate = Federate::new(config(UPSTREAM, &[])).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     federate.finish();
     assert_eq!(drain(&mut federate), [Message::Failed]);
 }

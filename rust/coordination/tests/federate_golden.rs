@@ -11,7 +11,7 @@
 
 mod federate_support;
 
-use federate_support::{Driver, Program};
+use federate_support::{Driver, NONCE, Program};
 use lf_coordination::FederateId;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
 use lf_golden::{Fill, Frame, Recording, Step};
@@ -23,6 +23,7 @@ const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);
 /// How long a message is on its way.
 const LATENCY: Interval = Interval(40_000);
 const NET: u8 = 6;
+const FED_NONCE: u8 = 100;
 
 struct Replay<'a> {
     driver: Driver<'a>,
@@ -64,7 +65,9 @@ impl Replay<'_> {
         }
         let found = self.driver.out.pop_front().unwrap();
         assert!(found != self.last_net, "{at}: a NET is repeated");
-        if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
+        if found[0] == FED_NONCE {
+            assert_eq!(frame.bytes.extract(&found).as_deref(), Some(&NONCE[..]), "{at}");
+        } else if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
             // The federate's clock.
             let time = frame.bytes.extract(&found).unwrap_or_else(|| panic!("{at}: found {found:02x?}"));
             assert_eq!(i64::from_le_bytes(time.try_into().unwrap()), self.physical().as_nanos(), "{at}");
@@ -102,6 +105,11 @@ impl Replay<'_> {
                 frame.bytes.fill_with(self.start.as_nanos().to_le_bytes())
             }
             Some(Fill::TagTime) => self.expected(frame),
+            // Over the type of the message, federate 0 and its nonce.
+            Some(Fill::Hmac { key }) => {
+                let proven = [&[frame.bytes.fill_with([])[0], 0, 0][..], &NONCE].concat();
+                frame.bytes.fill_with(lf_golden::hmac(key, &proven))
+            }
             Some(other) => panic!("not for a centralized federate: {other:?}"),
         };
         self.driver.receive(&bytes);
@@ -135,6 +143,7 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
     let upstream: Vec<_> = setup.upstream.iter().map(|id| (*id, DELAY_NONE)).collect();
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
     (config.upstream, config.downstream) = (&upstream, &setup.downstream);
+    config.authentication = setup.auth;
     if name == "57-clock-sync-off" {
         config.clock_sync = ClockSync::Off;
     }
@@ -198,6 +207,18 @@ fn a_sink_whose_rti_fails() {
 #[test]
 fn a_source_that_requests_a_stop() {
     replay("53-stop-request", Program::Source { sends: |_| true, stops: Some(3) }, &[], resigned);
+}
+
+#[test]
+fn a_source_that_authenticates() {
+    replay("54-auth", ALWAYS, &[], resigned);
+}
+
+#[test]
+fn a_source_whose_rti_has_another_key() {
+    replay("54b-auth-wrong-rti", ALWAYS, &[], |driver| {
+        assert_eq!((driver.federate.phase(), driver.error), (Phase::Failed, Some(FederateError::RtiNotAuthentic)));
+    });
 }
 
 #[test]

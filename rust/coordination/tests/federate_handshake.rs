@@ -28,7 +28,7 @@ fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
 fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
     let mut federate = Federate::new(config(UPSTREAM, DOWNSTREAM)).unwrap();
     assert_eq!(drain(&mut federate), []);
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     assert_eq!(federate.poll_timeout(), Deadline::At(NOW + CONNECT_TIME_OUT));
     assert_eq!(federate.poll_transmit(13), None);
     assert_eq!(federate.poll_transmit(14), Some(Message::FedIds { federate: 1, federation_id: b"federation" }));
@@ -43,7 +43,7 @@ fn every_rejection_says_what_to_do() {
     let mut sentences = std::collections::BTreeSet::new();
     for byte in 0..=8 {
         let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-        federate.handle_connected(NOW);
+        federate.handle_connected(NOW, [0; 8]);
         drain(&mut federate);
         let error = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(byte))).unwrap_err();
         assert_eq!(error, FederateError::Rejected(RejectCode::from_byte(byte)));
@@ -66,7 +66,7 @@ fn a_connection_that_ends_before_the_ack_is_made_again_until_the_time_is_over() 
         match retry.poll(now) {
             ConnectStep::Attempt => {
                 attempts += 1;
-                federate.handle_connected(now);
+                federate.handle_connected(now, [0; 8]);
                 assert_eq!(drain(&mut federate).len(), 1);
                 assert_eq!(federate.handle_disconnected(), Ok(Disconnected::ConnectAgain));
                 assert_eq!((federate.phase(), federate.poll_timeout()), (Phase::Disconnected, Deadline::Never));
@@ -84,7 +84,7 @@ fn a_connection_that_ends_before_the_ack_is_made_again_until_the_time_is_over() 
 #[test]
 fn an_rti_that_does_not_answer_is_given_up() {
     let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     assert_eq!(federate.handle_timeout(NOW), Ok(Event::None));
     assert_eq!(federate.handle_timeout(NOW + CONNECT_TIME_OUT), Err(FederateError::NoAnswer));
@@ -98,7 +98,7 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
         config.clock_sync = ClockSync::Init { trials: 5 };
         let time_out = config.clock_sync_time_out;
         let mut federate = Federate::new(config).unwrap();
-        federate.handle_connected(NOW);
+        federate.handle_connected(NOW, [0; 8]);
         drain(&mut federate);
         federate.handle_message(NOW, Message::Ack).unwrap();
         assert_eq!(drain(&mut federate)[1], Message::UdpPort(0));
@@ -127,7 +127,7 @@ fn an_rti_that_makes_more_exchanges_is_told_apart() {
     let mut config = config(&[], DOWNSTREAM);
     config.clock_sync = ClockSync::Init { trials: 1 };
     let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     federate.handle_message(NOW, Message::Ack).unwrap();
     drain(&mut federate);
@@ -142,7 +142,7 @@ fn t4_without_t3_is_unexpected() {
     let mut config = config(&[], DOWNSTREAM);
     config.clock_sync = ClockSync::Init { trials: 1 };
     let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     federate.handle_message(NOW, Message::Ack).unwrap();
     federate.handle_message(NOW, Message::T1(0)).unwrap();
@@ -153,7 +153,7 @@ fn t4_without_t3_is_unexpected() {
 #[test]
 fn without_clock_synchronization_the_rti_is_told_so() {
     let mut federate = Federate::new(config(&[], &[])).unwrap();
-    federate.handle_connected(NOW);
+    federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
     federate.handle_message(NOW, Message::Ack).unwrap();
     let sent = drain(&mut federate);

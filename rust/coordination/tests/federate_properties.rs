@@ -111,7 +111,7 @@ fn grant(deed: &Deed) -> Option<(Tag, Option<Tag>)> {
 fn act(federate: &mut Federate<'_>, now: Instant, deed: &Deed) -> bool {
     let handle = |federate: &mut Federate<'_>, message| federate.handle_message(now, message).is_ok();
     match deed {
-        Deed::Connected => federate.handle_connected(now),
+        Deed::Connected => federate.handle_connected(now, [0; 8]),
         Deed::Disconnected => return federate.handle_disconnected().is_ok(),
         Deed::Bytes(bytes) => {
             if let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) {
@@ -141,7 +141,7 @@ fn act(federate: &mut Federate<'_>, now: Instant, deed: &Deed) -> bool {
 /// The deeds that lead to the start.
 fn start(federate: &mut Federate<'_>, sync: bool) {
     let drain = |federate: &mut Federate<'_>| while federate.poll_transmit(usize::MAX).is_some() {};
-    federate.handle_connected(Instant(0));
+    federate.handle_connected(Instant(0), [0; 8]);
     drain(federate);
     federate.handle_message(Instant(0), Message::Ack).unwrap();
     drain(federate);
@@ -205,7 +205,7 @@ proptest! {
     #[test]
     fn random_bytes_are_survived(started: bool, bytes in vec(prop_oneof![0..27u8, any::<u8>()], 0..400)) {
         let mut federate = Federate::new(config(true, true, None, true)).unwrap();
-        if started { start(&mut federate, true) } else { federate.handle_connected(Instant(0)) }
+        if started { start(&mut federate, true) } else { federate.handle_connected(Instant(0), [0; 8]) }
         let mut rest = &bytes[..];
         while let Some(tail) = rest.get(1..) {
             rest = match decode(rest, &Limits { payload_bytes_max: 64, ..Limits::NONE }) {
@@ -386,7 +386,7 @@ proptest! {
     #[test]
     fn every_rejection_is_final(code: u8) {
         let mut federate = Federate::new(config(false, true, None, true)).unwrap();
-        federate.handle_connected(Instant(0));
+        federate.handle_connected(Instant(0), [0; 8]);
         let rejected = federate.handle_message(Instant(0), Message::Reject(RejectCode::from_byte(code)));
         prop_assert!(rejected.is_err());
         prop_assert_eq!((federate.phase(), federate.poll_transmit(usize::MAX)), (Phase::Failed, None));

@@ -59,6 +59,7 @@ recordings! {
     address: "25-address",
     large_message: "26-large-message",
     message_destinations: "27-message-destinations",
+    auth_accepted: "28-auth-accepted",
     clock_sync_init: "30-clock-sync-init",
     clock_sync_init_three: "30b-clock-sync-init-three",
     clock_sync_off: "30c-clock-sync-off",

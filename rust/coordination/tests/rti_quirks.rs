@@ -94,3 +94,43 @@ fn a_ptag_reaches_upstream_federates_as_soon_as_they_can_follow() {
     recording.steps.insert(at + 1, Step::Recv(frame(1, "08506897e3b3b6e00d00000000")));
     play(&recording);
 }
+
+/// 29: the recorded RTI rejects a wrong key, and then aborts.
+#[test]
+fn a_wrong_key_is_rejected_and_the_right_one_is_accepted_afterwards() {
+    let mut recording = load("29-auth-rejected");
+    let accepted = lf_golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
+    let acknowledged = received_again(&accepted, 0);
+    recording.steps.extend_from_slice(&accepted.steps[..=acknowledged]);
+    let rti = play(&recording);
+    let refused = "a connection was refused that claims to be federate 0: the HMAC does not match (code 6)";
+    assert_eq!(rti.world.outlet.notices[0], refused);
+}
+
+/// 29b: the recorded RTI does not answer and ends. Ours says with code 4 that it expects another message, also to a
+/// federate whose first message is shorter than the one that is expected, and goes on.
+#[test]
+fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
+    let mut recording = load("29b-auth-missing");
+    let accepted = lf_golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
+    let closed = Step::ClosedByPeer(100);
+    let at = recording.steps.iter().position(|step| *step == closed).expect("the RTI closes the connection");
+    recording.steps.insert(at, Step::Recv(frame(100, "0004")));
+    recording.steps.extend([
+        Step::Connect(101),
+        Step::Send(frame(101, "01000000")),
+        Step::Recv(frame(101, "0004")),
+        Step::ClosedByPeer(101),
+    ]);
+    recording.steps.extend_from_slice(&accepted.steps[..=received_again(&accepted, 0)]);
+    let rti = play(&recording);
+    let notices = &rti.world.outlet.notices;
+    assert!(notices[..2].iter().all(|notice| notice.contains("auth: true")), "{notices:#?}");
+}
+
+/// Where the second received message of this connection stands: the ACK of a federate that authenticates.
+fn received_again(recording: &Recording, connection: u16) -> usize {
+    let first = received(recording, connection) + 1;
+    let is_it = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == connection);
+    first + recording.steps[first..].iter().position(is_it).expect("the recording has such a step")
+}

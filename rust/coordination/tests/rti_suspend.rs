@@ -101,7 +101,7 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
     let mut borrowed = memory.clone();
     let mut rti = Rti::new(config(), borrowed.borrow()).expect("the storage fits");
     for index in 0..FEDERATES {
-        rti.handle_connect(now, ConnectionId(index), [127, 0, 0, 1], &mut outlet);
+        rti.handle_connect(now, ConnectionId(index), [127, 0, 0, 1], [0; 8], &mut outlet);
     }
     let mut state = rti.suspend();
     memory.clone_from(&borrowed);

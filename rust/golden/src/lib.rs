@@ -7,10 +7,12 @@
 
 mod error;
 mod file;
+mod hmac;
 mod mask;
 mod recording;
 pub mod replay;
 
+pub use self::hmac::hmac;
 pub use error::GoldenError;
 pub use file::{directory, load, load_all, parse};
 pub use mask::{FillError, Mask, MaskError};

@@ -6,10 +6,11 @@
 //! federate to close its connection before it looks at the others. An RTI that does so at once is just as right, so the
 //! RESIGN and the close are one action for the other connections.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use crate::recording::{Frame, Recording, Role, Step};
+use crate::hmac;
+use crate::recording::{Fill, Frame, Recording, Role, Step};
 
 /// What came on a connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -76,7 +77,7 @@ impl std::error::Error for Difference {}
 /// # Errors
 /// The first [`Difference`], or what prevented the replay.
 pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Difference> {
-    let mut replay = Replay { rti, open: BTreeSet::new() };
+    let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new() };
     let fail = |step: usize, reason: String| Difference { recording: recording.name.clone(), step, reason };
     if !matches!(recording.role, Role::Rti(_)) {
         return Err(fail(0, "this is not the recording of an RTI".into()));
@@ -131,6 +132,8 @@ fn of(step: &Step) -> Option<u16> {
 struct Replay<'r, R> {
     rti: &'r mut R,
     open: BTreeSet<u16>,
+    /// What came last on each connection where the recording masks it.
+    varying: BTreeMap<u16, Vec<u8>>,
 }
 
 impl<R: Rti> Replay<'_, R> {
@@ -141,8 +144,7 @@ impl<R: Rti> Replay<'_, R> {
                 self.rti.connect(*connection)
             }
             Step::Send(frame) => {
-                let bytes =
-                    frame.bytes.exact().ok_or("what is sent has masked bytes, which this replay cannot fill")?;
+                let bytes = self.filled(frame)?;
                 self.rti.send(frame.connection, &bytes)
             }
             Step::Close(connection) => {
@@ -152,6 +154,20 @@ impl<R: Rti> Replay<'_, R> {
             other => return Err(format!("this replay cannot do {other:?}")),
         };
         done.map_err(|error| format!("{step:?}: {error}"))
+    }
+
+    /// What is sent, with the proof of a federate that authenticates: over the type of its message and the RTI's nonce.
+    fn filled(&self, frame: &Frame) -> Result<Vec<u8>, String> {
+        match &frame.fill {
+            None => frame.bytes.exact().ok_or_else(|| "nothing says how to fill the masked bytes".to_owned()),
+            Some(Fill::Hmac { key }) => {
+                let message_type = frame.bytes.bytes().first().copied().flatten();
+                let nonce = self.varying.get(&frame.connection).ok_or("no nonce has come")?;
+                let proven: Vec<u8> = message_type.into_iter().chain(nonce.iter().copied()).collect();
+                Ok(frame.bytes.fill_with(hmac(key, &proven)))
+            }
+            Some(other) => Err(format!("this replay cannot fill in {other:?}")),
+        }
     }
 
     fn check_all(&mut self, expected: &[&Step]) -> Result<(), String> {
@@ -175,6 +191,9 @@ impl<R: Rti> Replay<'_, R> {
                 let (message, bytes) = (&frame.message, &frame.bytes);
                 let found = hex(rest);
                 return Err(format!("connection {connection} should get {message} ({bytes}), but got {found:?}"));
+            }
+            if let Some(varying) = frame.bytes.extract(found).filter(|varying| !varying.is_empty()) {
+                self.varying.insert(connection, varying);
             }
             rest = after;
         }

@@ -10,7 +10,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
 use crate::clock::Clock;
 use crate::outside::HostOutside;
@@ -50,6 +50,10 @@ impl Platform for Host {
 
     fn set_correction(&mut self, correction: ClockCorrection) {
         HostOutside::of_program().set_correction(correction);
+    }
+
+    fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
+        getrandom::fill(buffer).map_err(|error| RandomError(error.raw_os_error().unwrap_or_default()))
     }
 
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {

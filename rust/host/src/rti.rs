@@ -24,6 +24,8 @@ pub struct Options {
     pub federates: u16,
     /// The federation's id.
     pub federation_id: String,
+    /// Whether federates have to prove that they know the federation's id.
+    pub authentication: bool,
     /// The TCP port; 0 lets the system choose.
     pub port: u16,
     /// Initial clock synchronization: how many exchanges; `None` for off.
@@ -81,6 +83,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     let count = usize::from(options.federates);
     let connections = count + SPARE_CONNECTIONS;
     let config = Config {
+        authentication: options.authentication,
         clock_sync: options.clock_sync_trials.map_or(ClockSync::Off, |trials| ClockSync::Init { trials }),
         start_time_multiple: options.start_time_multiple,
         dnet: options.dnet,
@@ -112,7 +115,9 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
 /// Logs a notice at the level of its importance.
 fn log_notice(notice: Notice<'_>) {
     match notice {
-        Notice::Lost { .. } | Notice::Rejected { .. } | Notice::Late { .. } => log::error!("{notice}"),
+        Notice::Lost { .. } | Notice::Rejected { .. } | Notice::RejectedBy { .. } | Notice::Late { .. } => {
+            log::error!("{notice}");
+        }
         Notice::HandshakeAbandoned { .. } | Notice::UnknownType { .. } | Notice::InTransitFull(_) => {
             log::warn!("{notice}");
         }

@@ -46,6 +46,8 @@ pub struct Federation {
     pub id: u16,
     /// The federation's id, unless the command line or Kconfig names another.
     pub federation_id: &'static str,
+    /// The target property `auth`: whether it and the RTI prove to each other that they know the federation's id.
+    pub authentication: bool,
     /// How many federates the federation has.
     pub federates: u16,
     /// Where the RTI is, as `at` says it: an IPv4 address or, where there is a resolver, a host name.

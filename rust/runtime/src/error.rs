@@ -9,7 +9,7 @@ use lf_coordination::rti::SetupError;
 use lf_model::{DeliverError, ModelError};
 use lf_wire::DecodeError;
 
-use crate::platform::NetError;
+use crate::platform::{NetError, RandomError};
 
 /// Why a participant ends early.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -21,6 +21,8 @@ pub enum RunError {
         /// The outcome of the last attempt; `None` when none had an outcome.
         last: Option<NetError>,
     },
+    /// There are no random numbers for the authentication.
+    Random(RandomError),
     /// The federate cannot go on with the federation.
     Federate(FederateError),
     /// The federate's configuration is of no use.
@@ -62,6 +64,7 @@ impl fmt::Display for RunError {
                 }
                 f.write_str(": start the RTI, or correct the address")
             }
+            Self::Random(error) => error.fmt(f),
             Self::Federate(error) => error.fmt(f),
             Self::Config(error) => error.fmt(f),
             Self::Model(error) => error.fmt(f),
@@ -84,6 +87,12 @@ impl fmt::Display for RunError {
 }
 
 impl core::error::Error for RunError {}
+
+impl From<RandomError> for RunError {
+    fn from(error: RandomError) -> Self {
+        Self::Random(error)
+    }
+}
 
 impl From<FederateError> for RunError {
     fn from(error: FederateError) -> Self {

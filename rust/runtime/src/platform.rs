@@ -85,6 +85,18 @@ impl fmt::Display for NetError {
 
 impl core::error::Error for NetError {}
 
+/// The system has no random numbers to give: its error number.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct RandomError(pub i32);
+
+impl fmt::Display for RandomError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the system gives no random numbers (error {}), which authentication needs", self.0)
+    }
+}
+
+impl core::error::Error for RandomError {}
+
 /// The system under an event loop.
 pub trait Platform {
     /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
@@ -99,6 +111,12 @@ pub trait Platform {
     /// From now on the federation's physical time, which [`Platform::outside`] shows, is [`Platform::now`] with this
     /// correction.
     fn set_correction(&mut self, correction: ClockCorrection);
+
+    /// Fills the buffer with numbers that nobody can predict.
+    ///
+    /// # Errors
+    /// When the system has no source of them.
+    fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError>;
 
     /// Begins to connect; wait for [`Interest::WRITE`], then ask [`Platform::connected`].
     ///

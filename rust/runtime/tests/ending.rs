@@ -13,6 +13,7 @@ use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
+use lf_wire::june_2026::RejectCode;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, RTI, Report, run};
 use support::network::Conditions;
@@ -72,6 +73,32 @@ proptest! {
         let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
         prop_assert_eq!(report.logs[2].len(), 7);
+    }
+
+    /// With authentication all goes on as without.
+    #[test]
+    fn who_authenticates_is_let_in(seed: u64, pipe_bytes in 10usize..100) {
+        let plan = Plan { authentication: true, timeout: Some(MS(35)), ..endless() };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        prop_assert_eq!(report.logs[2].len(), 4);
+    }
+
+    /// One that authenticates alone, one that alone does not, or one with another key: it is told why it cannot join.
+    #[test]
+    fn who_authenticates_otherwise_is_kept_out(seed: u64, pipe_bytes in 10usize..100, authentication: bool, key: bool) {
+        let mut plan = Plan { authentication, fates: vec![(MS(START), RTI, Fate::Interrupt)], ..endless() };
+        let expected = match (authentication, key) {
+            (true, true) => FederateError::RtiNotAuthentic,
+            (true, false) => FederateError::Rejected(RejectCode::UnexpectedMessage),
+            (false, true) => FederateError::Rejected(RejectCode::FederationIdMismatch),
+            (false, false) => FederateError::Rejected(RejectCode::NotInAuthenticationMode),
+        };
+        if key { &mut plan.strangers } else { &mut plan.otherwise }.insert(1);
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        prop_assert_eq!(report.trouble, None);
+        prop_assert_eq!(cause(&report.results[1]), Some(expected));
+        prop_assert!(report.ended[1] < MS(START));
     }
 
     /// A stop also ends those whose queues are full of messages for after it.

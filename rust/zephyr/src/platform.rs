@@ -8,7 +8,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
 use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
 use crate::net::{self, Descriptor};
@@ -113,6 +113,14 @@ impl Platform for ZephyrPlatform {
 
     fn set_correction(&mut self, correction: ClockCorrection) {
         ZephyrOutside::of_program().set_correction(correction);
+    }
+
+    fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
+        // SAFETY: the pointer is valid for as many bytes, and C only writes them.
+        match unsafe { raw::lf_random(buffer.as_mut_ptr(), buffer.len()) } {
+            0 => Ok(()),
+            error => Err(RandomError(error)),
+        }
     }
 
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {

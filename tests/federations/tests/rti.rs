@@ -152,6 +152,7 @@ recordings! {
     stop: "20-stop",
     failed: "23-failed",
     large_message: "26-large-message",
+    auth: "28-auth-accepted",
     start_time_multiple: "32-start-time-multiple",
     random_dag_40: "33-random-dag-40",
 }

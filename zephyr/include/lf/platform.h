@@ -39,6 +39,12 @@ enum lf_network_error lf_network_error(int error);
  */
 int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
 
+/*
+ * Fills the buffer with numbers that nobody can predict, as far as the board has a source of them. Returns 0, or a
+ * negative errno.
+ */
+int lf_random(uint8_t *buffer, size_t size);
+
 /* Writes a zero-terminated message to Zephyr's log; the levels are Zephyr's LOG_LEVEL_*. */
 void lf_log(uint32_t level, const char *message);
 

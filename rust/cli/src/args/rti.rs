@@ -41,7 +41,7 @@ pub struct RtiArgs {
     #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init")]
     #[arg(default_value = "init")]
     clock_sync: Vec<String>,
-    /// Authenticate federates with HMAC; not supported yet.
+    /// Accept only federates that prove with an HMAC that they know the federation id.
     #[arg(short = 'a', long = "auth")]
     auth: bool,
     /// Record a trace; not supported yet.
@@ -71,9 +71,6 @@ impl RtiArgs {
     /// # Errors
     /// A sentence for the user, which names the option.
     pub fn options(&self) -> Result<Options, String> {
-        if self.auth {
-            return Err("-a, --auth: authentication is not supported yet; start the federates without it".to_owned());
-        }
         if self.tracing {
             return Err("-t, --tracing: tracing is not supported yet".to_owned());
         }
@@ -84,6 +81,7 @@ impl RtiArgs {
         Ok(Options {
             federates: self.federates.ok_or("-n, --number_of_federates is missing")?,
             federation_id: self.id.clone(),
+            authentication: self.auth,
             port: self.port,
             clock_sync_trials: trials(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
             start_time_multiple,
@@ -162,26 +160,40 @@ mod tests {
         assert_eq!(options.federation_id, "Unidentified Federation");
         assert_eq!(options.port, 15045);
         assert_eq!(options.clock_sync_trials, Some(10));
-        assert!(options.dnet);
+        assert!(options.dnet && !options.authentication);
         assert_eq!(options.start_time_multiple, None);
     }
 
     #[test]
     fn the_stock_rtis_options_in_its_order_are_understood() {
-        let arguments =
-            ["-i", "f", "-n", "3", "-p", "15050", "-c", "init", "exchanges-per-interval", "3", "-m", "7", "s", "-d"];
+        let arguments = [
+            "-i",
+            "f",
+            "-n",
+            "3",
+            "-p",
+            "15050",
+            "-c",
+            "init",
+            "exchanges-per-interval",
+            "3",
+            "-m",
+            "7",
+            "s",
+            "-d",
+            "-a",
+        ];
         let options = options(&arguments).expect("it is valid");
         assert_eq!(options.federates, 3);
         assert_eq!(options.clock_sync_trials, Some(3));
         assert_eq!(options.start_time_multiple, Some(Interval::from_secs(7)));
-        assert!(!options.dnet);
+        assert!(!options.dnet && options.authentication);
     }
 
     #[test]
     fn what_is_not_there_yet_is_refused_by_name() {
         for (arguments, name) in [
-            (&["-n", "2", "-a"][..], "--auth"),
-            (&["-n", "2", "-t"], "--tracing"),
+            (&["-n", "2", "-t"][..], "--tracing"),
             (&["-n", "2", "-c", "on"], "`on` is not supported yet"),
             (&["-n", "2", "-c", "init", "period", "5"], "`period`"),
         ] {

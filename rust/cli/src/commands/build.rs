@@ -58,7 +58,7 @@ fn description(built: &Built) -> Value {
         json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
             "port": built.rti.port.unwrap_or(rti.port), "federation_id": rti.federation_id,
             "federates": built.plan.federates.len(), "clock_sync": target.clock_sync,
-            "clock_sync_trials": target.clock_sync_trials, "dnet": target.dnet })
+            "clock_sync_trials": target.clock_sync_trials, "dnet": target.dnet, "auth": target.authentication })
     });
     let participants: Vec<Value> = built
         .participants
@@ -110,7 +110,8 @@ mod tests {
     const TEXT: &str = "\
 target Rust {
   clock-sync: init,
-  clock-sync-options: { trials: 7 }
+  clock-sync-options: { trials: 7 },
+  auth: true
 }
 reactor Silent {
 }
@@ -142,7 +143,7 @@ federated reactor at example.com:4242 {
         assert_eq!(
             value["rti"],
             json!({ "host": "example.com", "port": 4242, "federation_id": "Pair",
-                "federates": 2, "clock_sync": "init", "clock_sync_trials": 7, "dnet": true })
+                "federates": 2, "clock_sync": "init", "clock_sync_trials": 7, "dnet": true, "auth": true })
         );
         let first = &value["participants"][0];
         assert_eq!((&first["id"], &first["name"]), (&json!(0), &json!("first")));

@@ -103,6 +103,9 @@ fn rti_options(plan: &Plan, port: u16, id: &str) -> Vec<String> {
     if !plan.target.dnet {
         options.push("--dnet_disabled");
     }
+    if plan.target.authentication {
+        options.push("--auth");
+    }
     // These come last, because the stock RTI does not read the word behind them.
     let trials = plan.target.clock_sync_trials.to_string();
     match plan.target.clock_sync {

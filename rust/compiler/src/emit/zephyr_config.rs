@@ -57,6 +57,9 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
             fragment.set_text("LF_RTI_ADDRESS", &rti.host);
         }
         fragment.set("LF_RTI_PORT", rti.port);
+        if plan.target.authentication {
+            fragment.set("LF_AUTHENTICATION", "y");
+        }
     }
     network(&mut fragment, &place);
     capacities(&mut fragment, plan, federate);

@@ -65,6 +65,8 @@ pub struct Target {
     pub advance_interval_ns: i64,
     /// `DNET`: whether the RTI tells federates which of their next event tags nobody waits for.
     pub dnet: bool,
+    /// `auth`: the RTI and the federates prove to each other that they know the federation id.
+    pub authentication: bool,
     /// `platform: {name}`, if given.
     pub platform: Option<String>,
     /// `platform: {board}`, if given.
@@ -84,6 +86,7 @@ impl Default for Target {
             clock_sync_trials: 10,
             advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
             dnet: true,
+            authentication: false,
             platform: None,
             board: None,
             user_threads: 0,

@@ -78,6 +78,9 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
     if target.keepalive {
         words.push("keepalive".to_owned());
     }
+    if target.authentication {
+        words.push("authentication".to_owned());
+    }
     words.push(format!("logging {:?}", target.logging).to_lowercase());
     if target.advance_interval_ns != ADVANCE_INTERVAL_NS_DEFAULT {
         words.push(format!("advance message interval {}", Time(target.advance_interval_ns)));

@@ -154,7 +154,7 @@ impl Reader {
             "keepalive" => self.target.keepalive = self.boolean(key, value).unwrap_or_default(),
             "logging" => self.logging(key, value),
             "no-compile" => self.must_be_false(key, value, "use `lfz build --no-compile`"),
-            "auth" => self.must_be_false(key, value, "remove it"),
+            "auth" => self.target.authentication = self.boolean(key, value).unwrap_or_default(),
             name => self.other(name, key),
         }
     }

@@ -37,6 +37,8 @@ pub struct Config<'a> {
     pub id: FederateId,
     /// The federation's id; at most 255 bytes.
     pub federation_id: &'a [u8],
+    /// Whether this federate and the RTI prove to each other that they know the federation id.
+    pub authentication: bool,
     /// The federates with a connection to this one, each with the least delay of these connections in ns, or
     /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
     pub upstream: &'a [(u16, i64)],
@@ -61,6 +63,7 @@ impl<'a> Config<'a> {
         Self {
             id,
             federation_id,
+            authentication: false,
             upstream: &[],
             downstream: &[],
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },

@@ -44,6 +44,8 @@ impl core::error::Error for ConfigError {}
 pub enum FederateError {
     /// The RTI does not take this federate.
     Rejected(RejectCode),
+    /// The RTI could not prove that it knows the federation id.
+    RtiNotAuthentic,
     /// Connected, but no ACK within the connect time-out.
     NoAnswer,
     /// The RTI made no exchange of the initial clock synchronization.
@@ -99,6 +101,10 @@ impl fmt::Display for FederateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Rejected(code) => write!(f, "the RTI rejects this federate: {code}. {}", advice(*code)),
+            Self::RtiNotAuthentic => f.write_str(
+                "the RTI could not prove that it knows this federation's id: start the RTI and all federates with the \
+                 same federation id, and check that the right RTI listens at this address",
+            ),
             Self::NoAnswer => f.write_str(
                 "the RTI accepted the connection but did not answer: check that an RTI, and no other program, listens \
                  at this address, and that it still waits for federates",
@@ -151,7 +157,9 @@ fn advice(code: RejectCode) -> &'static str {
         }
         RejectCode::IdInUse => "End the other federate with this id, or wait until the RTI has noticed its end",
         RejectCode::IdOutOfRange => "Start the RTI with the number of federates that the program has",
-        RejectCode::UnexpectedMessage => "Use an RTI of the same release as this federate",
+        RejectCode::UnexpectedMessage => {
+            "Use an RTI of the same release as this federate; if it has `-a`, set `auth: true` in the program"
+        }
         RejectCode::WrongServer => "Check the RTI's address and port: another federate or program listens there",
         RejectCode::HmacMismatch => "Start the RTI and all federates with the same federation id",
         RejectCode::NotInAuthenticationMode => {

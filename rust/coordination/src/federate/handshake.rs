@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From the connection to the start: `FED_IDS` and ACK, `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial clock
-//! synchronization, start barrier.
+//! From the connection to the start: authentication, `FED_IDS` and ACK, `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial
+//! clock synchronization, start barrier.
 
 use lf_model::time::Instant;
 use lf_wire::june_2026::Message;
@@ -11,6 +11,7 @@ use super::event::Event;
 use super::machine::Federate;
 use super::phase::Phase;
 use crate::Deadline;
+use crate::auth::{self, Nonce, Proof};
 use crate::clock_sync::{ClockCorrection, Estimate, Estimator, Exchange};
 
 /// The initial clock synchronization, as far as it is.
@@ -75,10 +76,16 @@ impl Synchronization {
 }
 
 impl Federate<'_> {
-    pub(super) fn introduce(&mut self, now: Instant) {
-        self.phase = Phase::Introducing;
+    pub(super) fn introduce(&mut self, now: Instant, nonce: Nonce) {
         self.outbox.clear();
-        self.outbox.fed_ids = true;
+        if self.config.authentication {
+            self.phase = Phase::Authenticating;
+            self.nonce = nonce;
+            self.outbox.fed_nonce = Some(nonce);
+        } else {
+            self.phase = Phase::Introducing;
+            self.outbox.fed_ids = true;
+        }
         self.patience = Deadline::At(now + self.config.connect_time_out);
     }
 
@@ -90,6 +97,9 @@ impl Federate<'_> {
             (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
             // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
             (_, Message::Reject(code)) => Err(FederateError::Rejected(code)),
+            (Phase::Authenticating, Message::RtiResponse { nonce, hmac }) if self.outbox.fed_nonce.is_none() => {
+                self.authenticate(nonce, hmac).map(|()| Event::None)
+            }
             (Phase::Introducing, Message::Ack) if !self.outbox.fed_ids => {
                 self.accepted(now);
                 Ok(Event::Accepted)
@@ -120,7 +130,7 @@ impl Federate<'_> {
     /// The RTI has kept this federate waiting beyond [`Federate::poll_timeout`].
     pub(super) fn lose_patience(&mut self, now: Instant) -> Result<Event<'static>, FederateError> {
         match (self.phase, self.sync.estimator.estimate()) {
-            (Phase::Introducing, _) => Err(FederateError::NoAnswer),
+            (Phase::Authenticating | Phase::Introducing, _) => Err(FederateError::NoAnswer),
             (Phase::Synchronizing, None) => Err(FederateError::NoClockSync),
             // The RTI makes fewer exchanges than this federate was told; those that there were will do.
             (Phase::Synchronizing, Some(estimate)) => Ok(self.synchronized(now, estimate)),
@@ -129,6 +139,17 @@ impl Federate<'_> {
                 Ok(Event::None)
             }
         }
+    }
+
+    /// The RTI has answered this federate's nonce. A right answer is repaid in kind, and the introduction follows.
+    fn authenticate(&mut self, nonce: Nonce, proof: Proof) -> Result<(), FederateError> {
+        if !auth::is_rti_proof(self.config.federation_id, self.config.id.0, self.nonce, &proof) {
+            return Err(FederateError::RtiNotAuthentic);
+        }
+        self.outbox.fed_response = Some(auth::federate_proof(self.config.federation_id, nonce));
+        self.outbox.fed_ids = true;
+        self.phase = Phase::Introducing;
+        Ok(())
     }
 
     fn accepted(&mut self, now: Instant) {

@@ -2,7 +2,7 @@
 //! The state of a federate, and what its event loop calls.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::Message;
+use lf_wire::june_2026::{Message, RejectCode};
 
 use super::config::Config;
 use super::error::{ConfigError, FederateError};
@@ -14,6 +14,7 @@ use super::pace::Pace;
 use super::phase::Phase;
 use super::stop::Stop;
 use crate::Deadline;
+use crate::auth::Nonce;
 use crate::clock_sync::ClockCorrection;
 
 /// One federate; see the module's description for how to drive it.
@@ -22,6 +23,8 @@ pub struct Federate<'a> {
     pub(super) config: Config<'a>,
     pub(super) phase: Phase,
     pub(super) outbox: Outbox,
+    /// What the RTI has to authenticate.
+    pub(super) nonce: Nonce,
     pub(super) sync: Synchronization,
     pub(super) clock: ClockCorrection,
     /// When to give up waiting for the RTI, before the start.
@@ -58,6 +61,7 @@ impl<'a> Federate<'a> {
         Ok(Self {
             phase: Phase::Disconnected,
             outbox: Outbox::default(),
+            nonce: Nonce::default(),
             sync: Synchronization::new(),
             clock: ClockCorrection::NONE,
             patience: Deadline::Never,
@@ -144,10 +148,11 @@ impl<'a> Federate<'a> {
 
     /// The connection to the RTI is there.
     ///
-    /// Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
-    pub fn handle_connected(&mut self, now: Instant) {
-        if matches!(self.phase, Phase::Disconnected | Phase::Introducing) {
-            self.introduce(now);
+    /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
+    /// not used. Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
+    pub fn handle_connected(&mut self, now: Instant, nonce: Nonce) {
+        if matches!(self.phase, Phase::Disconnected | Phase::Authenticating | Phase::Introducing) {
+            self.introduce(now, nonce);
         }
     }
 
@@ -160,7 +165,9 @@ impl<'a> Federate<'a> {
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let result = match self.phase {
             Phase::Disconnected => Err(self.unexpected(&message)),
-            Phase::Introducing | Phase::Synchronizing | Phase::Starting => self.handle_early(now, &message),
+            Phase::Authenticating | Phase::Introducing | Phase::Synchronizing | Phase::Starting => {
+                self.handle_early(now, &message)
+            }
             Phase::Running => self.handle_running(message),
             // The RTI may not know yet that this federate has ended.
             Phase::Resigning | Phase::Ended | Phase::Failed => Ok(Event::None),
@@ -174,7 +181,7 @@ impl<'a> Federate<'a> {
     /// When this federate still needed it.
     pub fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
         match self.phase {
-            Phase::Disconnected | Phase::Introducing => {
+            Phase::Disconnected | Phase::Authenticating | Phase::Introducing => {
                 self.phase = Phase::Disconnected;
                 self.outbox.clear();
                 self.patience = Deadline::Never;
@@ -206,7 +213,7 @@ impl<'a> Federate<'a> {
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
     ///
-    /// After at most twelve calls without an event or command in between, `None` comes.
+    /// After at most fifteen calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         self.outbox.remove(&message);
@@ -262,6 +269,9 @@ impl<'a> Federate<'a> {
         // Whoever rejected this federate does not know it, and who is gone does not hear it.
         let tell = !matches!(error, FederateError::Rejected(_) | FederateError::RtiLost { .. });
         self.end_failed(tell && self.phase != Phase::Disconnected);
+        if error == FederateError::RtiNotAuthentic {
+            self.outbox.reject = Some(RejectCode::HmacMismatch);
+        }
         error
     }
 

@@ -7,8 +7,9 @@
 //!
 //! # What the event loop has to do
 //!
-//! 1. Connect by [`ConnectRetry`], then [`Federate::handle_connected`]. Give every decoded message to
-//!    [`Federate::handle_message`], in order, and the end of the connection to [`Federate::handle_disconnected`].
+//! 1. Connect by [`ConnectRetry`], then [`Federate::handle_connected`], with a nonce if it authenticates. Give every
+//!    decoded message to [`Federate::handle_message`], in order, and the end of the connection to
+//!    [`Federate::handle_disconnected`].
 //! 2. After *every* call that takes `&mut self`, move messages from [`Federate::poll_transmit`] to the connection's
 //!    out-buffer until it gives `None`; where room is short, go on when there is some. Nothing is lost by going on
 //!    late: the messages are worked out from state, and there is one place per kind. Data messages go straight into the

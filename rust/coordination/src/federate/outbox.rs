@@ -6,9 +6,12 @@
 //! `net_rules`.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::june_2026::{
+    Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
+};
 
 use super::config::{ClockSync, Config};
+use crate::auth::{Nonce, Proof};
 use crate::tag::to_wire;
 
 /// The messages that are due. They go out in the order of [`Outbox::next`].
@@ -16,6 +19,8 @@ use crate::tag::to_wire;
 #[allow(clippy::struct_excessive_bools)]
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outbox {
+    pub(super) fed_nonce: Option<Nonce>,
+    pub(super) fed_response: Option<Proof>,
     pub(super) fed_ids: bool,
     pub(super) neighbor_structure: bool,
     pub(super) udp_port: bool,
@@ -25,12 +30,19 @@ pub(super) struct Outbox {
     pub(super) stop_reply: Option<Tag>,
     pub(super) ltc: Option<Tag>,
     pub(super) resign: bool,
+    pub(super) reject: Option<RejectCode>,
     pub(super) failed: bool,
 }
 
 impl Outbox {
     /// The next message, without taking it out; `net` is the NET that is due.
     pub(super) fn next<'a>(&self, config: &Config<'a>, net: Option<Tag>) -> Option<Message<'a>> {
+        if let Some(nonce) = self.fed_nonce {
+            return Some(Message::FedNonce { federate: config.id.0, nonce });
+        }
+        if let Some(hmac) = self.fed_response {
+            return Some(Message::FedResponse { hmac });
+        }
         if self.fed_ids {
             return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });
         }
@@ -65,12 +77,17 @@ impl Outbox {
         if self.resign {
             return Some(Message::Resign);
         }
+        if let Some(code) = self.reject {
+            return Some(Message::Reject(code));
+        }
         self.failed.then_some(Message::Failed)
     }
 
     /// Takes out a message that [`Outbox::next`] gave.
     pub(super) fn remove(&mut self, message: &Message<'_>) {
         match message {
+            Message::FedNonce { .. } => self.fed_nonce = None,
+            Message::FedResponse { .. } => self.fed_response = None,
             Message::FedIds { .. } => self.fed_ids = false,
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
@@ -80,6 +97,7 @@ impl Outbox {
             Message::StopReply(_) => self.stop_reply = None,
             Message::LatestTagComplete(_) => self.ltc = None,
             Message::Resign => self.resign = false,
+            Message::Reject(_) => self.reject = None,
             Message::Failed => self.failed = false,
             // The NET is not here, and no other message is ever given.
             _ => {}

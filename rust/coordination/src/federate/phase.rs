@@ -8,6 +8,8 @@ use core::fmt;
 pub enum Phase {
     /// Not connected yet.
     Disconnected,
+    /// Connected; waiting for the RTI's proof that it knows the federation id.
+    Authenticating,
     /// Connected; waiting for the RTI to accept this federate.
     Introducing,
     /// In the initial clock synchronization.
@@ -29,6 +31,7 @@ impl fmt::Display for Phase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Disconnected => "before this federate had connected",
+            Self::Authenticating => "during the authentication",
             Self::Introducing => "before it had accepted this federate",
             Self::Synchronizing => "during the initial clock synchronization",
             Self::Starting => "while this federate waited for the others to start",

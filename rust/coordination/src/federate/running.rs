@@ -113,7 +113,11 @@ impl Federate<'_> {
                 self.outbox.resign = true;
                 self.phase = Phase::Resigning;
             }
-            Phase::Disconnected | Phase::Introducing | Phase::Synchronizing | Phase::Starting => self.fail(),
+            Phase::Disconnected
+            | Phase::Authenticating
+            | Phase::Introducing
+            | Phase::Synchronizing
+            | Phase::Starting => self.fail(),
             Phase::Resigning | Phase::Ended | Phase::Failed => {}
         }
     }

@@ -48,6 +48,8 @@ pub enum AfterLoss {
 pub struct Config<'a> {
     /// The federation's id; at most 255 bytes. It is compared in full.
     pub federation_id: &'a [u8],
+    /// Whether federates have to prove that they know the federation id before they say who they are.
+    pub authentication: bool,
     /// Which clock synchronization there is.
     pub clock_sync: ClockSync,
     /// If given, the start time is rounded up to a multiple of this, which is positive.
@@ -73,6 +75,7 @@ impl<'a> Config<'a> {
     pub const fn new(federation_id: &'a [u8], payload_bytes_max: usize) -> Self {
         Self {
             federation_id,
+            authentication: false,
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
             start_time_multiple: None,
             dnet: true,

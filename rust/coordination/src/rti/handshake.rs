@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From a new connection to a federate that is part of the federation.
 //!
-//! Each message has its place: `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both
-//! sides want it, the initial clock synchronization. Anything else is refused, as soon as as many bytes are there as
-//! the header of the right message has. A connection that comes when all federates are there is told the true reason
-//! why it is refused, once it has said who it is.
+//! Each message has its place: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
+//! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`;
+//! `UDP_PORT`; then, if both sides want it, the initial clock synchronization. Anything else is refused, as soon as as
+//! many bytes are there as the header of the right message has. A connection that comes when all federates are there is
+//! told the true reason why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
 use lf_wire::june_2026::{
@@ -15,6 +16,7 @@ use super::graph::NeighborError;
 use super::storage::{Connection, Membership, Phase};
 use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
 use crate::FederateId;
+use crate::auth::{self, Nonce, Proof};
 
 /// Why a connection is refused.
 #[derive(Clone, Copy)]
@@ -47,17 +49,23 @@ enum Step {
 
 impl Rti<'_> {
     /// A peer with this IPv4 address has connected. A number beyond the storage, or one that is in use, is closed.
+    ///
+    /// With [`Config::authentication`](super::Config::authentication), `nonce` has to be unpredictable and new for each
+    /// connection; otherwise it is not used.
     pub fn handle_connect(
         &mut self,
         now: Instant,
         connection: ConnectionId,
         address: [u8; 4],
+        nonce: Nonce,
         outlet: &mut impl Outlet,
     ) {
         let deadline = Some(now + self.config.connection_time_out);
         match self.connections.get_mut(connection.0) {
             Some(known) if known.phase == Phase::Vacant && !self.aborted => {
-                *known = Connection { phase: Phase::Ids, federate: None, address, deadline: None };
+                let authenticates = self.config.authentication;
+                let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
+                *known = Connection { phase, federate: None, address, deadline: None };
                 self.set_deadline(connection, deadline);
             }
             _ => outlet.close(connection),
@@ -73,17 +81,22 @@ impl Rti<'_> {
         outlet: &mut impl Outlet,
     ) -> Verdict {
         let expected = match self.connections[connection.0].phase {
-            Phase::Ids => MessageType::FedIds,
+            Phase::Nonce { .. } => MessageType::FedNonce,
+            Phase::Proof { .. } => MessageType::FedResponse,
+            Phase::Ids { .. } => MessageType::FedIds,
             Phase::Neighbors => MessageType::NeighborStructure,
             Phase::UdpPort => MessageType::UdpPort,
             Phase::ClockSync { .. } => MessageType::T3,
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
         };
-        if bytes.len() < expected.fixed_bytes() {
+        // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
+        let authenticates = matches!(expected, MessageType::FedNonce | MessageType::FedResponse);
+        let may_be_whole = authenticates && bytes.first().is_some_and(|found| *found != expected.byte());
+        if bytes.len() < expected.fixed_bytes() && !may_be_whole {
             return Verdict::Incomplete(expected.fixed_bytes());
         }
         if bytes[0] != expected.byte() {
-            return self.refuse(connection, wrong_type(expected, bytes[0]), outlet);
+            return self.refuse_type(connection, expected, bytes, outlet);
         }
         let (message, len) = match decode(bytes, &self.limits) {
             Ok(Decoded::Complete { message, len }) => (message, len),
@@ -110,7 +123,16 @@ impl Rti<'_> {
     ) -> Result<Step, Refusal<'m>> {
         let known = self.connections[connection.0];
         match (message, known.phase, known.federate) {
-            (Message::FedIds { federate, federation_id }, ..) => {
+            (Message::FedNonce { federate, nonce }, Phase::Nonce { own }, _) => {
+                Ok(self.on_nonce(connection, federate, nonce, own, outlet))
+            }
+            (Message::FedResponse { hmac }, Phase::Proof { own, claimed }, _) => {
+                self.on_proof(connection, claimed, own, hmac)
+            }
+            (Message::FedIds { federate, federation_id }, Phase::Ids { claimed }, _) => {
+                if claimed.is_some_and(|claimed| claimed != federate) {
+                    return Err(Violation::OtherFederate(federate).into());
+                }
                 self.on_ids(connection, federate, federation_id, outlet)
             }
             (Message::NeighborStructure(neighbors), _, Some(federate)) => {
@@ -127,6 +149,39 @@ impl Rti<'_> {
             }
             (other, ..) => Err(Violation::Unexpected(other.message_type()).into()),
         }
+    }
+
+    /// A federate wants to authenticate: it gets the RTI's proof, and has to give its own.
+    fn on_nonce(
+        &mut self,
+        connection: ConnectionId,
+        federate: u16,
+        nonce: Nonce,
+        own: Nonce,
+        outlet: &mut impl Outlet,
+    ) -> Step {
+        if outlet.room(connection) < MessageType::RtiResponse.fixed_bytes() {
+            return Step::NoRoom;
+        }
+        let hmac = auth::rti_proof(self.config.federation_id, federate, nonce);
+        outlet.send(connection, &Message::RtiResponse { nonce: own, hmac });
+        self.connections[connection.0].phase = Phase::Proof { own, claimed: federate };
+        Step::Done
+    }
+
+    fn on_proof<'m>(
+        &mut self,
+        connection: ConnectionId,
+        claimed: u16,
+        own: Nonce,
+        proof: Proof,
+    ) -> Result<Step, Refusal<'m>> {
+        if !auth::is_federate_proof(self.config.federation_id, own, &proof) {
+            let (code, federate) = (RejectCode::HmacMismatch, Some(FederateId(claimed)));
+            return Err(Refusal { code, federate, federation_id: None, violation: None });
+        }
+        self.connections[connection.0].phase = Phase::Ids { claimed: Some(claimed) };
+        Ok(Step::Done)
     }
 
     fn on_ids<'m>(
@@ -235,6 +290,29 @@ impl Rti<'_> {
         outlet.notice(Notice::Joined(FederateId(federate)));
     }
 
+    /// Another message has come than the one expected.
+    fn refuse_type(
+        &mut self,
+        connection: ConnectionId,
+        expected: MessageType,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        // A federate that does not take the RTI's proof says so, and is owed no answer.
+        if expected == MessageType::FedResponse
+            && bytes[0] == MessageType::Reject.byte()
+            && let Phase::Proof { claimed, .. } = self.connections[connection.0].phase
+        {
+            let Some(code) = bytes.get(1) else { return Verdict::Incomplete(MessageType::Reject.fixed_bytes()) };
+            let (federate, code) = (FederateId(claimed), RejectCode::from_byte(*code));
+            outlet.notice(Notice::RejectedBy { federate, code });
+            outlet.close(connection);
+            self.release(connection);
+            return Verdict::Closed;
+        }
+        self.refuse(connection, wrong_type(expected, bytes[0]), outlet)
+    }
+
     fn refuse(&mut self, connection: ConnectionId, refusal: Refusal<'_>, outlet: &mut impl Outlet) -> Verdict {
         let Refusal { code, federate, federation_id, violation } = refusal;
         let federate = federate.or(self.connections[connection.0].federate.map(FederateId));
@@ -254,8 +332,13 @@ fn wrong_type<'m>(expected: MessageType, found: u8) -> Refusal<'m> {
     let Some(message_type) = MessageType::from_byte(found) else {
         return Violation::Bytes(lf_wire::DecodeError::UnknownType { found }).into();
     };
+    if expected == MessageType::FedNonce && message_type == MessageType::FedIds {
+        return Violation::NoAuthentication.into();
+    }
     let code = match message_type {
-        MessageType::P2pSendingFedId | MessageType::P2pTaggedMessage if expected == MessageType::FedIds => {
+        MessageType::P2pSendingFedId | MessageType::P2pTaggedMessage
+            if matches!(expected, MessageType::FedIds | MessageType::FedNonce) =>
+        {
             RejectCode::WrongServer
         }
         MessageType::FedNonce if expected == MessageType::FedIds => RejectCode::NotInAuthenticationMode,

@@ -113,6 +113,8 @@ pub enum Violation {
     },
     /// The peer names another federate than the one it is.
     OtherFederate(u16),
+    /// The peer does not authenticate, which this federation requires.
+    NoAuthentication,
 }
 
 impl fmt::Display for Violation {
@@ -128,6 +130,10 @@ impl fmt::Display for Violation {
                 write!(f, "it has more upstream federates than the {max} that this RTI has room for")
             }
             Self::OtherFederate(id) => write!(f, "it claimed to be federate {id}, which it is not"),
+            Self::NoAuthentication => f.write_str(
+                "it does not authenticate: compile its program with the target property `auth: true`, or start this \
+                 RTI without `-a`",
+            ),
         }
     }
 }
@@ -149,6 +155,13 @@ pub enum Notice<'a> {
         federation_id: Option<&'a [u8]>,
         /// What was wrong with its bytes, if something was.
         violation: Option<Violation>,
+    },
+    /// A federate refuses this RTI, because it could not prove that it knows the federation id.
+    RejectedBy {
+        /// The federate that it claimed to be.
+        federate: FederateId,
+        /// The code that it sent.
+        code: RejectCode,
     },
     /// A connection ended, or was silent for too long, before it said which federate it is, or before it had
     /// completed its handshake. Its id is free.
@@ -215,6 +228,9 @@ impl fmt::Display for Notice<'_> {
                 }
                 write!(f, ": {code}")?;
                 violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))
+            }
+            Self::RejectedBy { federate, code } => {
+                write!(f, "whoever claims to be federate {federate} refuses this RTI: {code}")
             }
             Self::HandshakeAbandoned { federate, timed_out } => {
                 match federate {

@@ -9,6 +9,7 @@ use super::graph::Node;
 use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 use super::path::PathWords;
+use crate::auth::Nonce;
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -142,8 +143,12 @@ pub(super) enum Phase {
     /// There is no connection.
     #[default]
     Vacant,
-    /// `FED_IDS`.
-    Ids,
+    /// `FED_NONCE`, to be answered with this nonce and a proof.
+    Nonce { own: Nonce },
+    /// `FED_RESPONSE` by whoever claims to be this federate: the proof over this nonce.
+    Proof { own: Nonce, claimed: u16 },
+    /// `FED_IDS`; with authentication, of the federate that it claimed to be in `FED_NONCE`.
+    Ids { claimed: Option<u16> },
     /// `NEIGHBOR_STRUCTURE`.
     Neighbors,
     /// `UDP_PORT`.

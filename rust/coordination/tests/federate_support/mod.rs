@@ -18,6 +18,9 @@ pub(crate) enum Program {
     Sink,
 }
 
+/// What the federate authenticates with.
+pub(crate) const NONCE: [u8; 8] = *b"a nonce!";
+
 const PERIOD_NS: i64 = 100_000_000;
 
 /// The driver: state machine, program, and a clock that only moves when the federate has nothing else to do.
@@ -44,7 +47,7 @@ impl<'a> Driver<'a> {
     }
 
     pub(crate) fn connect(&mut self) {
-        self.federate.handle_connected(self.now);
+        self.federate.handle_connected(self.now, NONCE);
         self.transmit();
     }
 

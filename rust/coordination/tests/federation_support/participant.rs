@@ -71,7 +71,7 @@ impl Participant {
         let awaited = graph.numbered().filter(|(_, edge)| edge.to == id && graph.is_awaited(*edge));
         let inputs: &[_] = leak(awaited.map(|(port, _)| AwaitedInput { port, level: input_level(port) }));
         let mut federate = Federate::new(config).unwrap();
-        federate.handle_connected(world.now);
+        federate.handle_connected(world.now, [0; 8]);
         Self {
             federate,
             connection: world.connect(),

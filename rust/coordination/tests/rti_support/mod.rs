@@ -105,6 +105,8 @@ pub struct World {
     /// Input is offered in pieces of this many bytes.
     pub piece: usize,
     stopping: bool,
+    /// How many nonces the RTI has got.
+    pub nonces: u64,
 }
 
 impl World {
@@ -122,14 +124,17 @@ impl World {
         let rti = Rti::new(config, storage).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();
         let outlet = Wires { list, capacity: output, notices: Vec::new() };
-        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false }
+        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false, nonces: 0 }
     }
 
     pub fn connect(&mut self) -> ConnectionId {
         let free = self.outlet.list.iter().position(|wire| !wire.open && wire.outgoing.is_empty());
         let connection = ConnectionId(free.expect("there are enough connections"));
         self.outlet.list[connection.0] = Wire { open: true, ..Wire::default() };
-        self.rti.handle_connect(self.now, connection, [127, 0, 0, 1], &mut self.outlet);
+        // Each connection gets another one, and every run the same ones.
+        self.nonces += 1;
+        let nonce = self.nonces.to_le_bytes();
+        self.rti.handle_connect(self.now, connection, [127, 0, 0, 1], nonce, &mut self.outlet);
         connection
     }
 
@@ -269,6 +274,7 @@ pub fn config(setup: &RtiSetup) -> Config<'static> {
     let mut options = setup.options.iter().map(String::as_str);
     while let Some(option) = options.next() {
         match (option, &mut config.clock_sync) {
+            ("-a", _) => config.authentication = true,
             ("-d", _) => config.dnet = false,
             ("-c", _) => match options.next() {
                 Some("off") => config.clock_sync = ClockSync::Off,

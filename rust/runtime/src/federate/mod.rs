@@ -10,6 +10,7 @@ use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
+use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{Config, Event, Federate, Phase};
 use lf_model::time::{Instant, Interval};
 use lf_model::{Engine, InputId, Program, Tables};
@@ -93,6 +94,7 @@ pub struct FederateLoop<'a, 's, P> {
     /// The messages in the input buffer that wait for room in their inputs' queues.
     held: Held,
     has_upstream: bool,
+    authentication: bool,
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
     stage: Stage,
@@ -129,6 +131,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         buffers: Buffers<'s>,
     ) -> Result<Self, RunError> {
         let config = Config {
+            authentication: federation.authentication,
             upstream: federation.upstream,
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,
@@ -155,6 +158,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             limits,
             held: Held::NONE,
             has_upstream: !federation.upstream.is_empty(),
+            authentication: federation.authentication,
             silent: false,
             stage: Stage::Taking,
         })
@@ -203,8 +207,12 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             return Err(RunError::Interrupted);
         }
         if self.link.establish(self.platform)? {
+            let mut nonce = Nonce::default();
+            if self.authentication {
+                self.platform.random(&mut nonce)?;
+            }
             let now = self.platform.now();
-            self.machine.handle_connected(now);
+            self.machine.handle_connected(now, nonce);
         }
         self.receive()?;
         self.handle_timeout()?;

@@ -6,6 +6,7 @@ mod connections;
 use core::fmt;
 
 use lf_coordination::Deadline;
+use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
 use lf_model::time::{Instant, Interval, Tag};
 
@@ -87,6 +88,8 @@ pub struct RtiLoop<'a, 's, P, N> {
     aborted: bool,
     /// The tag at which all stop, once it is known and what was held has been let go on.
     stop_tag: Option<Tag>,
+    /// Each connection gets a nonce.
+    authentication: bool,
     notices: &'a mut N,
 }
 
@@ -112,6 +115,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         's: 'a,
     {
         let RtiSetup { config, storage, inlets, outgoings } = setup;
+        let authentication = config.authentication;
         let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
             check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
             Ok(rti)
@@ -137,6 +141,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             accept_again: None,
             aborted: false,
             stop_tag: None,
+            authentication,
             notices,
         })
     }
@@ -215,13 +220,21 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             let Some(index) = self.outgoings.iter().position(|outgoing| outgoing.socket.is_none()) else { return };
             match self.platform.accept(listener) {
                 Ok(Some((socket, address))) => {
+                    let mut nonce = Nonce::default();
+                    if self.authentication
+                        && let Err(error) = self.platform.random(&mut nonce)
+                    {
+                        log::error!("a connection is refused: {error}");
+                        self.platform.close(socket);
+                        continue;
+                    }
                     self.open += 1;
                     self.outgoings[index].open(socket);
                     self.inlets[index].reset();
                     note_socket(self.outgoings, socket, index);
                     self.due.push(self.outgoings, index);
                     self.tell(|rti, outlet| {
-                        rti.handle_connect(now, ConnectionId(index), address.octets(), outlet);
+                        rti.handle_connect(now, ConnectionId(index), address.octets(), nonce, outlet);
                     });
                 }
                 Ok(None) => self.acceptable = false,

@@ -47,6 +47,10 @@ pub struct Plan {
     /// Bytes of the receive buffers beyond the least that is allowed.
     pub spare_bytes: usize,
     pub trials: u16,
+    /// The RTI requires authentication.
+    pub authentication: bool,
+    /// Federates that authenticate if the RTI does not, and the reverse.
+    pub otherwise: BTreeSet<u16>,
     pub after_loss: AfterLoss,
     /// When each federate begins, if not at once.
     pub begins: BTreeMap<u16, Interval>,
@@ -69,6 +73,8 @@ impl Plan {
             keepalive: false,
             spare_bytes: 0,
             trials: 3,
+            authentication: false,
+            otherwise: BTreeSet::new(),
             after_loss: AfterLoss::GoOn,
             begins: BTreeMap::new(),
             rti_begins: Some(Interval::ZERO),
@@ -165,6 +171,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
         memory.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
     let setup = RtiSetup {
         config: Config {
+            authentication: plan.authentication,
             after_loss: plan.after_loss,
             clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
             ..Config::new(ID, 4)
@@ -195,6 +202,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     Federation {
         id,
         federation_id: "virtual",
+        authentication: plan.authentication != plan.otherwise.contains(&id),
         federates: u16::try_from(plan.nodes.len()).unwrap(),
         rti_host: "10.0.0.1",
         rti_port: PORT,

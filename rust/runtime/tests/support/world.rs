@@ -13,7 +13,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
-use lf_runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
 use super::network::{Conditions, Network};
 use super::random::Random;
@@ -313,6 +313,12 @@ impl Platform for VirtualPlatform {
 
     fn set_correction(&mut self, correction: ClockCorrection) {
         *self.side.correction.lock().unwrap() = correction;
+    }
+
+    fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
+        let random = &mut self.world.state().random;
+        buffer.fill_with(|| u8::try_from(random.below(256)).expect("it is less than 256"));
+        Ok(())
     }
 
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {

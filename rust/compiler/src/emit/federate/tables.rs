@@ -233,6 +233,7 @@ impl Module<'_> {
         let federate = self.federate;
         let id = Literal::u16_unsuffixed(federate.id);
         let federates = Literal::usize_unsuffixed(self.plan.federates.len());
+        let authentication = self.plan.target.authentication;
         let (federation_id, host, port) = (&rti.federation_id, &rti.host, Literal::u16_unsuffixed(rti.port));
         let upstream = federate.upstream.iter().map(|upstream| {
             let id = Literal::u16_unsuffixed(upstream.federate);
@@ -253,6 +254,7 @@ impl Module<'_> {
             Some(lf::runtime::Federation {
                 id: #id,
                 federation_id: #federation_id,
+                authentication: #authentication,
                 federates: #federates,
                 rti_host: #host,
                 rti_port: #port,

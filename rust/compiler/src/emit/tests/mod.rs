@@ -232,3 +232,21 @@ fn an_instance_without_reactions_gets_no_variable() {
         ]
     );
 }
+
+/// A board has random numbers only if it is told to.
+#[test]
+fn authentication_asks_zephyr_for_random_numbers() {
+    for (properties, expected) in [("", false), (" { auth: true }", true)] {
+        let text = format!(
+            "target Rust{properties}\nreactor Silent {{\n}}\n\
+                            federated reactor {{\n  silent = new Silent()\n}}\n"
+        );
+        let sources = std::collections::BTreeMap::from([("Quiet.lf".to_owned(), text)]);
+        let plan = crate::compile("Quiet.lf", &sources).plan.expect("the program is right");
+        let deployment = Deployment::all_on(&plan, &super::deployment::Platform::Zephyr("some_board".to_owned()));
+        let emitted = emit_on(&plan, &deployment);
+        let fragment =
+            emitted.files.iter().find(|file| file.text.contains("CONFIG_LF_SOCKETS")).expect("it is emitted");
+        assert_eq!(fragment.text.contains("CONFIG_LF_AUTHENTICATION=y"), expected, "{}", fragment.text);
+    }
+}

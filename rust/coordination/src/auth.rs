@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Authentication: a federate and the RTI prove to each other that they know the key, without telling it.
+//!
+//! Each sends a nonce, and is answered with the HMAC-SHA256 of that nonce; the key is the federation id. The first byte
+//! of what is authenticated is the type of the message that carries the proof, so neither side's proof can be sent back
+//! as the other's. Nonces have to be unpredictable and new for each connection: that alone makes a recorded proof
+//! worthless. They come from the owner, as machines draw no random numbers.
+//!
+//! It protects the handshake only. What follows is neither encrypted nor authenticated.
+
+use hmac::{Hmac, KeyInit, Mac};
+use lf_wire::june_2026::{HMAC_BYTES, MessageType, NONCE_BYTES};
+use sha2::Sha256;
+
+/// A random number that is used for one connection only.
+pub type Nonce = [u8; NONCE_BYTES];
+/// An HMAC-SHA256 that shows knowledge of the key.
+pub type Proof = [u8; HMAC_BYTES];
+
+/// What the RTI answers to the nonce of a federate that claims this id.
+pub fn rti_proof(key: &[u8], federate: u16, nonce: Nonce) -> Proof {
+    of_rti(key, federate, nonce).finalize().into_bytes().into()
+}
+
+/// Whether the RTI's answer to a federate's nonce was made with this key. Takes the same time for every wrong proof.
+pub fn is_rti_proof(key: &[u8], federate: u16, nonce: Nonce, proof: &Proof) -> bool {
+    of_rti(key, federate, nonce).verify_slice(proof).is_ok()
+}
+
+/// What a federate answers to the RTI's nonce.
+pub fn federate_proof(key: &[u8], nonce: Nonce) -> Proof {
+    of_federate(key, nonce).finalize().into_bytes().into()
+}
+
+/// Whether a federate's answer to the RTI's nonce was made with this key. Takes the same time for every wrong proof.
+pub fn is_federate_proof(key: &[u8], nonce: Nonce, proof: &Proof) -> bool {
+    of_federate(key, nonce).verify_slice(proof).is_ok()
+}
+
+fn of_rti(key: &[u8], federate: u16, nonce: Nonce) -> Hmac<Sha256> {
+    hmac(key, MessageType::RtiResponse).chain_update(federate.to_le_bytes()).chain_update(nonce)
+}
+
+fn of_federate(key: &[u8], nonce: Nonce) -> Hmac<Sha256> {
+    hmac(key, MessageType::FedResponse).chain_update(nonce)
+}
+
+fn hmac(key: &[u8], carrier: MessageType) -> Hmac<Sha256> {
+    let hmac = Hmac::<Sha256>::new_from_slice(key).expect("an HMAC takes a key of any length");
+    hmac.chain_update([carrier.byte()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KEY: &[u8] = b"a secret federation";
+    const NONCE: Nonce = [1, 2, 3, 4, 5, 6, 7, 8];
+
+    #[test]
+    fn a_proof_is_for_one_key_one_nonce_one_federate_and_one_side() {
+        let proof = rti_proof(KEY, 0, NONCE);
+        assert!(is_rti_proof(KEY, 0, NONCE, &proof));
+        assert!(!is_rti_proof(b"a wrong key", 0, NONCE, &proof));
+        assert!(!is_rti_proof(KEY, 1, NONCE, &proof));
+        assert!(!is_rti_proof(KEY, 0, [0; 8], &proof));
+        assert!(!is_federate_proof(KEY, NONCE, &proof));
+        let proof = federate_proof(KEY, NONCE);
+        assert!(is_federate_proof(KEY, NONCE, &proof));
+        assert!(!is_federate_proof(b"", NONCE, &proof));
+        assert!(!is_federate_proof(KEY, [0; 8], &proof));
+    }
+
+    /// A change of any bit is noticed.
+    #[test]
+    fn a_proof_counts_as_a_whole() {
+        let proof = federate_proof(KEY, NONCE);
+        for bit in 0..8 * HMAC_BYTES {
+            let mut changed = proof;
+            changed[bit / 8] ^= 1 << (bit % 8);
+            assert!(!is_federate_proof(KEY, NONCE, &changed), "bit {bit}");
+        }
+    }
+}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Authentication between our RTI and our federate, and who is kept out by it.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod rti_support;
+
+use lf_coordination::FederateId;
+use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
+use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
+use lf_model::time::Instant;
+use lf_wire::Limits;
+use lf_wire::june_2026::{Decoded, Message, RejectCode, decode};
+use rti_support::{Sizes, World};
+
+const NOW: Instant = Instant(1_000_000);
+const KEY: &[u8] = b"grid";
+const NONCE: [u8; 8] = [7; 8];
+
+fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
+    let mut federate =
+        Federate::new(Config { authentication, clock_sync: ClockSync::Off, ..Config::new(FederateId(0), key) })
+            .unwrap();
+    federate.handle_connected(NOW, NONCE);
+    federate
+}
+
+fn rti(authentication: bool) -> World {
+    let config = rti::Config { authentication, clock_sync: rti::ClockSync::Off, ..rti::Config::new(KEY, 64) };
+    World::new(config, Sizes::ample(1))
+}
+
+fn encoded(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes).unwrap();
+    bytes
+}
+
+/// What the federate has to say.
+fn drain(federate: &mut Federate<'_>) -> Vec<Vec<u8>> {
+    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).map(|message| encoded(&message)).collect()
+}
+
+/// Carries messages to and fro until both are silent, or the federate has failed, whose error this gives.
+fn talk(federate: &mut Federate<'_>, rti: &mut World, connection: ConnectionId) -> Result<(), FederateError> {
+    let mut outcome = Ok(());
+    loop {
+        for message in drain(federate) {
+            rti.send(connection, &message);
+        }
+        let bytes = rti.take(connection, usize::MAX);
+        if bytes.is_empty() || outcome.is_err() {
+            return outcome;
+        }
+        let mut rest = &bytes[..];
+        while let Decoded::Complete { message, len } = decode(rest, &Limits::NONE).unwrap() {
+            outcome = outcome.and_then(|()| federate.handle_message(NOW, message).map(|_: Event<'_>| ()));
+            rest = &rest[len..];
+        }
+    }
+}
+
+#[test]
+fn who_has_the_same_key_is_let_in() {
+    let (mut federate, mut rti) = (federate(KEY, true), rti(true));
+    assert_eq!(federate.phase(), Phase::Authenticating);
+    let connection = rti.connect();
+    assert_eq!(talk(&mut federate, &mut rti, connection), Ok(()));
+    assert_eq!(federate.phase(), Phase::Running);
+    assert_eq!(rti.outlet.notices[0], "federate 0 has joined");
+}
+
+#[test]
+fn a_federate_refuses_an_rti_with_another_key_and_both_say_so() {
+    let (mut federate, mut rti) = (federate(b"another", true), rti(true));
+    let connection = rti.connect();
+    assert_eq!(talk(&mut federate, &mut rti, connection), Err(FederateError::RtiNotAuthentic));
+    assert_eq!(federate.handle_disconnected(), Ok(Disconnected::Ended));
+    let refused = "whoever claims to be federate 0 refuses this RTI: the HMAC does not match (code 6)";
+    assert_eq!(rti.outlet.notices, [refused]);
+    assert!(rti.outlet.list[connection.0].ended);
+}
+
+#[test]
+fn an_rti_without_authentication_says_so_to_a_federate_that_has_it() {
+    let (mut federate, mut rti) = (federate(KEY, true), rti(false));
+    let connection = rti.connect();
+    let error = talk(&mut federate, &mut rti, connection).unwrap_err();
+    assert_eq!(error, FederateError::Rejected(RejectCode::NotInAuthenticationMode));
+    assert!(error.to_string().contains("`auth: false`"), "{error}");
+    assert!(rti.outlet.notices[0].contains("does not use authentication"), "{:?}", rti.outlet.notices);
+}
+
+#[test]
+fn an_rti_with_authentication_says_so_to_a_federate_that_has_it_not() {
+    let (mut federate, mut rti) = (federate(KEY, false), rti(true));
+    let connection = rti.connect();
+    let error = talk(&mut federate, &mut rti, connection).unwrap_err();
+    assert_eq!(error, FederateError::Rejected(RejectCode::UnexpectedMessage));
+    assert!(error.to_string().contains("`auth: true`"), "{error}");
+    assert!(rti.outlet.notices[0].contains("`auth: true`"), "{:?}", rti.outlet.notices);
+}
+
+/// Somebody has recorded a handshake, and repeats the federate's part: the RTI's nonce is another one then.
+#[test]
+fn a_recorded_handshake_of_a_federate_is_worthless() {
+    let (mut original, mut world) = (federate(KEY, true), rti(true));
+    let connection = world.connect();
+    let nonce = drain(&mut original).remove(0);
+    world.send(connection, &nonce);
+    let answer = world.take(connection, usize::MAX);
+    let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
+    original.handle_message(NOW, message).unwrap();
+    let rest = drain(&mut original);
+
+    let replayed = world.connect();
+    world.send(replayed, &nonce);
+    assert_ne!(world.take(replayed, usize::MAX), answer);
+    for message in &rest {
+        world.send(replayed, message);
+    }
+    assert_eq!(world.take(replayed, usize::MAX), encoded(&Message::Reject(RejectCode::HmacMismatch)));
+    // The original one goes on.
+    world.send(connection, &rest.concat());
+    assert_eq!(world.take(connection, usize::MAX), encoded(&Message::Ack));
+}
+
+/// Somebody has recorded an RTI's answer, and gives it to a federate whose nonce is another one.
+#[test]
+fn a_recorded_answer_of_an_rti_is_worthless() {
+    let (mut original, mut world) = (federate(KEY, true), rti(true));
+    let connection = world.connect();
+    world.send(connection, &drain(&mut original).concat());
+    let answer = world.take(connection, usize::MAX);
+    let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
+
+    original.handle_disconnected().unwrap();
+    original.handle_connected(NOW, [8; 8]);
+    assert_eq!(drain(&mut original), [encoded(&Message::FedNonce { federate: 0, nonce: [8; 8] })]);
+    assert_eq!(original.handle_message(NOW, message), Err(FederateError::RtiNotAuthentic));
+    let last_words = [encoded(&Message::Reject(RejectCode::HmacMismatch)), encoded(&Message::Failed)];
+    assert_eq!(drain(&mut original), last_words);
+}
+
+/// A proof for one federate does not make its owner another one.
+#[test]
+fn who_has_proven_to_be_one_federate_cannot_join_as_another() {
+    let (mut federate, mut world) = (federate(KEY, true), rti(true));
+    let connection = world.connect();
+    world.send(connection, &drain(&mut federate).concat());
+    let answer = world.take(connection, usize::MAX);
+    let Decoded::Complete { message, .. } = decode(&answer, &Limits::NONE).unwrap() else { panic!("it is cut") };
+    federate.handle_message(NOW, message).unwrap();
+    world.send(connection, &drain(&mut federate)[0]);
+    world.message(connection, &Message::FedIds { federate: 1, federation_id: KEY });
+    assert_eq!(world.take(connection, usize::MAX), encoded(&Message::Reject(RejectCode::UnexpectedMessage)));
+    assert!(world.outlet.notices[0].contains("claimed to be federate 1"), "{:?}", world.outlet.notices);
+}
+
+#[test]
+fn a_handshake_that_ends_or_stops_in_the_middle_of_a_proof_is_given_up_and_the_id_stays_free() {
+    let hello = encoded(&Message::FedNonce { federate: 0, nonce: NONCE });
+    let proof = encoded(&Message::FedResponse { hmac: [0; 32] });
+    for (length, times_out) in [(1, false), (10, true), (11, false), (12, true), (hello.len() + 32, false)] {
+        let mut world = rti(true);
+        let connection = world.connect();
+        world.send(connection, &[&hello[..], &proof].concat()[..length]);
+        if times_out {
+            let late = world.now + CONNECTION_TIME_OUT;
+            world.rti.handle_timeout(late, &mut world.outlet);
+        } else {
+            world.close(connection);
+        }
+        let notice = &world.outlet.notices[0];
+        assert!(notice.ends_with("before its handshake was complete"), "{length}: {notice}");
+        let next = world.connect();
+        assert_eq!(talk(&mut federate(KEY, true), &mut world, next), Ok(()));
+    }
+}
+
+/// An RTI that answers with anything but its proof, or twice, is not believed.
+#[test]
+fn nothing_but_the_proof_is_an_answer() {
+    for message in [Message::Ack, Message::T1(0), Message::Timestamp(0), Message::FedResponse { hmac: [0; 32] }] {
+        let mut federate = federate(KEY, true);
+        drain(&mut federate);
+        let error = federate.handle_message(NOW, message).unwrap_err();
+        let expected = FederateError::Unexpected { message: message.name(), phase: Phase::Authenticating };
+        assert_eq!(error, expected);
+    }
+    let mut early = federate(KEY, true);
+    let answer = Message::RtiResponse { nonce: NONCE, hmac: [0; 32] };
+    let expected = FederateError::Unexpected { message: "RTI_RESPONSE", phase: Phase::Authenticating };
+    assert_eq!(early.handle_message(NOW, answer), Err(expected), "before the nonce was sent");
+}
