@@ -5,6 +5,7 @@ use std::fmt;
 use std::net::{SocketAddr, SocketAddrV4, ToSocketAddrs};
 use std::process::ExitCode;
 
+use lf_model::time::Tag;
 use lf_model::{Engine, Program, Storage};
 use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
 
@@ -66,7 +67,8 @@ fn run(
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let buffers = Buffers::new(&mut input, &mut output);
     let join = Join { federation_id: federation_id.as_bytes(), rti };
-    run_federate(&mut host, program, engine, federation, &join, buffers).map_err(MainError::Run)
+    let mut known = vec![Tag::NEVER; federation.awaited.len()];
+    run_federate(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
 }
 
 /// Where the RTI listens: as the command line says, else as the program does.

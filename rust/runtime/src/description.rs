@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What generated code tells the event loop about its program. All of it is constant.
 
-use lf_coordination::federate::ClockSync;
+use lf_coordination::federate::{AwaitedInput, ClockSync};
 use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_wire::june_2026::MessageType;
@@ -59,6 +59,8 @@ pub struct Federation {
     pub upstream: &'static [(u16, i64)],
     /// The federates to which this one sends, in order of id.
     pub downstream: &'static [u16],
+    /// The inputs from federates in the same cycle without delay: reactions wait until it is known what comes there.
+    pub awaited: &'static [AwaitedInput],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
     /// The least delay from a physical action to an output to another federate; `None` when there is no such path.

@@ -6,6 +6,7 @@ use core::net::SocketAddrV4;
 
 use lf_coordination::federate::{ConfigError, FederateError};
 use lf_coordination::rti::SetupError;
+use lf_model::time::EventTag;
 use lf_model::{DeliverError, ModelError};
 use lf_wire::DecodeError;
 
@@ -40,6 +41,22 @@ pub enum RunError {
     InputFull {
         /// The input.
         input: &'static str,
+    },
+    /// A message came for a tag at which reactions that could see it have run.
+    Late {
+        /// The connection: `unit_a.out -> unit_b.in`.
+        input: &'static str,
+        /// The message's tag.
+        tag: EventTag,
+        /// The tag at which this federate is.
+        current: EventTag,
+    },
+    /// There is too little memory for what is known of awaited inputs.
+    KnownTooShort {
+        /// Tags that it has to hold.
+        needed: usize,
+        /// Tags that it holds.
+        found: usize,
     },
     /// A buffer cannot hold the longest message.
     BufferTooSmall {
@@ -78,6 +95,14 @@ impl fmt::Display for RunError {
                 "the queue of {input} and the receive buffer are full, and the grant that would empty them lies behind \
                  still more messages: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
             ),
+            Self::Late { input, tag, current } => write!(
+                f,
+                "a message over {input} came with tag {tag}, but this federate is at {current} already: check that all \
+                 federates are built from the same program, so that the RTI knows all connections",
+            ),
+            Self::KnownTooShort { needed, found } => {
+                write!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
+            }
             Self::BufferTooSmall { buffer, needed, found } => {
                 write!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least")
             }

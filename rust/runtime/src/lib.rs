@@ -23,7 +23,7 @@ pub use connection::Buffers;
 pub use description::{CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes};
 pub use error::RunError;
 pub use federate::{FederateLoop, Join, run_federate};
-pub use lf_coordination::federate::ClockSync;
+pub use lf_coordination::federate::{AwaitedInput, ClockSync};
 pub use lf_wire::june_2026::DELAY_NONE;
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, run_rti};
 pub use turn::Turn;

@@ -83,13 +83,13 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
         let mut platform = world.join(Interval::ZERO, Interval::ZERO);
         world.start();
         platform.begin();
-        let mut node = Node::<1>::new(timer(1), platform.side(), &[], &[(1, 0, None)]);
+        let mut node = Node::<1>::new(timer(1), platform.side(), &[], &[(1, 0, None, false)]);
         let mut storage = NodeStorage::new();
         let engine = Engine::new(node.tables(), &mut storage, Settings::DEFAULT);
         let (mut input, mut output) = (vec![0; input_bytes], vec![0; output_bytes]);
         let join = Join { federation_id: b"virtual", rti: SocketAddrV4::new(address_of(RTI), PORT) };
         let buffers = Buffers::new(&mut input, &mut output);
-        let error = run_federate(&mut platform, &mut node, engine, &federation, &join, buffers).unwrap_err();
+        let error = run_federate(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []).unwrap_err();
         assert!(matches!(error, RunError::BufferTooSmall { buffer, .. } if buffer == which), "{error:?}");
     }
 }

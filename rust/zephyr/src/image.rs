@@ -6,6 +6,7 @@ use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
 use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
 
@@ -59,31 +60,40 @@ impl<const T: usize, const TW: usize, const RW: usize, const PW: usize> EngineSt
     }
 }
 
-/// The static memory of a program `P` with its engine's storage `S` and buffers of so many bytes.
+/// The static memory of a program `P` with its engine's storage `S`, buffers of so many bytes, and so many tags for
+/// what is known of inputs.
 ///
 /// It is a static and not on the main thread's stack, so that the linker counts it.
-pub struct Memory<P, S, const INPUT: usize, const OUTPUT: usize> {
+pub struct Memory<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> {
     taken: AtomicBool,
-    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT>>>,
+    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT, KNOWN>>>,
 }
 
-struct Parts<P, S, const INPUT: usize, const OUTPUT: usize> {
+struct Parts<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> {
     program: P,
     storage: S,
     input: [u8; INPUT],
     output: [u8; OUTPUT],
+    known: [Tag; KNOWN],
 }
 
 // SAFETY: the cell is accessed only by the one call of `run` that has set `taken`, which is never unset.
-unsafe impl<P, S, const INPUT: usize, const OUTPUT: usize> Sync for Memory<P, S, INPUT, OUTPUT> {}
+unsafe impl<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> Sync
+    for Memory<P, S, INPUT, OUTPUT, KNOWN>
+{
+}
 
-impl<P, S, const INPUT: usize, const OUTPUT: usize> fmt::Debug for Memory<P, S, INPUT, OUTPUT> {
+impl<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> fmt::Debug
+    for Memory<P, S, INPUT, OUTPUT, KNOWN>
+{
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Memory").field("taken", &self.taken).finish_non_exhaustive()
     }
 }
 
-impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize> Memory<P, S, INPUT, OUTPUT> {
+impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize>
+    Memory<P, S, INPUT, OUTPUT, KNOWN>
+{
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
@@ -105,15 +115,21 @@ impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize> Memo
         }
         // SAFETY: this call alone has found `taken` unset, and nobody else accesses the cell.
         let memory = unsafe { &mut *self.parts.get() };
-        let parts = Parts { program: program(), storage: S::empty(), input: [0; INPUT], output: [0; OUTPUT] };
-        let Parts { program, storage, input, output } = memory.write(parts);
+        let parts = Parts {
+            program: program(),
+            storage: S::empty(),
+            input: [0; INPUT],
+            output: [0; OUTPUT],
+            known: [Tag::NEVER; KNOWN],
+        };
+        let Parts { program, storage, input, output, known } = memory.write(parts);
         let engine = storage.engine(program.tables(), description.settings());
         let Some(federation) = &description.federation else {
             return run_unfederated(platform, program, engine).map_err(ImageError::Run);
         };
         let join = join(federation).map_err(ImageError::Settings)?;
         let buffers = Buffers::new(input, output);
-        run_federate(platform, program, engine, federation, &join, buffers).map_err(ImageError::Run)
+        run_federate(platform, program, engine, federation, &join, buffers, known).map_err(ImageError::Run)
     }
 }
 
@@ -137,6 +153,14 @@ pub const fn input_bytes(description: &Description) -> usize {
 pub const fn output_bytes(description: &Description) -> usize {
     match &description.federation {
         Some(federation) => larger(federation.output_bytes, crate::kconfig::LF_SEND_BUFFER_SIZE),
+        None => 0,
+    }
+}
+
+/// How many inputs of a program are awaited.
+pub const fn awaited_inputs(description: &Description) -> usize {
+    match &description.federation {
+        Some(federation) => federation.awaited.len(),
         None => 0,
     }
 }

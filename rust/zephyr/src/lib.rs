@@ -64,6 +64,7 @@ macro_rules! main {
                     $module::Storage,
                     { $crate::image::input_bytes(&$module::DESCRIPTION) },
                     { $crate::image::output_bytes(&$module::DESCRIPTION) },
+                    { $crate::image::awaited_inputs(&$module::DESCRIPTION) },
                 > = $crate::image::Memory::new();
                 MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
             },

@@ -9,16 +9,16 @@ use crate::resolve::{ReactionParameter, Variable};
 /// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
 /// sent to another federate; nothing if there is no such path.
 ///
-/// In a zero-delay cycle it is the least minimum delay alone: there the next event that a federate announces decides
-/// who may be at a tag at the same time, so it has to be a true one, not only one that bounds what is sent.
+/// In a zero-delay cycle it is the least minimum delay of all physical actions that trigger anything: there the next
+/// event that a federate announces decides who may be at a tag at the same time, so it has to be a true one, not only
+/// one that bounds what is sent. Who has been granted more could not be called to the event's tag any more.
 pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64> {
     let paths = Search { context, federate };
     let count = context.graph.steps.len();
-    let sent = least_delay_to_output(&paths, count)?;
     if context.zero_delay.is_in_one(federate) {
         return (0..count).filter_map(|step| paths.physical_start(step)).min();
     }
-    Some(sent)
+    least_delay_to_output(&paths, count)
 }
 
 fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {

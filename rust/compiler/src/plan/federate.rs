@@ -37,7 +37,7 @@ pub struct Federate {
     /// The federates that this one sends to directly, in order of id.
     pub downstream: Vec<u16>,
     /// The least delay in nanoseconds on a path from a physical action, its minimum delay included, to an output to
-    /// another federate; `None` when there is no such path. In a cycle without delay, the least minimum delay alone.
+    /// another federate; `None` when there is no such path. In a cycle without delay, the least minimum delay of any.
     pub physical_delay_ns: Option<i64>,
 }
 

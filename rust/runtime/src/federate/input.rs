@@ -10,9 +10,9 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
-use lf_coordination::federate::{Disconnected, Event, Federate};
-use lf_model::time::{Instant, Microstep, Tag};
-use lf_model::{Engine, InputId, Program};
+use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, FederateError};
+use lf_model::time::{EventTag, Instant, Microstep, Tag};
+use lf_model::{DeliverError, Engine, InputId, Program};
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{DecodeError, InBuffer, Limits};
 
@@ -68,6 +68,8 @@ enum Turn {
     Hold(Tag, InputId),
     /// It is a grant, of which this much counts already.
     Partly(Tag),
+    /// It says up to which tag nothing comes at an input, and this much of that counts already.
+    PartlyAbsent(u16, Tag),
 }
 
 impl<P: Platform> FederateLoop<'_, '_, P> {
@@ -105,10 +107,15 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                     self.machine.handle_message(now, Message::TagGrant(wire))?;
                     self.held.hold(length, Tag::FOREVER, None);
                 }
+                Turn::PartlyAbsent(port, tag) => {
+                    self.awaited.learn(port, tag);
+                    self.held.hold(length, Tag::FOREVER, None);
+                }
                 Turn::Take => {
                     let mut hands = Hands {
                         platform: &mut *self.platform,
                         machine: &mut self.machine,
+                        awaited: &mut self.awaited,
                         engine: &mut self.engine,
                         program: &mut *self.program,
                     };
@@ -150,11 +157,27 @@ fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, h
             let needs_room = tag <= engine.stop_tag() && usize::from(port) < engine.tables().inputs.len();
             if needs_room && !engine.has_room(program, input) { Turn::Hold(tag, input) } else { Turn::Take }
         }
-        Message::TagGrant(tag) => {
+        Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) => {
             let tag = Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) };
             if tag < held || held == Tag::FOREVER { Turn::Take } else { Turn::Partly(held.before()) }
         }
+        Message::PortAbsent { port, tag, .. } => {
+            // One of the held messages may be for this very input.
+            let tag = Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) };
+            if tag < held || held == Tag::FOREVER { Turn::Take } else { Turn::PartlyAbsent(port, held.before()) }
+        }
         _ => Turn::Take,
+    }
+}
+
+/// A late message is reported with the name of its connection, which tells more than the number of the input.
+fn name_late(error: FederateError, engine: &Engine<'_>) -> RunError {
+    match error {
+        FederateError::LateMessage { port, tag, current } => match engine.tables().inputs.get(usize::from(port)) {
+            Some(input) => RunError::Late { input: input.name, tag, current },
+            None => error.into(),
+        },
+        _ => error.into(),
     }
 }
 
@@ -162,6 +185,7 @@ fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, h
 struct Hands<'a, 'c, 's, P> {
     platform: &'a mut P,
     machine: &'a mut Federate<'c>,
+    awaited: &'a mut Awaited<'s>,
     engine: &'a mut Engine<'s>,
     program: &'a mut dyn Program,
 }
@@ -169,10 +193,12 @@ struct Hands<'a, 'c, 's, P> {
 impl<P: Platform> Hands<'_, '_, '_, P> {
     /// Handles a message. Gives whether the last tag may be another one now.
     fn take(&mut self, now: Instant, message: Message<'_>) -> Result<bool, RunError> {
-        match self.machine.handle_message(now, message)? {
+        match self.machine.handle_message(now, message).map_err(|error| name_late(error, self.engine))? {
             Event::Message { port, tag, payload } => {
-                self.engine.deliver(self.program, InputId(port), tag, payload)?;
+                self.deliver(InputId(port), tag, payload)?;
+                self.awaited.learn(port, tag);
             }
+            Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => self.awaited.learn(port, tag),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
                 self.platform.set_correction(self.machine.clock());
@@ -184,14 +210,20 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
                 return Ok(true);
             }
             Event::Accepted => log::debug!("the RTI has accepted this federate"),
-            Event::None
-            | Event::Granted(_)
-            | Event::GrantedProvisionally(_)
-            | Event::MessageAfterStop { .. }
-            | Event::PortAbsent { .. }
-            | Event::StopRequested(_) => {}
+            Event::None | Event::Granted(_) | Event::GrantedProvisionally(_) | Event::StopRequested(_) => {}
         }
         Ok(false)
+    }
+
+    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), RunError> {
+        let start = self.engine.start_time();
+        self.engine.deliver(self.program, input, tag, payload).map_err(|error| match error {
+            DeliverError::Late { input, tag, current } => {
+                let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
+                RunError::Late { input, tag, current }
+            }
+            error => error.into(),
+        })
     }
 
     fn start(&mut self, start: Instant) {

@@ -11,8 +11,8 @@ use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::federate::{Config, Event, Federate, Phase};
-use lf_model::time::{Instant, Interval};
+use lf_coordination::federate::{Awaited, Config, Event, Federate, Phase};
+use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program, Tables};
 use lf_wire::Limits;
 use lf_wire::june_2026::{Message, NeighborStructure};
@@ -38,7 +38,8 @@ pub struct Join<'a> {
     pub rti: SocketAddrV4,
 }
 
-/// Runs a federate from its first connection to its end.
+/// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
+/// [`Federation::awaited`].
 ///
 /// # Errors
 /// Why it ended early. The RTI has been told, where that was possible.
@@ -49,8 +50,9 @@ pub fn run_federate<P: Platform>(
     federation: &Federation,
     join: &Join<'_>,
     buffers: Buffers<'_>,
+    known: &mut [Tag],
 ) -> Result<(), RunError> {
-    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers)?;
+    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known)?;
     loop {
         match federate.turn() {
             Turn::Wait(until) => federate.wait(until),
@@ -89,6 +91,8 @@ pub struct FederateLoop<'a, 's, P> {
     program: &'a mut dyn Program,
     engine: Engine<'s>,
     machine: Federate<'a>,
+    /// What is known of inputs from federates in the same cycle without delay.
+    awaited: Awaited<'s>,
     link: Link<'s>,
     limits: Limits,
     /// The messages in the input buffer that wait for room in their inputs' queues.
@@ -118,7 +122,8 @@ impl<P> fmt::Debug for FederateLoop<'_, '_, P> {
 }
 
 impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
-    /// A federate that is to make its first connection.
+    /// A federate that is to make its first connection. `known` is memory, one tag for each of
+    /// [`Federation::awaited`].
     ///
     /// # Errors
     /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
@@ -129,6 +134,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         federation: &'a Federation,
         join: &Join<'a>,
         buffers: Buffers<'s>,
+        known: &'s mut [Tag],
     ) -> Result<Self, RunError> {
         let config = Config {
             authentication: federation.authentication,
@@ -141,6 +147,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         };
         let machine = Federate::new(config)?;
         check_buffers(&buffers, engine.tables(), federation, join)?;
+        let (needed, found) = (federation.awaited.len(), known.len());
+        let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
         let limits = Limits {
             // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
             payload_bytes_max: buffers.input.capacity(),
@@ -154,6 +162,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             program,
             engine,
             machine,
+            awaited,
             link,
             limits,
             held: Held::NONE,

@@ -2,7 +2,8 @@
 //! Where the engine sends to, and what it sees of the world, while a tag runs.
 
 use lf_coordination::federate::Federate;
-use lf_model::{Env, Outgoing, Outside, SendError};
+use lf_model::{Env, NetworkOutput, Outgoing, Outside, SendError};
+use lf_wire::june_2026::Message;
 use lf_wire::{PushError, Tag};
 
 use super::link::Link;
@@ -29,6 +30,21 @@ impl<'a, 's, 'c, P: Platform> Output<'a, 's, 'c, P> {
     }
 }
 
+impl<P: Platform> Output<'_, '_, '_, P> {
+    /// Sees to it that a message of so many bytes fits, beside what coordination may have to say.
+    fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
+        let needed = bytes.saturating_add(CONTROL_BYTES);
+        if self.link.buffers.output.room() < needed {
+            self.link.flush(self.platform);
+        }
+        if self.link.buffers.output.room() < needed { Err(SendError::NoRoom) } else { Ok(()) }
+    }
+}
+
+fn to_wire(tag: lf_model::time::Tag) -> Tag {
+    Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
+}
+
 impl<P: Platform> Env for Output<'_, '_, '_, P> {
     fn outside(&self) -> &'static dyn Outside {
         self.platform.outside()
@@ -39,14 +55,8 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             // Nobody gets as far as this tag.
             return Ok(());
         }
-        let longest = message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES);
-        if self.link.buffers.output.room() < longest.saturating_add(CONTROL_BYTES) {
-            self.link.flush(self.platform);
-            if self.link.buffers.output.room() < longest.saturating_add(CONTROL_BYTES) {
-                return Err(SendError::NoRoom);
-            }
-        }
-        let tag = Tag { time: message.tag.time.as_nanos(), microstep: message.tag.microstep.0 };
+        self.make_room(message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
+        let tag = to_wire(message.tag);
         let output = message.output;
         let pushed =
             self.link
@@ -61,5 +71,14 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
             Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
         }
+    }
+
+    fn send_absent(&mut self, output: &'static NetworkOutput, tag: lf_model::time::Tag) -> Result<(), SendError> {
+        if self.silent || !self.machine.may_send(tag) {
+            return Ok(());
+        }
+        let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
+        self.make_room(message.encoded_len())?;
+        self.link.buffers.output.push(&message).map_err(|_| SendError::NoRoom)
     }
 }

@@ -19,7 +19,7 @@ const TAGS_PER_TURN: u32 = 16;
 pub(super) enum Advance {
     /// All that is possible now is done; at this time more may be.
     Until(Deadline),
-    /// The next tag needs word from the RTI.
+    /// The next tag, or the rest of the open one, needs word from the RTI or from other federates.
     NotGranted,
     /// The output buffer is full in the middle of a tag.
     OutputFull,
@@ -39,10 +39,12 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             {
                 return Ok(advance);
             }
+            let max_level = self.awaited.max_level(&self.machine);
             let mut output = Output::new(self.platform, &mut self.link, &mut self.machine, self.silent);
-            match self.engine.advance(self.program, &mut output, None) {
+            match self.engine.advance(self.program, &mut output, max_level) {
                 Progress::Complete => {}
-                Progress::OutputFull { .. } | Progress::LevelLimit { .. } => return Ok(Advance::OutputFull),
+                Progress::OutputFull { .. } => return Ok(Advance::OutputFull),
+                Progress::LevelLimit { .. } => return Ok(Advance::NotGranted),
                 Progress::Failed(error) => return Err(error.into()),
             }
             self.machine.complete(self.engine.had_network_input());
@@ -65,12 +67,15 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             self.machine.request_stop(tag);
         }
         let now = self.platform.now();
-        let Some(tag) = self.engine.next_tag() else { return Ok(Some(Advance::Until(self.idle(now)))) };
-        let granted = self.machine.next_event(now, tag);
+        let event = self.engine.next_tag();
+        // In a cycle without delay others may wait for this federate at a tag at which it has no event.
+        let summons = self.machine.summons().filter(|summons| event.is_none_or(|event| *summons < event));
+        let Some(tag) = summons.or(event) else { return Ok(Some(Advance::Until(self.idle(now)))) };
+        self.machine.next_event(now, event.unwrap_or(Tag::FOREVER));
         // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others, who
         // may need that before they can take the messages of this one.
         self.collect();
-        if !granted {
+        if !self.machine.may_advance(tag) {
             return Ok(Some(Advance::NotGranted));
         }
         if !self.engine.settings().fast && self.machine.clock().physical(now) < tag.time {

@@ -12,8 +12,8 @@ use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{
-    Buffers, ClockSync, DELAY_NONE, Federation, Inlet, Join, Outgoing, RtiSetup, RunError, buffer_bytes, run_federate,
-    run_rti,
+    AwaitedInput, Buffers, ClockSync, DELAY_NONE, Federation, Inlet, Join, Outgoing, RtiSetup, RunError, buffer_bytes,
+    run_federate, run_rti,
 };
 
 use super::network::{Conditions, address_of};
@@ -81,6 +81,19 @@ impl Plan {
             strangers: BTreeSet::new(),
             fates: Vec::new(),
         }
+    }
+}
+
+impl Plan {
+    /// Whether the receiver waits within a tag for what comes over a connection: it reaches the sender without delay.
+    fn is_awaited(&self, edge: Edge) -> bool {
+        let mut reached = BTreeSet::from([edge.to]);
+        let mut open = vec![edge.to];
+        while let Some(at) = open.pop() {
+            let next = self.edges.iter().filter(|edge| edge.from == at && edge.delay.is_none()).map(|edge| edge.to);
+            open.extend(next.filter(|next| reached.insert(*next)));
+        }
+        edge.delay.is_none() && reached.contains(&edge.from)
     }
 }
 
@@ -208,8 +221,9 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         rti_port: PORT,
         upstream: upstream.into_iter().collect::<Vec<_>>().leak(),
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
+        awaited: &[],
         clock_sync: ClockSync::Init { trials: plan.trials },
-        physical_delay: None,
+        physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO),
         advance_interval: Interval::from_millis(10),
         input_bytes: bytes + plan.spare_bytes,
         output_bytes: bytes,
@@ -225,11 +239,11 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let edges = || plan.edges.iter().copied().enumerate();
     let inputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.to == id)
-        .map(|(index, edge)| (edge.from, port_of(index), edge.delay))
+        .map(|(index, edge)| (edge.from, port_of(index), edge.delay, plan.is_awaited(edge)))
         .collect();
     let outputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.from == id)
-        .map(|(index, edge)| (edge.to, port_of(index), edge.delay))
+        .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge)))
         .collect();
     let behavior = plan.nodes[usize::from(id)];
     let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs);
@@ -238,11 +252,14 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let settings = Settings { federated: true, timeout, fast, keepalive, workers: 1 };
     let tables = lf_model::Program::tables(&node);
     let engine = Engine::new(tables, &mut storage, settings);
-    let federation = federation_of(plan, id);
+    let awaited = (0..).zip(tables.inputs).filter(|(_, input)| input.awaited);
+    let awaited: Vec<_> = awaited.map(|(port, input)| AwaitedInput { port, level: input.level }).collect();
+    let federation = Federation { awaited: awaited.leak(), ..federation_of(plan, id) };
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
     let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { ID };
     let join = Join { federation_id, rti: SocketAddrV4::new(address_of(RTI), PORT) };
     let buffers = Buffers::new(&mut input, &mut output);
-    let result = run_federate(platform, &mut node, engine, &federation, &join, buffers);
+    let mut known = vec![Tag::NEVER; federation.awaited.len()];
+    let result = run_federate(platform, &mut node, engine, &federation, &join, buffers, &mut known);
     (result, node.log, node.ended)
 }

@@ -241,6 +241,10 @@ impl Module<'_> {
             quote!((#id, #delay))
         });
         let downstream = federate.downstream.iter().map(|id| Literal::u16_unsuffixed(*id));
+        let awaited = federate.inputs.iter().enumerate().filter(|(_, input)| input.awaited).map(|(port, input)| {
+            let (port, level) = (Literal::usize_unsuffixed(port), Literal::u16_unsuffixed(input.level));
+            quote!(lf::runtime::AwaitedInput { port: #port, level: #level })
+        });
         let clock_sync = match self.plan.target.clock_sync {
             ClockSync::Off => quote!(lf::runtime::ClockSync::Off),
             ClockSync::Init => {
@@ -260,6 +264,7 @@ impl Module<'_> {
                 rti_port: #port,
                 upstream: &[#(#upstream),*],
                 downstream: &[#(#downstream),*],
+                awaited: &[#(#awaited),*],
                 clock_sync: #clock_sync,
                 physical_delay: #physical_delay,
                 advance_interval: #advance_interval,
