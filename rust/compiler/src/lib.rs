@@ -16,6 +16,7 @@ pub mod plan;
 mod resolve;
 mod syntax;
 
+pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
 pub use resolve::SourceProvider;

@@ -51,6 +51,11 @@ fn federates_in_cycles_without_delay_know_what_to_wait_for_and_what_to_tell() {
 }
 
 #[test]
+fn queues_of_network_inputs_hold_what_can_be_under_way_and_a_guess_in_a_cycle_is_a_warning() {
+    check("cycle");
+}
+
+#[test]
 fn older_forms_compile_with_warnings() {
     check("older_forms");
 }

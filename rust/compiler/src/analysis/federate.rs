@@ -9,7 +9,7 @@ use super::network::Network;
 use super::order::Levels;
 use super::physical;
 use super::triggers::Source;
-use super::zero_delay::ZeroDelay;
+use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
 use crate::instances::Tree;
@@ -24,7 +24,9 @@ pub(super) struct Context<'a> {
     pub(super) graph: &'a Graph,
     pub(super) levels: &'a Levels,
     pub(super) network: &'a Network,
-    pub(super) zero_delay: &'a ZeroDelay,
+    pub(super) zero_delay: &'a Cycles,
+    /// The cycles of federates, whatever the delays.
+    pub(super) cycles: &'a Cycles,
     pub(super) places: &'a Places<'a>,
     pub(super) described: &'a Described,
 }

@@ -12,6 +12,8 @@ mod rate;
 mod triggers;
 mod zero_delay;
 
+pub use triggers::NETWORK_CAPACITY;
+
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
 use crate::instances::Tree;
@@ -19,7 +21,7 @@ use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, program_name};
 use classes::Places;
 use graph::Graph;
-use zero_delay::ZeroDelay;
+use zero_delay::Cycles;
 
 /// The TCP port on which an RTI listens when the program says nothing.
 const RTI_PORT: u16 = 15_045;
@@ -44,7 +46,8 @@ pub(crate) fn analyse(
     let places = Places::new(&sources);
     let described = classes::describe(classes, tree, &places);
     let network = network::number(&graph, parts);
-    let zero_delay = ZeroDelay::find(&graph, parts);
+    let zero_delay = Cycles::without_delay(&graph, parts);
+    let cycles = Cycles::of_any_delay(&graph, parts);
     let mut federates = Vec::new();
     for part in 0..parts.list.len() {
         let context = federate::Context {
@@ -55,6 +58,7 @@ pub(crate) fn analyse(
             levels: &levels,
             network: &network,
             zero_delay: &zero_delay,
+            cycles: &cycles,
             places: &places,
             described: &described,
         };

@@ -6,7 +6,7 @@
 //! | timer, startup, shutdown | 1 |
 //! | action | what is on its way by its minimum delay, and [`ACTION_CAPACITY`], because bodies can delay more |
 //! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
-//! | connection between federates | what is on its way by the delay, as far as known, and [`NETWORK_CAPACITY`] |
+//! | connection between federates | what is on its way by twice the delay, as far as known, and [`NETWORK_CAPACITY`] |
 //!
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
@@ -20,9 +20,13 @@ use crate::resolve::{CAPACITY_MAX, Variable};
 /// How many pending events an action holds besides those that its minimum delay keeps on their way.
 const ACTION_CAPACITY: usize = 8;
 
-/// How many messages a connection between federates holds besides those that its delay keeps on their way. When all
-/// places are used up, the sender waits.
-const NETWORK_CAPACITY: usize = 16;
+/// How many messages the queue of a network input holds besides those that the connection's delay keeps on their way.
+///
+/// The RTI passes on messages of up to 16 tags that the receiver has still before it when the sender is past them. Up to
+/// 16 more can come when the federation agrees on a stop tag, because the answer of a sender that was held up lies
+/// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
+/// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
+pub const NETWORK_CAPACITY: usize = 16 + 16;
 
 /// What a trigger is in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -217,11 +221,27 @@ impl Builder<'_> {
         let link = &graph.links[position];
         let capacity = self.given_capacity(position).unwrap_or_else(|| {
             let rate = rates.of_port(graph.root[link.from]);
-            let derived = in_flight(&rate.streams, link.delay.unwrap_or_default());
+            let delay_ns = link.delay.unwrap_or_default();
+            if !rate.complete && delay_ns > 0 && self.is_in_cycle(position) {
+                let message =
+                    format!("how many values of `{}` can be on their way is not known", self.link_name(position));
+                let hint = "in a cycle of federates the queue has to hold them all, or the program ends with an error: \
+                            write `@capacity(n)` before the connection, or give the action that causes it a minimum \
+                            spacing";
+                diagnostics.push(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
+            }
+            let derived = in_flight(&rate.streams, delay_ns.saturating_mul(2));
             bounded(derived.saturating_add(NETWORK_CAPACITY), link.span, diagnostics)
         });
         let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
         self.add_link(position, kind, capacity);
+    }
+
+    /// Whether what this connection carries can come back to the federate that sends it.
+    fn is_in_cycle(&self, link: usize) -> bool {
+        let graph = self.context.graph;
+        let from = self.context.parts.of[graph.instance[graph.links[link].from]];
+        from.is_some_and(|from| self.context.cycles.is_common(from, self.part))
     }
 
     fn add_link(&mut self, position: usize, kind: TriggerKind, capacity: usize) {

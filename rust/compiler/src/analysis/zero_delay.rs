@@ -7,19 +7,29 @@
 use super::graph::{Graph, Link};
 use crate::federates::Parts;
 
-/// Which federates are in zero-delay cycles.
+/// Which federates are in cycles.
 #[derive(Debug)]
-pub(super) struct ZeroDelay {
-    /// Per federate, those that it reaches over at least one connection without delay.
+pub(super) struct Cycles {
+    /// Per federate, those that it reaches over at least one connection.
     reaches: Vec<Vec<bool>>,
 }
 
-impl ZeroDelay {
-    pub(super) fn find(graph: &Graph, parts: &Parts) -> Self {
+impl Cycles {
+    /// The zero-delay cycles.
+    pub(super) fn without_delay(graph: &Graph, parts: &Parts) -> Self {
+        Self::over(graph, parts, is_immediate)
+    }
+
+    /// All cycles, whatever the delays.
+    pub(super) fn of_any_delay(graph: &Graph, parts: &Parts) -> Self {
+        Self::over(graph, parts, |link| link.network)
+    }
+
+    fn over(graph: &Graph, parts: &Parts, counts: impl Fn(&Link) -> bool) -> Self {
         let count = parts.list.len();
         let part = |node: usize| parts.of[graph.instance[node]];
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
-        for link in graph.links.iter().filter(|link| is_immediate(link)) {
+        for link in graph.links.iter().filter(|link| counts(link)) {
             if let (Some(from), Some(to)) = (part(link.from), part(link.to)) {
                 next[from].push(to);
             }
@@ -37,12 +47,12 @@ impl ZeroDelay {
         Self { reaches: reaches.collect() }
     }
 
-    /// Whether a federate is in a zero-delay cycle.
+    /// Whether a federate is in a cycle.
     pub(super) fn is_in_one(&self, federate: usize) -> bool {
         self.reaches[federate][federate]
     }
 
-    /// Whether two federates are in the same zero-delay cycle.
+    /// Whether two federates are in the same cycle.
     pub(super) fn is_common(&self, one: usize, other: usize) -> bool {
         self.reaches[one][other] && self.reaches[other][one]
     }

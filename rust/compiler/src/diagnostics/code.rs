@@ -151,6 +151,8 @@ codes! {
     NoEffect = "W004-no-effect",
     /// A capacity below what the program needs at most.
     SmallCapacity = "W005-small-capacity",
+    /// A capacity in a cycle of federates that the compiler can only guess.
+    UnknownCapacity = "W006-unknown-capacity",
 }
 
 impl Code {
