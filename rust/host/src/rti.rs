@@ -36,6 +36,8 @@ pub struct Options {
     pub dnet: bool,
     /// Whether the others go on when a federate is lost; otherwise the federation is stopped.
     pub go_on_after_loss: bool,
+    /// How long the start waits for a federate that was there and has left; `None`: for ever.
+    pub start_barrier_time_out: Option<Interval>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -88,6 +90,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
         start_time_multiple: options.start_time_multiple,
         dnet: options.dnet,
         after_loss: if options.go_on_after_loss { AfterLoss::GoOn } else { AfterLoss::StopAll },
+        start_barrier_time_out: options.start_barrier_time_out,
         ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
     };
     // The longest of all messages: a payload, or the neighbors of a federate that is connected with all others.
@@ -115,9 +118,11 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
 /// Logs a notice at the level of its importance.
 fn log_notice(notice: Notice<'_>) {
     match notice {
-        Notice::Lost { .. } | Notice::Rejected { .. } | Notice::RejectedBy { .. } | Notice::Late { .. } => {
-            log::error!("{notice}");
-        }
+        Notice::Lost { .. }
+        | Notice::Missing(_)
+        | Notice::Rejected { .. }
+        | Notice::RejectedBy { .. }
+        | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. } | Notice::UnknownType { .. } | Notice::InTransitFull(_) => {
             log::warn!("{notice}");
         }

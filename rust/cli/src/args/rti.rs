@@ -63,7 +63,14 @@ pub struct RtiArgs {
     /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
     #[arg(long)]
     go_on_after_loss: bool,
+    /// How long the start waits for a federate that was there and has left; then the federation ends. `off`: for ever.
+    #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = start_time_out)]
+    start_time_out: TimeOut,
 }
+
+/// A time after which the RTI gives up; nothing if it does not.
+#[derive(Clone, Copy, Debug)]
+struct TimeOut(Option<Interval>);
 
 impl RtiArgs {
     /// Checks what the command line's grammar cannot say.
@@ -87,6 +94,7 @@ impl RtiArgs {
             start_time_multiple,
             dnet: !self.dnet_disabled,
             go_on_after_loss: self.go_on_after_loss,
+            start_barrier_time_out: self.start_time_out.0,
             payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
         })
     }
@@ -97,6 +105,14 @@ fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
     let multiple = time::of_unit(value, unit)?;
     let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);
     Ok((nanoseconds > 0).then(|| Interval::from_nanos(nanoseconds)))
+}
+
+fn start_time_out(text: &str) -> Result<TimeOut, String> {
+    if text == "off" {
+        return Ok(TimeOut(None));
+    }
+    let nanoseconds = i64::try_from(time::parse(text)?.as_nanos()).unwrap_or(i64::MAX);
+    Ok(TimeOut(Some(Interval::from_nanos(nanoseconds))))
 }
 
 fn federates() -> RangedI64ValueParser<u16> {
@@ -162,6 +178,15 @@ mod tests {
         assert_eq!(options.clock_sync_trials, Some(10));
         assert!(options.dnet && !options.authentication);
         assert_eq!(options.start_time_multiple, None);
+        assert_eq!(options.start_barrier_time_out, Some(Interval::from_secs(60)));
+    }
+
+    #[test]
+    fn the_time_for_coming_back_is_a_time_or_off() {
+        let of = |text| options(&["-n", "2", "--start-time-out", text]).map(|options| options.start_barrier_time_out);
+        assert_eq!(of("off"), Ok(None));
+        assert_eq!(of("1500 ms"), Ok(Some(Interval::from_millis(1500))));
+        assert!(of("soon").is_err());
     }
 
     #[test]

@@ -33,6 +33,16 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
         Outcome::Lost { federate, cause } => {
             Err(Failure::message(format!("the federation has failed: federate {federate} is lost: {cause}")))
         }
+        Outcome::NotStarted { first, missing } => {
+            let others = match missing {
+                0 | 1 => String::new(),
+                more => format!(" and {} more", more - 1),
+            };
+            Err(Failure::message(format!(
+                "the federation has not started: federate {first}{others} did not come back in time after a loss; \
+                 start all federates again, or give them more time with --start-time-out"
+            )))
+        }
         Outcome::Aborted => {
             terminal::remark("error: the RTI was told to end before its federation was over");
             Ok(ExitCode::from(INTERRUPTED))

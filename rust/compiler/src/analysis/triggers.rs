@@ -22,8 +22,8 @@ const ACTION_CAPACITY: usize = 8;
 
 /// How many messages the queue of a network input holds besides those that the connection's delay keeps on their way.
 ///
-/// The RTI passes on messages of up to 16 tags that the receiver has still before it when the sender is past them. Up to
-/// 16 more can come when the federation agrees on a stop tag, because the answer of a sender that was held up lies
+/// The RTI passes on messages of up to 16 tags that the receiver has still before it when the sender is past them. Up
+/// to 16 more can come when the federation agrees on a stop tag, because the answer of a sender that was held up lies
 /// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
 /// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;

@@ -18,6 +18,8 @@ pub const CONNECTION_TIME_OUT: Interval = Interval::from_secs(10);
 /// How long all may take to answer a stop request.
 pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
+/// How long the start waits for a federate that was there and has left.
+pub const START_BARRIER_TIME_OUT: Interval = Interval::from_secs(60);
 /// How many tags of messages a receiver may be behind its senders.
 pub const WINDOW: usize = 16;
 
@@ -62,6 +64,8 @@ pub struct Config<'a> {
     pub connection_time_out: Interval,
     /// How long all may take to answer a stop request.
     pub stop_reply_time_out: Interval,
+    /// How long the start waits after the first loss of a federate before it; `None`: for ever.
+    pub start_barrier_time_out: Option<Interval>,
     /// How many different tags with messages a federate may have before it while more are passed on to it from senders
     /// that are past them; at least 1. If its memory for messages in transit is less, that counts. See the module
     /// `window`.
@@ -82,6 +86,7 @@ impl<'a> Config<'a> {
             after_loss: AfterLoss::GoOn,
             connection_time_out: CONNECTION_TIME_OUT,
             stop_reply_time_out: STOP_REPLY_TIME_OUT,
+            start_barrier_time_out: Some(START_BARRIER_TIME_OUT),
             window: WINDOW,
             payload_bytes_max,
         }

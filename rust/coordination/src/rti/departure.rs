@@ -12,10 +12,11 @@ use super::{AfterLoss, Cause, ConnectionId, Notice, Outlet, Rti, Slot, id};
 
 impl Rti<'_> {
     /// A connection has ended, and all that came on it has been offered.
-    pub fn handle_disconnect(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+    pub fn handle_disconnect(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.joined_on(connection) {
             self.release(connection);
             self.lose(federate, Cause::ConnectionLost, outlet);
+            self.limit_start(now);
             return;
         }
         let Some(known) = self.connections.get(connection.0) else { return };
@@ -24,6 +25,7 @@ impl Rti<'_> {
             outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: false });
         }
         self.release(connection);
+        self.limit_start(now);
     }
 
     /// Ends the federation: tells every federate that it has failed, and closes all connections.
@@ -97,7 +99,7 @@ impl Rti<'_> {
 
     fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
         if self.start.is_none() {
-            self.slots[federate] = Slot::default();
+            self.vacate(federate);
             return;
         }
         let slot = &mut self.slots[federate];

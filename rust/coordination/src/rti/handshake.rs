@@ -287,6 +287,7 @@ impl Rti<'_> {
     fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {
         self.connections[connection.0].phase = Phase::Joined;
         self.slots[usize::from(federate)].membership = Membership::Joined(connection);
+        self.occupy(federate.into());
         outlet.notice(Notice::Joined(FederateId(federate)));
     }
 

@@ -23,6 +23,7 @@
 //! `earliest`), and nothing for the others; a message that is forwarded costs a look at its destination, unless it
 //! changes a next event.
 
+mod barrier;
 mod config;
 mod delay;
 mod departure;
@@ -48,8 +49,8 @@ use lf_wire::Limits;
 use lf_wire::june_2026::message_bytes_max;
 
 pub use config::{
-    AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT, START_DELAY,
-    STOP_REPLY_TIME_OUT, SetupError, WINDOW,
+    AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
+    START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
 pub use graph::Node;
 pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
@@ -58,6 +59,7 @@ pub use storage::{Connection, RtiStorage, Slot};
 pub use suspend::Suspended;
 
 use crate::{Deadline, FederateId};
+use barrier::Barrier;
 use graph::Graph;
 use in_transit::InTransit;
 use lf_model::time::Tag;
@@ -75,6 +77,13 @@ pub enum Outcome {
         federate: FederateId,
         /// Why.
         cause: Cause,
+    },
+    /// A federate has left before the start and has not come back in time.
+    NotStarted {
+        /// The first federate that was missing.
+        first: FederateId,
+        /// How many were missing, this one included.
+        missing: u16,
     },
     /// The owner ended it.
     Aborted,
@@ -104,6 +113,7 @@ pub struct Rti<'s> {
     patience: Deadline,
     /// The first federate that was lost after the start.
     loss: Option<(FederateId, Cause)>,
+    barrier: Barrier,
     aborted: bool,
 }
 
@@ -132,6 +142,7 @@ impl<'s> Rti<'s> {
             stop: Stop::default(),
             patience: Deadline::Never,
             loss: None,
+            barrier: Barrier::default(),
             aborted: false,
         })
     }
@@ -148,7 +159,8 @@ impl<'s> Rti<'s> {
     }
 
     fn outcome(&self, otherwise: Outcome) -> Outcome {
-        self.loss.map_or(otherwise, |(federate, cause)| Outcome::Lost { federate, cause })
+        let lost = self.loss.map(|(federate, cause)| Outcome::Lost { federate, cause });
+        lost.or(self.barrier.outcome()).unwrap_or(otherwise)
     }
 
     /// The start time, once all federates have joined and told their clocks.
@@ -169,10 +181,11 @@ impl<'s> Rti<'s> {
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Deadline {
-        self.patience.min(self.stop.deadline().into())
+        self.patience.min(self.stop.deadline().into()).min(self.barrier.deadline().into())
     }
 
-    /// Gives up on connections that have been silent for too long, and on federates that do not answer a stop request.
+    /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
+    /// on a start for which some have been missing for too long.
     /// Looks at every connection and every federate once.
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
         if self.patience.is_due(now) {
@@ -185,6 +198,10 @@ impl<'s> Rti<'s> {
         if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
             self.give_up_stop_replies(outlet);
         }
+        if self.barrier.deadline().is_some_and(|deadline| deadline <= now) {
+            self.give_up_start(outlet);
+        }
+        self.limit_start(now);
     }
 
     /// There is more room on a connection. Sends what was put off for its federate.
@@ -233,10 +250,11 @@ impl<'s> Rti<'s> {
         }
         self.set_deadline(connection, None);
         let federate = core::mem::take(&mut self.connections[connection.0]).federate;
-        if let Some(slot) = federate.and_then(|federate| self.slots.get_mut(usize::from(federate)))
+        if let Some(federate) = federate
+            && let Some(slot) = self.slots.get(usize::from(federate))
             && slot.membership == Membership::Joining(connection)
         {
-            *slot = Slot::default();
+            self.vacate(federate.into());
         }
     }
 }

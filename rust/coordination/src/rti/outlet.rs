@@ -183,6 +183,8 @@ pub enum Notice<'a> {
         /// Whether the federation had started.
         started: bool,
     },
+    /// The federation ends before it has started, and this federate was not there.
+    Missing(FederateId),
     /// A byte that is no message was skipped.
     UnknownType {
         /// The federate that sent it.
@@ -244,6 +246,9 @@ impl fmt::Display for Notice<'_> {
             Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
             Self::Lost { federate, cause, started: false } => {
                 write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
+            }
+            Self::Missing(federate) => {
+                write!(f, "federate {federate} is missing: the federation ends without having started")
             }
             Self::UnknownType { federate, found } => {
                 write!(f, "federate {federate} sent {found}, which begins no message and was skipped")

@@ -26,6 +26,12 @@ impl Rti<'_> {
         bytes: &[u8],
         outlet: &mut impl Outlet,
     ) -> Verdict {
+        let verdict = self.dispatch(now, connection, bytes, outlet);
+        self.limit_start(now);
+        verdict
+    }
+
+    fn dispatch(&mut self, now: Instant, connection: ConnectionId, bytes: &[u8], outlet: &mut impl Outlet) -> Verdict {
         let Some(known) = self.connections.get(connection.0) else { return Verdict::Closed };
         match (known.phase, known.federate) {
             (Phase::Vacant, _) => Verdict::Closed,

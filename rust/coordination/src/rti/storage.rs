@@ -85,6 +85,8 @@ impl Pending {
 pub struct Slot {
     pub(super) membership: Membership,
     pub(super) pending: Pending,
+    /// Whoever had this id has left before the start.
+    pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
     /// Next event as it has announced itself: NEVER before it has.
@@ -116,6 +118,7 @@ impl Slot {
     pub const EMPTY: Self = Self {
         membership: Membership::Free,
         pending: Pending::NONE,
+        vacated: false,
         clock: None,
         announced: Tag::NEVER,
         completed: Tag::NEVER,

@@ -4,6 +4,7 @@
 
 use lf_model::time::{Instant, Tag};
 
+use super::barrier::Barrier;
 use super::config::SetupError;
 use super::graph::Graph;
 use super::stop::Stop;
@@ -16,6 +17,7 @@ pub struct Suspended {
     start: Option<Instant>,
     stop: Stop,
     loss: Option<(FederateId, Cause)>,
+    barrier: Barrier,
     aborted: bool,
 }
 
@@ -42,9 +44,10 @@ impl<'s> Rti<'s> {
             stop,
             patience: _,
             loss,
+            barrier,
             aborted,
         } = self;
-        Suspended { start, stop, loss, aborted }
+        Suspended { start, stop, loss, barrier, aborted }
     }
 
     /// Goes on where another RTI was suspended: `storage` is a copy of what that one left, or the same, and the
@@ -58,10 +61,23 @@ impl<'s> Rti<'s> {
         let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
-        let Suspended { start, stop, loss, aborted } = state;
+        let Suspended { start, stop, loss, barrier, aborted } = state;
         let limits = config.limits(count);
         let patience = super::patience(connections);
-        Ok(Self { config, limits, slots, connections, graph, in_transit, start, stop, patience, loss, aborted })
+        Ok(Self {
+            config,
+            limits,
+            slots,
+            connections,
+            graph,
+            in_transit,
+            start,
+            stop,
+            patience,
+            loss,
+            barrier,
+            aborted,
+        })
     }
 }
 

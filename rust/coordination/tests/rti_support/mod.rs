@@ -2,6 +2,7 @@
 //! An RTI with its connections in memory, for tests.
 #![allow(dead_code, unreachable_pub, reason = "every test file uses another part of it")]
 
+pub mod dialogue;
 pub mod peer;
 pub mod plain;
 

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Flow control at the tag: who is held until when, and how a stop gets past it.
+
+mod rti_support;
+
+use lf_coordination::rti::{Config, ConnectionId, Outcome, Status};
+use lf_wire::june_2026::{DELAY_NONE, Message};
+use rti_support::dialogue::{at, chain, config, message, read, started};
+use rti_support::{Awaited, Sizes, World};
+
+fn window(window: usize) -> Config<'static> {
+    Config { window, ..config() }
+}
+
+fn is_held(world: &World, connection: ConnectionId) -> Option<Awaited> {
+    world.outlet.list[connection.0].blocked
+}
+
+/// Says that the next event is there, and sends a message at it.
+fn step(world: &mut World, from: ConnectionId, to: u16, ns: i64) {
+    world.message(from, &Message::NextEventTag(at(ns)));
+    world.message(from, &message(to, ns, b""));
+}
+
+#[test]
+fn a_sender_is_held_until_its_receiver_has_got_on() {
+    let (mut world, connections) = chain(window(2), Sizes::ample(2));
+    let (sender, receiver) = (connections[0], connections[1]);
+    step(&mut world, sender, 1, 10);
+    step(&mut world, sender, 1, 20);
+    assert_eq!(is_held(&world, sender), None);
+    step(&mut world, sender, 1, 30);
+    assert_eq!(is_held(&world, sender), Some(Awaited::Input(receiver)));
+    read(&mut world, receiver);
+    // Nothing that leaves as many before it lets the sender go on.
+    world.message(receiver, &Message::NextEventTag(at(10)));
+    assert_eq!(is_held(&world, sender), Some(Awaited::Input(receiver)));
+    world.message(receiver, &Message::LatestTagComplete(at(10)));
+    assert_eq!(is_held(&world, sender), None);
+    assert!(read(&mut world, receiver).contains(&"message []".to_owned()));
+}
+
+#[test]
+fn messages_of_one_tag_and_of_tags_to_come_are_not_held() {
+    let (mut world, connections) = started(window(1), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    world.message(connections[0], &Message::NextEventTag(at(10)));
+    for ns in [10, 10, 20, 30, 40] {
+        // As with several ports and an `after`: all are sent at the first tag.
+        world.message(connections[0], &message(1, ns, b""));
+        assert_eq!(is_held(&world, connections[0]), None);
+    }
+    world.message(connections[0], &Message::NextEventTag(at(11)));
+    world.message(connections[0], &message(1, 50, b""));
+    assert_eq!(is_held(&world, connections[0]), Some(Awaited::Input(connections[1])));
+}
+
+#[test]
+fn an_announcement_that_a_message_has_overtaken_holds_nothing_back() {
+    // 0 → 1 → 2, and 2 has a message of 0 at 20. What 1 does because of an earlier message must get through to it.
+    let upstream = [vec![], vec![(0, DELAY_NONE)], vec![(1, DELAY_NONE), (0, DELAY_NONE)]];
+    let (mut world, connections) = started(window(1), Sizes::ample(3), &upstream);
+    world.message(connections[1], &Message::NextEventTag(at(100)));
+    world.message(connections[0], &Message::NextEventTag(at(10)));
+    world.message(connections[0], &message(1, 10, b""));
+    world.message(connections[0], &message(2, 20, b""));
+    world.message(connections[1], &message(2, 10, b"early"));
+    assert_eq!(is_held(&world, connections[1]), None);
+}
+
+#[test]
+fn a_receiver_that_leaves_holds_nobody_any_more() {
+    for how in [Message::Resign, Message::Failed] {
+        let (mut world, connections) = chain(window(1), Sizes::ample(2));
+        step(&mut world, connections[0], 1, 10);
+        step(&mut world, connections[0], 1, 20);
+        assert!(is_held(&world, connections[0]).is_some());
+        world.message(connections[1], &how);
+        assert_eq!(is_held(&world, connections[0]), None);
+        world.message(connections[0], &Message::Resign);
+        assert!(matches!(world.rti.status(), Status::Finished(_)));
+    }
+}
+
+#[test]
+fn the_answer_to_a_stop_request_is_found_behind_what_is_held() {
+    let (mut world, connections) = chain(window(1), Sizes::ample(3));
+    let (sender, receiver, other) = (connections[0], connections[1], connections[2]);
+    for ns in [10, 20, 30, 40] {
+        step(&mut world, sender, 1, ns);
+    }
+    world.message(receiver, &Message::StopRequest(at(5)));
+    world.message(other, &Message::StopReply(at(5)));
+    read(&mut world, receiver);
+    assert!(read(&mut world, sender).contains(&"STOP_REQUEST".to_owned()));
+    world.message(sender, &Message::StopReply(at(50)));
+    for connection in &connections {
+        assert!(read(&mut world, *connection).contains(&"STOP_GRANTED".to_owned()));
+    }
+    // What is held comes in its turn, and the answer says nothing new then.
+    for ns in [10, 20, 30] {
+        assert_eq!(is_held(&world, sender), Some(Awaited::Input(receiver)));
+        world.message(receiver, &Message::LatestTagComplete(at(ns)));
+        assert!(read(&mut world, receiver).contains(&"message []".to_owned()));
+    }
+    assert_eq!(is_held(&world, sender), None);
+    for connection in &connections {
+        world.message(*connection, &Message::Resign);
+    }
+    assert_eq!(world.rti.status(), Status::Finished(Outcome::Complete));
+}
+
+#[test]
+fn who_leaves_behind_what_is_held_agrees_to_a_stop() {
+    let (mut world, connections) = chain(window(1), Sizes::ample(2));
+    for ns in [10, 20, 30] {
+        step(&mut world, connections[0], 1, ns);
+    }
+    world.message(connections[0], &Message::Resign);
+    world.message(connections[1], &Message::StopRequest(at(5)));
+    assert!(read(&mut world, connections[1]).contains(&"STOP_GRANTED".to_owned()));
+    // All that is still to come is later than the stop, and holds nothing up.
+    assert_eq!(is_held(&world, connections[0]), None);
+    world.message(connections[1], &Message::Resign);
+    assert_eq!(world.rti.status(), Status::Finished(Outcome::Complete));
+}
