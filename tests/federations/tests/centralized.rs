@@ -94,3 +94,18 @@ fn the_shortest_way_from_a_physical_action_counts() {
     assert_eq!(delays, ["least delay from a physical action to another federate: 2 s"], "{plan}");
     check(&["PhysicalDelayPaths"]);
 }
+
+/// A value goes round a cycle of three within a tag, and a federate outside of it starts rounds too.
+#[test]
+fn a_cycle_of_three_is_passed_within_a_tag() {
+    check(&["RoundTrip"]);
+}
+
+/// Shapes that the stock RTI cannot run: it lets a federate of one cycle pass a tag at which another cycle may still
+/// send to it, and it forgets a cycle that waited for a federate outside.
+#[test]
+fn cycles_may_be_linked_and_have_others_upstream() {
+    if std::env::var_os("LF_TEST_RTI").is_none() {
+        check(&["LinkedCycles", "UpstreamOutside"]);
+    }
+}
