@@ -22,7 +22,7 @@ fn run(
     settings: Settings,
     interrupt: Option<i64>,
 ) -> (Result<(), RunError>, Interval, bool, Option<Trouble>) {
-    let world = World::new(Conditions::seeded(3), 60_000);
+    let world = World::new(Conditions::seeded(3));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     if let Some(at) = interrupt {
         world.plan(MS(at), platform.number(), Fate::Interrupt);
@@ -79,7 +79,7 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
     let plan = Plan::new(vec![timer(1), Behavior::default()], edges);
     let federation = federation_of(&plan, 0);
     for (input_bytes, output_bytes, which) in [(50, 500, "receive"), (500, 150, "send")] {
-        let world = World::new(Conditions::seeded(0), 60_000);
+        let world = World::new(Conditions::seeded(0));
         let mut platform = world.join(Interval::ZERO, Interval::ZERO);
         world.start();
         platform.begin();

@@ -81,6 +81,37 @@ fn physical_actions_upstream_hold_nobody_up() {
     check(&["PhysicalChain", "PhysicalLongChain", "PhysicalBehindAfter", "PhysicalParallelPaths", "PhysicalBursts"]);
 }
 
+/// Federates that wait for each other at one tag go on as soon as their reactions can: messages and absences within the
+/// tag lead through the cycle.
+#[test]
+fn cycles_without_delay_work_through_each_tag() {
+    check(&["ThereAndBack", "PingPong", "BroadcastBoth", "BroadcastInside", "Replicas", "TwiceThrough", "Twisted"]);
+    check(&["Silent", "LoopedCount", "LoopedPorts"]);
+}
+
+/// A controller, its plant and a planner, with the one delay of a microstep in different places, or none.
+#[test]
+fn cycles_with_and_without_delay_share_federates() {
+    check(&["PlanComesLater", "RequestComesLater", "RequestIsHandedOn", "PlanAtTheSameTag", "PlannerWithTimer"]);
+    check(&["PlannerWithSource"]);
+}
+
+/// Reactions of one federate keep their order, also when a message of the same tag comes between them.
+#[test]
+fn reactions_keep_their_order_within_a_cycle() {
+    check(&["Loopers", "LoopersOtherOrder", "LoopersInOrder", "LoopersInside"]);
+}
+
+#[test]
+fn federates_that_authenticate_work_together() {
+    check(&["Authenticated"]);
+}
+
+#[test]
+fn physical_actions_drive_a_cycle_without_delay() {
+    check(&["LoopersFromThreads", "LoopersOnTwoPorts", "BothFromThreads", "CycleBesidePhysical"]);
+}
+
 /// Of several ways from a physical action to an output, the shortest bounds what a federate promises.
 #[test]
 fn the_shortest_way_from_a_physical_action_counts() {

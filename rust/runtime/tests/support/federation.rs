@@ -22,8 +22,6 @@ use super::world::{Fate, Trouble, VirtualPlatform, World};
 
 /// The RTI's port.
 pub const PORT: u16 = 15045;
-/// What the compiler gives a network input besides the places for what the delay keeps on its way.
-pub const PLANNED: usize = 32;
 /// The RTI's number among the participants; the federates come after it, in order of id.
 pub const RTI: usize = 0;
 const ID: &[u8] = b"virtual";
@@ -41,7 +39,7 @@ pub struct Edge {
 pub struct Plan {
     pub nodes: Vec<Behavior>,
     pub edges: Vec<Edge>,
-    /// Capacity of each input's queue: 1, 2, 16, or [`PLANNED`] and what its delay keeps on its way, 5 at most.
+    /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
     pub timeout: Option<Interval>,
     pub fast: bool,
@@ -49,8 +47,6 @@ pub struct Plan {
     /// Bytes of the receive buffers beyond the least that is allowed.
     pub spare_bytes: usize,
     pub trials: u16,
-    /// More turns of the participants than these are too many.
-    pub turns_max: u64,
     /// The RTI requires authentication.
     pub authentication: bool,
     /// Federates that authenticate if the RTI does not, and the reverse.
@@ -77,7 +73,6 @@ impl Plan {
             keepalive: false,
             spare_bytes: 0,
             trials: 3,
-            turns_max: 60_000,
             authentication: false,
             otherwise: BTreeSet::new(),
             after_loss: AfterLoss::GoOn,
@@ -113,20 +108,18 @@ pub struct Report {
     pub ended: Vec<Interval>,
     /// Whether each has run its shutdown reaction.
     pub shut_down: Vec<bool>,
-    /// Whether the queue of an input has had no room left.
-    pub filled: Vec<bool>,
     pub trouble: Option<Trouble>,
 }
 
 #[derive(Default)]
 struct Results {
     outcome: Option<Result<Outcome, RunError>>,
-    federates: BTreeMap<u16, (End, Interval)>,
+    federates: BTreeMap<u16, (Result<(), RunError>, Log, Interval, bool)>,
 }
 
 /// Runs a federation to its end.
 pub fn run(plan: &Plan, conditions: Conditions) -> Report {
-    let world = World::new(conditions, plan.turns_max);
+    let world = World::new(conditions);
     let results = Mutex::new(Results::default());
     let rti = world.join(plan.rti_begins.unwrap_or(Interval::ZERO), Interval::ZERO);
     let federates: Vec<_> = (0..u16::try_from(plan.nodes.len()).unwrap())
@@ -153,14 +146,12 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
             let world = world.clone();
             scope.spawn(move || {
                 platform.begin();
-                let end = match plan.capacity {
+                let (result, log, shut_down) = match plan.capacity {
                     1 => run_node::<1>(plan, id, &mut platform),
                     2 => run_node::<2>(plan, id, &mut platform),
-                    // One more than planned, so that a queue that is full is one that was too small.
-                    PLANNED.. => run_node::<{ PLANNED + 5 + 1 }>(plan, id, &mut platform),
                     _ => run_node::<16>(plan, id, &mut platform),
                 };
-                results.lock().unwrap().federates.insert(id, (end, world.now()));
+                results.lock().unwrap().federates.insert(id, (result, log, world.now(), shut_down));
             });
         }
         world.start();
@@ -172,15 +163,13 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         logs: Vec::new(),
         ended: Vec::new(),
         shut_down: Vec::new(),
-        filled: Vec::new(),
         trouble: world.trouble(),
     };
-    for (End { result, log, shut_down, filled }, ended) in federates.into_values() {
+    for (result, log, ended, shut_down) in federates.into_values() {
         report.results.push(result);
         report.logs.push(log);
         report.ended.push(ended);
         report.shut_down.push(shut_down);
-        report.filled.push(filled);
     }
     report
 }
@@ -241,15 +230,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     }
 }
 
-/// How a federate ended.
-struct End {
-    result: Result<(), RunError>,
-    log: Log,
-    shut_down: bool,
-    filled: bool,
-}
-
-fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> End {
+fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> (Result<(), RunError>, Log, bool) {
     // A connection's port is its place among the connections to its destination.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
@@ -280,5 +261,5 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let buffers = Buffers::new(&mut input, &mut output);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     let result = run_federate(platform, &mut node, engine, &federation, &join, buffers, &mut known);
-    End { result, log: node.log, shut_down: node.ended, filled: node.filled }
+    (result, node.log, node.ended)
 }

@@ -26,8 +26,6 @@ pub struct Behavior {
     pub relay: bool,
     /// The timer's reaction takes this long.
     pub work: Interval,
-    /// The reactions to inputs take this long.
-    pub input_work: Interval,
     /// The program asks to stop when the timer has fired so often.
     pub stop_at: Option<u32>,
     /// The output is set once more at the end.
@@ -55,8 +53,6 @@ pub struct Node<const N: usize> {
     fired: u32,
     pub log: Log,
     pub ended: bool,
-    /// The queue of an input has had no room left.
-    pub filled: bool,
 }
 
 const FIRST_INPUT_PORT: u16 = 1;
@@ -169,7 +165,6 @@ impl<const N: usize> Node<N> {
             fired: 0,
             log: Log::new(),
             ended: false,
-            filled: false,
         }
     }
 
@@ -192,9 +187,6 @@ impl<const N: usize> Node<N> {
         let Some(value) = ctx.get(&self.inputs[input].port) else { return };
         let offset = ctx.get_logical_time().since(ctx.get_start_time()).as_nanos();
         self.log.push((offset, ctx.get_tag().microstep, input, value));
-        if self.behavior.input_work > Interval::ZERO {
-            self.side.compute(self.behavior.input_work);
-        }
         let sent = self.behavior.answers.is_some_and(|(early, _)| early <= input);
         if self.behavior.relay && !sent {
             ctx.set(&mut self.output, value.wrapping_add(1));
@@ -254,9 +246,6 @@ impl<const N: usize> Program for Node<N> {
     }
 
     fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
-        let queue = self.inputs.get_mut(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?;
-        queue.deliver(tag, bytes)?;
-        self.filled |= !TriggerCell::has_room(queue);
-        Ok(())
+        self.inputs.get_mut(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?.deliver(tag, bytes)
     }
 }

@@ -80,7 +80,7 @@ struct Shared {
 }
 
 impl World {
-    pub fn new(conditions: Conditions, turns_max: u64) -> Self {
+    pub fn new(conditions: Conditions) -> Self {
         let state = State {
             now: 0,
             random: Random::new(conditions.seed),
@@ -88,7 +88,7 @@ impl World {
             participants: Vec::new(),
             turn: None,
             fates: Vec::new(),
-            turns_left: turns_max,
+            turns_left: 60_000,
             trouble: None,
             hopeless: false,
         };
