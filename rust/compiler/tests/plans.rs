@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn physical_connections_have_queues_that_count_from_physical_time() {
+    check("physical_connections");
+}
+
+#[test]
 fn federates_in_cycles_without_delay_know_what_to_wait_for_and_what_to_tell() {
     check("zero_delay");
 }

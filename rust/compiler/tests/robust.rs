@@ -90,7 +90,7 @@ fn check_triggers(federate: &Federate) {
         assert!(trigger.reactions.is_sorted_by(|a, b| a.0 < b.0));
         assert!(trigger.reactions.iter().all(|reaction| reaction.0 < federate.reactions.len()));
         match trigger.kind {
-            TriggerKind::Delay { source, fills, delay_ns } => {
+            TriggerKind::Delay { source, fills, delay_ns, .. } => {
                 assert!(delay_ns >= 0 && fills.0 < federate.ports.len());
                 assert!(federate.ports[source.0].delays.iter().any(|delay| delay.0 == position));
             }

@@ -100,11 +100,29 @@ pub enum TriggerKind {
         /// The delay; zero is the next microstep.
         delay: Interval,
     },
+    /// A physical connection inside the federate: events count from the physical time at which the tag of the source
+    /// is complete, as those of a physical action do.
+    PhysicalDelay {
+        /// The port that it fills.
+        fills: PortId,
+        /// Added to physical time.
+        delay: Interval,
+    },
     /// Messages from another federate.
     NetworkInput {
         /// The port that it fills.
         fills: PortId,
     },
+}
+
+impl TriggerKind {
+    /// The port that such a trigger fills.
+    pub const fn fills(&self) -> Option<PortId> {
+        match *self {
+            Self::Delay { fills, .. } | Self::PhysicalDelay { fills, .. } | Self::NetworkInput { fills } => Some(fills),
+            _ => None,
+        }
+    }
 }
 
 /// The timing of an action.
@@ -143,7 +161,7 @@ pub struct PortInfo {
     pub name: &'static str,
     /// The reactions that a value triggers, those that send it included, in order of execution.
     pub reactions: &'static [ReactionId],
-    /// The [`TriggerKind::Delay`] triggers that carry a value on.
+    /// The [`TriggerKind::Delay`] and [`TriggerKind::PhysicalDelay`] triggers that carry a value on.
     pub delays: &'static [TriggerId],
 }
 
@@ -165,6 +183,8 @@ pub struct NetworkOutput {
     /// Whether the receiver is told at each tag when there is no value, because it is in a cycle without delay and may
     /// wait for that.
     pub tells_absence: bool,
+    /// Whether the connection is physical: the receiver chooses the tag, and adds what `after` says.
+    pub physical: bool,
 }
 
 /// A connection from another federate, at its destination.
@@ -186,6 +206,8 @@ pub struct NetworkInput {
     /// Whether reactions from [`level`](Self::level) on have to wait until it is known what comes at a tag, because the
     /// sender is in the same cycle without delay. The event loop sees to that.
     pub awaited: bool,
+    /// Whether the connection is physical: messages have no tag, and happen when they have come, after the delay.
+    pub physical: bool,
 }
 
 /// How many 32-bit words hold `bits` bits.
@@ -225,7 +247,7 @@ impl Tables {
         while i < self.triggers.len() {
             let trigger = &self.triggers[i];
             self.check_reaction_ids(trigger.reactions);
-            if let TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills } = trigger.kind {
+            if let Some(fills) = trigger.kind.fills() {
                 assert!((fills.0 as usize) < self.ports.len(), "a trigger fills a port that does not exist");
                 assert!(trigger.reactions.is_empty(), "a trigger that fills a port has reactions of its own");
             }
@@ -243,7 +265,7 @@ impl Tables {
                 let delay = delays[j].0 as usize;
                 assert!(delay < self.triggers.len(), "a port is delayed by a trigger that does not exist");
                 assert!(
-                    matches!(self.triggers[delay].kind, TriggerKind::Delay { .. }),
+                    matches!(self.triggers[delay].kind, TriggerKind::Delay { .. } | TriggerKind::PhysicalDelay { .. }),
                     "a port is delayed by a trigger of another kind"
                 );
                 j += 1;

@@ -263,6 +263,7 @@ mod generated {
             delay: Some(lf::Interval::from_nanos(20_000_000)),
             max_len: <Report as lf::Payload>::MAX_LEN,
             tells_absence: false,
+            physical: false,
         }],
         inputs: &[lf::NetworkInput {
             name: "other.command -> unit.command",
@@ -272,6 +273,7 @@ mod generated {
             max_len: <Command as lf::Payload>::MAX_LEN,
             level: 3,
             awaited: false,
+            physical: false,
         }],
         absence: &[],
     };

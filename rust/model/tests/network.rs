@@ -30,6 +30,23 @@ fn a_second_message_for_one_tag_happens_a_microstep_later() {
     assert_eq!(bench.log(), entries(&[("1", 3, 0), ("2", 3, 1)]));
 }
 
+/// Messages without a tag happen when they come, after the delay, in the order in which they come, and never at a tag
+/// that has begun.
+#[test]
+fn messages_of_a_physical_connection_happen_when_they_come() {
+    let mut bench = receiver().physical_connections().delay(2).timer(0, 30, 0).build();
+    bench.engine.deliver_physical(&mut bench.program, InputId(0), at(-9, 0).time, &1u32.to_le_bytes()).unwrap();
+    bench.engine.deliver_physical(&mut bench.program, InputId(0), at(4, 0).time, &2u32.to_le_bytes()).unwrap();
+    let full = bench.engine.deliver_physical(&mut bench.program, InputId(0), at(4, 0).time, &3u32.to_le_bytes());
+    assert!(matches!(full, Err(DeliverError::Full { .. })));
+    assert_eq!(bench.steps(1), [at(0, 0)]);
+    bench.engine.deliver_physical(&mut bench.program, InputId(0), at(4, 0).time, &3u32.to_le_bytes()).unwrap();
+    assert_eq!(bench.steps(9), [at(6, 0), at(6, 1), at(30, 0)]);
+    bench.engine.deliver_physical(&mut bench.program, InputId(0), at(7, 0).time, &4u32.to_le_bytes()).unwrap();
+    assert_eq!(bench.steps(9), [at(30, 1)]);
+    assert_eq!(bench.log(), entries(&[("1", 0, 0), ("2", 6, 0), ("3", 6, 1), ("4", 30, 1)]));
+}
+
 #[test]
 fn a_full_input_asks_to_wait_and_takes_the_message_after_a_tag() {
     let mut bench = receiver().build();

@@ -5,7 +5,7 @@ mod common;
 
 use common::bench::{Bench, Builder, By, START, at, bench, entries, timing};
 use lf_model::prelude::*;
-use lf_model::{Interval, Policy, ScheduleError, Settings};
+use lf_model::{Interval, Policy, Progress, ScheduleError, Settings};
 
 thread_local! {
     static LINK: std::cell::RefCell<Option<(PhysicalLink, PhysicalActionRef<u32>)>> =
@@ -43,6 +43,31 @@ fn a_physical_event_happens_at_its_physical_time_and_wakes_the_event_loop() {
     assert_eq!(bench.steps(3), [at(7, 0), at(18, 0), at(20, 0)]);
     assert_eq!(bench.log(), entries(&[("Some(1)", 7, 0), ("Some(2)", 18, 0)]));
     LINK.set(None);
+}
+
+/// A physical connection inside a federate: the delay counts from physical time, not from the tag.
+#[test]
+fn a_physical_connection_delays_from_physical_time() {
+    let mut bench = bench()
+        .physical_connections()
+        .delay(5)
+        .timer(0, 0, 0)
+        .timer(1, 40, 0)
+        .reaction(0, &[By::Timer(0), By::Timer(1)], |cells, ctx| ctx.set(&mut cells.ports[0], 1))
+        .reaction(1, &[By::Delayed], |cells, ctx| cells.log(ctx, ctx.get(&cells.delayed.port).unwrap()))
+        .build();
+    let mut run = |tag, physical_ms| {
+        bench.clock.set(START + Interval::from_millis(physical_ms));
+        bench.engine.begin(&mut bench.program, tag).unwrap();
+        assert_eq!(bench.engine.advance(&mut bench.program, &mut bench.host, None), Progress::Complete);
+        bench.engine.next_tag()
+    };
+    assert_eq!(run(at(0, 0), 20), Some(at(25, 0)));
+    assert_eq!(run(at(25, 0), 25), Some(at(40, 0)));
+    // Physical time is behind: never at a tag that has begun.
+    assert_eq!(run(at(40, 0), 30), Some(at(40, 1)));
+    assert_eq!(run(at(40, 1), 31), None);
+    assert_eq!(bench.log(), entries(&[("1", 25, 0), ("1", 40, 1)]));
 }
 
 #[test]

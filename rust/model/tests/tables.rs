@@ -32,6 +32,7 @@ const GOOD: Tables = Tables {
         delay: None,
         max_len: 4,
         tells_absence: true,
+        physical: false,
     }],
     inputs: &[NetworkInput {
         name: "i",
@@ -41,6 +42,7 @@ const GOOD: Tables = Tables {
         max_len: 4,
         level: u16::MAX,
         awaited: true,
+        physical: false,
     }],
     absence: &[ReactionId(1)],
 };

@@ -34,8 +34,9 @@ impl Builder<'_> {
                 source: self.port(link.from),
                 federate,
                 port: port.and_then(|port| u16::try_from(port).ok()).unwrap_or(u16::MAX),
-                delay_ns: link.delay,
+                delay_ns: link.delay.filter(|_| !link.physical),
                 tells_absence: self.tells_absence(link),
+                physical: link.physical,
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
@@ -54,6 +55,7 @@ impl Builder<'_> {
                 delay_ns: link.delay,
                 level: self.level_of_input(link.to),
                 awaited: self.is_awaited(link),
+                physical: link.physical,
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
@@ -89,6 +91,9 @@ impl Builder<'_> {
         let mut least: BTreeMap<u16, Option<i64>> = BTreeMap::new();
         for position in &self.context.network.inputs[self.part] {
             let link = &self.context.graph.links[*position];
+            if link.physical {
+                continue;
+            }
             let delay = least.entry(self.federate_of(link.from)).or_insert(link.delay);
             *delay = (*delay).min(link.delay);
         }
@@ -96,8 +101,9 @@ impl Builder<'_> {
     }
 
     pub(super) fn downstream(&self) -> Vec<u16> {
-        let links = self.context.network.outputs[self.part].iter();
-        let federates: BTreeSet<u16> = links.map(|link| self.federate_of(self.context.graph.links[*link].to)).collect();
+        let links = self.context.network.outputs[self.part].iter().map(|link| &self.context.graph.links[*link]);
+        let logical = links.filter(|link| !link.physical);
+        let federates: BTreeSet<u16> = logical.map(|link| self.federate_of(link.to)).collect();
         federates.into_iter().collect()
     }
 }

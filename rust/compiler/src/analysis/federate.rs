@@ -72,7 +72,7 @@ impl Builder<'_> {
                 used.insert(*root);
             }
         }
-        for link in graph.links.iter().filter(|link| link.network || link.delay.is_some()) {
+        for link in graph.links.iter().filter(|link| link.network || link.is_delayed()) {
             used.extend([graph.root[link.from], graph.root[link.to]].iter().filter(|n| self.owns(graph.instance[**n])));
         }
         self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();

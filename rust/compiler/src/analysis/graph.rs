@@ -24,6 +24,8 @@ pub(super) struct Link {
     pub(super) to: Node,
     /// Nanoseconds; none without `after`.
     pub(super) delay: Option<i64>,
+    /// Whether the delay counts from physical time.
+    pub(super) physical: bool,
     pub(super) capacity: Option<usize>,
     /// Whether it leaves a federate.
     pub(super) network: bool,
@@ -33,7 +35,12 @@ pub(super) struct Link {
 impl Link {
     /// Whether the destination is the source's storage.
     fn is_alias(&self) -> bool {
-        self.delay.is_none() && !self.network
+        self.delay.is_none() && !self.network && !self.physical
+    }
+
+    /// Whether it has a queue of its own inside a federate.
+    pub(super) fn is_delayed(&self) -> bool {
+        !self.network && !self.is_alias()
     }
 }
 
@@ -116,9 +123,15 @@ impl Graph {
                 let from = self.node(tree, position, connection.from);
                 let to = self.node(tree, position, connection.to);
                 let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
+                if network && connection.physical {
+                    let message = "physical connections between federates are not supported yet";
+                    let hint = "use `->`, with `after` where the receiver may be late";
+                    diagnostics.push(Diagnostic::new(Code::Unsupported, connection.span, message).hint(hint));
+                }
                 self.into[to] = Some(self.links.len());
                 let (capacity, span) = (connection.capacity, connection.span);
-                self.links.push(Link { from, to, delay, capacity, network, span });
+                let physical = connection.physical;
+                self.links.push(Link { from, to, delay, physical, capacity, network, span });
             }
         }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How soon a physical action can cause a message to another federate.
+//! How soon a physical action, or a value on a physical connection, can cause a message to another federate.
 
 use super::federate::Context;
 use super::graph::Node;
@@ -7,7 +7,8 @@ use crate::diagnostics::Diagnostics;
 use crate::resolve::{ReactionParameter, Variable};
 
 /// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
-/// sent to another federate; nothing if there is no such path.
+/// sent to another federate over a logical connection; nothing if there is no such path. The end of a physical
+/// connection counts as a physical action.
 ///
 /// In a zero-delay cycle it is the least minimum delay of all physical actions that trigger anything: there the next
 /// event that a federate announces decides who may be at a tag at the same time, so it has to be a true one, not only
@@ -16,7 +17,8 @@ pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64>
     let paths = Search { context, federate };
     let count = context.graph.steps.len();
     if context.zero_delay.is_in_one(federate) {
-        return (0..count).filter_map(|step| paths.physical_start(step)).min();
+        let actions = (0..count).filter_map(|step| paths.physical_start(step));
+        return actions.chain(paths.physical_ends().map(|(_, delay)| delay)).min();
     }
     least_delay_to_output(&paths, count)
 }
@@ -27,6 +29,20 @@ fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {
     // A shorter way to a reaction can shorten the ways behind it; each round settles at least one reaction.
     let mut open: Vec<usize> = (0..count).filter(|step| least[*step].is_some()).collect();
     let mut sent: Option<i64> = None;
+    for (end, delay) in paths.physical_ends() {
+        for (root, added) in paths.ports_behind(end) {
+            let total = delay.saturating_add(added);
+            for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
+                if least[*reader].is_none_or(|known| total < known) {
+                    least[*reader] = Some(total);
+                    open.push(*reader);
+                }
+            }
+            if paths.is_sent(root) {
+                sent = Some(sent.map_or(total, |known| known.min(total)));
+            }
+        }
+    }
     while let Some(step) = open.pop() {
         let Some(delay) = least[step] else { continue };
         for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
@@ -102,6 +118,14 @@ impl Search<'_> {
         physical.min()
     }
 
+    /// The ports of this federate that physical connections fill, each with the connection's delay.
+    fn physical_ends(&self) -> impl Iterator<Item = (Node, i64)> {
+        let graph = self.context.graph;
+        let links = graph.links.iter().filter(|link| link.physical);
+        let own = links.filter(|link| self.context.parts.of[graph.instance[link.to]] == Some(self.federate));
+        own.map(|link| (link.to, link.delay.unwrap_or_default()))
+    }
+
     fn triggered_by(&self, instance: usize, action: usize) -> Vec<usize> {
         let is_triggered = |step: &usize| {
             self.instance(*step) == instance
@@ -117,7 +141,9 @@ impl Search<'_> {
         let mut next = 0;
         while let Some((from, delay)) = found.get(next).copied() {
             next += 1;
-            for link in graph.links.iter().filter(|link| graph.root[link.from] == from && !link.network) {
+            for link in
+                graph.links.iter().filter(|link| graph.root[link.from] == from && !link.network && !link.physical)
+            {
                 let Some(added) = link.delay else { continue };
                 let (to, total) = (graph.root[link.to], delay.saturating_add(added));
                 // A port has one source, so there is one way to it.
@@ -131,6 +157,7 @@ impl Search<'_> {
 
     fn is_sent(&self, root: Node) -> bool {
         let graph = self.context.graph;
-        self.context.network.outputs[self.federate].iter().any(|link| graph.root[graph.links[*link].from] == root)
+        let links = self.context.network.outputs[self.federate].iter().map(|link| &graph.links[*link]);
+        links.filter(|link| !link.physical).any(|link| graph.root[link.from] == root)
     }
 }

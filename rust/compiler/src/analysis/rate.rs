@@ -72,7 +72,12 @@ impl<'a> Rates<'a> {
         // While it is being worked out, a cycle back to it is not known.
         self.known[root] = Some(Rate::UNKNOWN);
         self.depth += 1;
-        let rate = if let Some(link) = self.graph.into[root] {
+        let rate = if let Some(link) = self.graph.into[root].filter(|link| self.graph.links[*link].physical) {
+            // As often as the source, but at distances that physical time decides.
+            let source = self.of_port(self.graph.root[self.graph.links[link].from]);
+            let once = source.complete && source.streams.iter().all(Option::is_none);
+            if once { source } else { Rate::UNKNOWN }
+        } else if let Some(link) = self.graph.into[root] {
             self.of_port(self.graph.root[self.graph.links[link].from])
         } else {
             let writers = self.graph.writers[root].clone();

@@ -56,7 +56,7 @@ impl Builder<'_> {
             }
         }
         for (position, link) in context.graph.links.iter().enumerate() {
-            if link.delay.is_some() && !link.network && self.owns(context.graph.instance[link.to]) {
+            if link.is_delayed() && self.owns(context.graph.instance[link.to]) {
                 self.add_delay(position, &mut rates, diagnostics);
             }
         }
@@ -186,6 +186,14 @@ impl Builder<'_> {
         let delay_ns = link.delay.unwrap_or_default();
         let rate = rates.of_port(graph.root[link.from]);
         // One value waits for the next microstep while the one before it is there.
+        if link.physical {
+            // As of a physical action: how far physical time is ahead of the tag is not known.
+            let derived = in_flight(&rate.streams, delay_ns).saturating_add(ACTION_CAPACITY);
+            let capacity = self.given_capacity(position).unwrap_or_else(|| bounded(derived, link.span, diagnostics));
+            let (source, fills) = (self.port(link.from), self.port(link.to));
+            self.add_link(position, TriggerKind::Delay { source, fills, delay_ns, physical: true }, capacity);
+            return;
+        }
         let derived = if delay_ns == 0 { 2 } else { in_flight(&rate.streams, delay_ns) };
         let capacity = match self.given_capacity(position) {
             Some(capacity) => {
@@ -206,7 +214,8 @@ impl Builder<'_> {
                 1
             }
         };
-        let kind = TriggerKind::Delay { source: self.port(link.from), fills: self.port(link.to), delay_ns };
+        let kind =
+            TriggerKind::Delay { source: self.port(link.from), fills: self.port(link.to), delay_ns, physical: false };
         self.add_link(position, kind, capacity);
     }
 

@@ -60,5 +60,5 @@ impl Cycles {
 
 /// Whether a value arrives in another federate at the tag at which it is sent.
 pub(super) fn is_immediate(link: &Link) -> bool {
-    link.network && link.delay.is_none()
+    link.network && link.delay.is_none() && !link.physical
 }

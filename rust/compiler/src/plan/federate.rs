@@ -151,6 +151,8 @@ pub enum TriggerKind {
         fills: PortIndex,
         /// The delay in nanoseconds; 0 is the next microstep.
         delay_ns: i64,
+        /// Whether the delay counts from physical time, as in a physical connection.
+        physical: bool,
     },
     /// Messages from another federate.
     NetworkInput {
@@ -217,6 +219,8 @@ pub struct NetworkOutput {
     /// Whether the receiver is told at each tag when there is no value: there is no delay, and both federates are in
     /// cycles without delay.
     pub tells_absence: bool,
+    /// Whether the connection is physical; its delay is the receiver's then.
+    pub physical: bool,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.
@@ -240,6 +244,8 @@ pub struct NetworkInput {
     /// Whether reactions from that level on wait until it is known what comes at a tag: there is no delay, and both
     /// federates are in the same cycle without delay.
     pub awaited: bool,
+    /// Whether the connection is physical: the delay counts from the physical time at which a message comes.
+    pub physical: bool,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.

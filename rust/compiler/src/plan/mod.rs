@@ -47,6 +47,7 @@ pub(crate) const ADVANCE_INTERVAL_NS_DEFAULT: i64 = 10_000_000;
 
 /// Target properties, with LF's defaults where the program sets none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools, reason = "these are switches, each of its own")]
 pub struct Target {
     /// `timeout` in nanoseconds.
     pub timeout_ns: Option<i64>,

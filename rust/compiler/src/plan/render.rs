@@ -155,6 +155,7 @@ impl Plan {
         let peer = self.peer(output.federate);
         let (ty, port, after) = (&output.ty.text, output.port, After(output.delay_ns));
         write!(f, "{}: {ty}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)?;
+        f.write_str(if output.physical { ", physical" } else { "" })?;
         f.write_str(if output.tells_absence { ", tells absence" } else { "" })
     }
 
@@ -165,6 +166,7 @@ impl Plan {
         if input.level < u16::MAX {
             write!(f, ", seen from level {} on", input.level)?;
         }
+        f.write_str(if input.physical { ", physical" } else { "" })?;
         f.write_str(if input.awaited { ", awaited" } else { "" })
     }
 
@@ -237,9 +239,9 @@ fn render_trigger(trigger: &Trigger, f: &mut Formatter<'_>) -> fmt::Result {
             }
             write!(f, ", holds {}", trigger.capacity)?;
         }
-        TriggerKind::Delay { source, fills, delay_ns } => {
-            let delay = Time(*delay_ns);
-            write!(f, ": port {source} to port {fills} after {delay}, holds {}", trigger.capacity)?;
+        TriggerKind::Delay { source, fills, delay_ns, physical } => {
+            let (delay, physically) = (Time(*delay_ns), if *physical { " physical" } else { "" });
+            write!(f, ": port {source} to port {fills} after{physically} {delay}, holds {}", trigger.capacity)?;
         }
         TriggerKind::NetworkInput { input, fills } => {
             write!(f, ": network input {input} to port {fills}, holds {}", trigger.capacity)?;

@@ -19,7 +19,8 @@ impl<'p> Checker<'p> {
             if let Some(after) = &declared.after {
                 self.check_time(after, "the delay of this connection", &class.parameters, false);
             }
-            if capacity.is_some() && declared.after.is_none() && class.ast.kind != ast::ReactorKind::Federated {
+            let has_queue = declared.after.is_some() || declared.physical.is_some();
+            if capacity.is_some() && !has_queue && class.ast.kind != ast::ReactorKind::Federated {
                 let message = "a connection without `after` has no queue, so this capacity has no effect";
                 self.report(Diagnostic::new(Code::NoEffect, declared.span, message).hint("remove `@capacity`"));
             }
@@ -33,7 +34,8 @@ impl<'p> Checker<'p> {
                 let (Some(from), Some(to)) = (left[index % left.len()], *to) else { continue };
                 if self.check_ends((from, from_end), (to, to_end), class, classes) {
                     let after = declared.after.as_ref();
-                    connections.push(Connection { from, to, after, capacity, span: declared.span });
+                    let physical = declared.physical.is_some();
+                    connections.push(Connection { from, to, after, physical, capacity, span: declared.span });
                 }
             }
         }

@@ -104,6 +104,7 @@ pub(crate) struct Connection<'p> {
     pub(crate) from: PortRef,
     pub(crate) to: PortRef,
     pub(crate) after: Option<&'p ast::Expression>,
+    pub(crate) physical: bool,
     pub(crate) capacity: Option<usize>,
     /// The whole connection statement.
     pub(crate) span: Span,

@@ -79,11 +79,6 @@ fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
-    if let Some(span) = connection.physical {
-        let diagnostic = Diagnostic::new(Code::Unsupported, span, "physical connections are not supported yet")
-            .hint("use `->`, with `after` where the receiver may be late");
-        found.push(diagnostic);
-    }
     if let Some(span) = connection.serializer {
         let diagnostic = Diagnostic::new(Code::Unsupported, span, "`serializer` is not supported yet")
             .hint("remove it: values are sent in the layout of their type");

@@ -308,11 +308,30 @@ impl<'s> Engine<'s> {
         Ok(())
     }
 
+    /// Takes a message from another federate over a physical connection: it happens at physical time `now`, after the
+    /// connection's delay, or at the next microstep where that has passed. What comes after the stop tag is dropped.
+    ///
+    /// # Errors
+    /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
+    pub fn deliver_physical(
+        &mut self,
+        program: &mut dyn Program,
+        input: InputId,
+        now: Instant,
+        bytes: &[u8],
+    ) -> Result<(), DeliverError> {
+        let info = self.tables.inputs.get(usize::from(input.0)).ok_or(DeliverError::NoSuchPort { port: input.0 })?;
+        self.deliver(program, input, self.physical_tag(now, info.delay.unwrap_or_default()), bytes)
+    }
+
+    /// When something happens that comes in from physical time: never at a tag that has begun, nor before the start.
+    fn physical_tag(&self, now: Instant, delay: Interval) -> Tag {
+        Tag::at((now + delay).max(self.state.start)).max(self.state.current.next_microstep())
+    }
+
     /// Whether the port that a trigger fills has a value at the open tag.
     fn is_filled(&self, trigger: TriggerId) -> bool {
-        match self.tables.triggers[usize::from(trigger.0)].kind {
-            TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills } => self.ports.contains(fills.0),
-            _ => false,
-        }
+        let kind = self.tables.triggers[usize::from(trigger.0)].kind;
+        kind.fills().is_some_and(|port| self.ports.contains(port.0))
     }
 }

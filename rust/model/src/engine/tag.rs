@@ -79,7 +79,7 @@ impl Engine<'_> {
         if let Some(level) = max_level.filter(|_| self.state.error.is_none()) {
             return Progress::LevelLimit { level };
         }
-        self.complete(program);
+        self.complete(program, env);
         self.state.error.map_or(Progress::Complete, Progress::Failed)
     }
 
@@ -95,7 +95,7 @@ impl Engine<'_> {
                 self.active.insert(id.0);
                 next = (period > Interval::ZERO).then(|| Tag::at(tag.time + period));
             }
-            TriggerKind::Delay { fills, .. } => self.fill(fills),
+            TriggerKind::Delay { fills, .. } | TriggerKind::PhysicalDelay { fills, .. } => self.fill(fills),
             TriggerKind::NetworkInput { fills } => {
                 self.state.network_input = true;
                 self.fill(fills);
@@ -162,11 +162,11 @@ impl Engine<'_> {
     }
 
     /// Closes the tag: delayed connections take their values, and what was present no longer is.
-    fn complete(&mut self, program: &mut dyn Program) {
+    fn complete(&mut self, program: &mut dyn Program, env: &dyn Env) {
         while let Some(port) = self.ports.first_from(0) {
             let info = &self.tables.ports[usize::from(port)];
             for delay in info.delays {
-                self.capture(program, *delay);
+                self.capture(program, env, *delay);
             }
             self.ports.remove(port);
             if let Some(cell) = program.port(PortId(port)) {
@@ -182,10 +182,13 @@ impl Engine<'_> {
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
     }
 
-    fn capture(&mut self, program: &mut dyn Program, id: TriggerId) {
+    fn capture(&mut self, program: &mut dyn Program, env: &dyn Env, id: TriggerId) {
         let info = &self.tables.triggers[usize::from(id.0)];
-        let TriggerKind::Delay { fills, delay } = info.kind else { return };
-        let tag = self.state.current.after(delay);
+        let (fills, tag) = match info.kind {
+            TriggerKind::Delay { fills, delay } => (fills, self.state.current.after(delay)),
+            TriggerKind::PhysicalDelay { fills, delay } => (fills, self.physical_tag(env.physical_time(), delay)),
+            _ => return,
+        };
         if tag > self.state.stop || !tag.is_finite() {
             return;
         }

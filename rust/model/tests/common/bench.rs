@@ -79,6 +79,7 @@ pub struct Builder {
     delay: Interval,
     output_delay: Option<Interval>,
     tells_absence: bool,
+    physical_connections: bool,
     reactions: Vec<Reaction>,
 }
 
@@ -91,6 +92,7 @@ pub fn bench() -> Builder {
         delay: Interval::ZERO,
         output_delay: None,
         tells_absence: false,
+        physical_connections: false,
         reactions: Vec::new(),
     }
 }
@@ -129,6 +131,11 @@ impl Builder {
     /// The receiver of the output is told when there is no value.
     pub fn tells_absence(mut self) -> Self {
         self.tells_absence = true;
+        self
+    }
+    /// The connections into the delayed port and into the input are physical.
+    pub fn physical_connections(mut self) -> Self {
+        self.physical_connections = true;
         self
     }
 
@@ -172,6 +179,13 @@ impl Builder {
         let input_level = reactions.iter().filter(sees_input).map(|reaction| reaction.level).min().unwrap_or(u16::MAX);
         let sends = |reaction: &Reaction| reaction.kind == ReactionKind::Send(OutputId(0));
         let sending = (0..).map(ReactionId).zip(&reactions).filter(|(_, reaction)| sends(reaction)).map(|(id, _)| id);
+        let fills = PortId(3);
+        let delay = self.delay;
+        let delayed = if self.physical_connections {
+            TriggerKind::PhysicalDelay { fills, delay }
+        } else {
+            TriggerKind::Delay { fills, delay }
+        };
         let absence = if self.tells_absence { leak(sending) } else { &[] };
         let tables: &'static Tables = Box::leak(Box::new(Tables {
             reactions: leak(reactions.iter().map(|reaction| ReactionInfo {
@@ -180,7 +194,7 @@ impl Builder {
                 deadline: reaction.deadline,
                 kind: reaction.kind,
             })),
-            triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, self.delay),
+            triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, delayed),
             ports: ports(&reactions),
             outputs: leak([NetworkOutput {
                 name: "bench.out -> other.in",
@@ -190,15 +204,17 @@ impl Builder {
                 delay: self.output_delay,
                 max_len: 4,
                 tells_absence: self.tells_absence,
+                physical: false,
             }]),
             inputs: leak([NetworkInput {
                 name: "other.out -> bench.in",
                 trigger: TriggerId(8),
                 federate: 9,
-                delay: None,
+                delay: self.physical_connections.then_some(self.delay),
                 max_len: 4,
                 level: input_level,
-                awaited: true,
+                awaited: !self.physical_connections,
+                physical: self.physical_connections,
             }]),
             absence,
         }));
@@ -234,7 +250,7 @@ fn triggers(
     timers: &[(i64, i64)],
     actions: &[ActionTiming],
     physical: ActionTiming,
-    delay: Interval,
+    delayed: TriggerKind,
 ) -> &'static [TriggerInfo] {
     let timer =
         |index: usize| TriggerKind::Timer { offset: Interval(timers[index].0), period: Interval(timers[index].1) };
@@ -251,7 +267,7 @@ fn triggers(
         info("bench.a0", TriggerKind::Logical(actions[0]), Some(By::Action(0))),
         info("bench.a1", TriggerKind::Logical(actions[1]), Some(By::Action(1))),
         info("bench.p", TriggerKind::Physical(physical), Some(By::Physical)),
-        info("bench.p3", TriggerKind::Delay { fills: PortId(3), delay }, None),
+        info("bench.p3", delayed, None),
         info("bench.in", TriggerKind::NetworkInput { fills: PortId(4) }, None),
     ])
 }

@@ -79,6 +79,7 @@ fn tables(plan: &Plan) -> Tables {
         delay: None,
         max_len: 4,
         tells_absence: true,
+        physical: false,
     });
     let inputs = (0..INPUTS).map(|index| NetworkInput {
         name: "input",
@@ -88,6 +89,7 @@ fn tables(plan: &Plan) -> Tables {
         max_len: 4,
         level: id(AT_INPUTS + index),
         awaited: true,
+        physical: false,
     });
     Tables {
         reactions: leak(reactions.collect()),

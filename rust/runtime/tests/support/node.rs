@@ -134,6 +134,7 @@ impl<const N: usize> Node<N> {
             max_len: 4,
             level: level(input),
             awaited: *awaited,
+            physical: false,
         });
         let network_outputs = outputs.iter().map(|(federate, port, delay, awaited)| NetworkOutput {
             name: "node.out",
@@ -143,6 +144,7 @@ impl<const N: usize> Node<N> {
             delay: *delay,
             max_len: 4,
             tells_absence: *awaited,
+            physical: false,
         });
         let tables = Tables {
             reactions: reactions.iter().map(|(does, level)| does.info(*level)).collect::<Vec<_>>().leak(),

@@ -114,9 +114,10 @@ impl Module<'_> {
                     })
                 }
             }
-            TriggerKind::Delay { fills, delay_ns, .. } => {
+            TriggerKind::Delay { fills, delay_ns, physical, .. } => {
                 let (fills, delay) = (self.symbols.port_id(*fills), interval(*delay_ns));
-                quote!(TriggerKind::Delay { fills: #fills, delay: #delay })
+                let kind = if *physical { quote!(PhysicalDelay) } else { quote!(Delay) };
+                quote!(TriggerKind::#kind { fills: #fills, delay: #delay })
             }
             TriggerKind::NetworkInput { fills, .. } => {
                 let fills = self.symbols.port_id(*fills);
@@ -140,7 +141,7 @@ impl Module<'_> {
             let (name, source) = (&output.name, self.symbols.port_id(output.source));
             let (federate, port) = (Literal::u16_unsuffixed(output.federate), Literal::u16_unsuffixed(output.port));
             let (delay, max_len) = (optional_interval(output.delay_ns), self.max_len(output.source)?);
-            let tells_absence = output.tells_absence;
+            let (tells_absence, physical) = (output.tells_absence, output.physical);
             Ok(quote! {
                 NetworkOutput {
                     name: #name,
@@ -150,6 +151,7 @@ impl Module<'_> {
                     delay: #delay,
                     max_len: #max_len,
                     tells_absence: #tells_absence,
+                    physical: #physical,
                 }
             })
         };
@@ -161,7 +163,7 @@ impl Module<'_> {
             let (name, trigger) = (&input.name, self.symbols.trigger_id(input.trigger));
             let federate = Literal::u16_unsuffixed(input.federate);
             let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(self.filled(input.trigger))?);
-            let (level, awaited) = (Literal::u16_unsuffixed(input.level), input.awaited);
+            let (level, awaited, physical) = (Literal::u16_unsuffixed(input.level), input.awaited, input.physical);
             Ok(quote! {
                 NetworkInput {
                     name: #name,
@@ -171,6 +173,7 @@ impl Module<'_> {
                     max_len: #max_len,
                     level: #level,
                     awaited: #awaited,
+                    physical: #physical,
                 }
             })
         };
