@@ -59,6 +59,10 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
         fragment.set("LF_RTI_PORT", rti.port);
         if plan.target.authentication {
             fragment.set("LF_AUTHENTICATION", "y");
+            // native_sim takes the computer's random numbers, not those of its driver for tests.
+            if !is_native_sim(&place) {
+                fragment.set("ENTROPY_GENERATOR", "y");
+            }
         }
     }
     network(&mut fragment, &place);
@@ -66,6 +70,10 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
     receive_buffer(&mut fragment, federate, &place);
     logging(&mut fragment, plan.target.logging);
     fragment.0
+}
+
+fn is_native_sim(place: &Place) -> bool {
+    matches!(&place.platform, Platform::Zephyr(board) if board.starts_with("native_sim"))
 }
 
 fn network(fragment: &mut Fragment, place: &Place) {
@@ -103,7 +111,7 @@ fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
         return;
     }
     let bytes = match &place.platform {
-        Platform::Zephyr(board) if !board.starts_with("native_sim") => 2048,
+        Platform::Zephyr(_) if !is_native_sim(place) => 2048,
         _ => 65536,
     };
     fragment.comment("Messages of one upstream federate wait here for grants that depend on another.");

@@ -247,6 +247,8 @@ fn authentication_asks_zephyr_for_random_numbers() {
         let emitted = emit_on(&plan, &deployment);
         let fragment =
             emitted.files.iter().find(|file| file.text.contains("CONFIG_LF_SOCKETS")).expect("it is emitted");
-        assert_eq!(fragment.text.contains("CONFIG_LF_AUTHENTICATION=y"), expected, "{}", fragment.text);
+        for symbol in ["LF_AUTHENTICATION", "ENTROPY_GENERATOR"] {
+            assert_eq!(fragment.text.contains(&format!("CONFIG_{symbol}=y")), expected, "{}", fragment.text);
+        }
     }
 }
