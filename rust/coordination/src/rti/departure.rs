@@ -107,6 +107,7 @@ impl Rti<'_> {
         slot.address = [0; 4];
         slot.port = ADDRESS_PORT_UNKNOWN;
         self.graph.set_next_event(federate, Tag::FOREVER);
+        self.graph.cut_off(federate);
         self.advance_downstream(federate, outlet);
         self.grant_stop_if_agreed(outlet);
     }

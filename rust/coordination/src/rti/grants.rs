@@ -28,15 +28,12 @@ impl Rti<'_> {
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
     /// announced, so this ends.
     pub(super) fn advance(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        let mut granted = self.advance_one(federate, outlet).map(|tag| (federate, tag));
-        while let Some((federate, tag)) = granted.take() {
-            self.demand_upstream(federate, tag);
-            while let Some(next) = self.graph.take_mark() {
-                if let Some(tag) = self.advance_one(next, outlet) {
-                    granted = Some((next, tag));
-                    break;
-                }
+        let mut next = Some(federate);
+        while let Some(federate) = next {
+            if let Some(tag) = self.advance_one(federate, outlet) {
+                self.demand_upstream(federate, tag);
             }
+            next = self.graph.take_mark();
         }
     }
 
@@ -49,7 +46,7 @@ impl Rti<'_> {
             self.slots[federate].pending.grant = true;
             return None;
         };
-        match grant {
+        let provisional = match grant {
             Grant::Final(tag) => {
                 outlet.send(connection, &Message::TagGrant(to_wire(tag)));
                 self.slots[federate].granted = tag;
@@ -60,17 +57,22 @@ impl Rti<'_> {
                 self.slots[federate].provisional = tag;
                 Some(tag)
             }
+        };
+        if self.demand(federate).is_some() {
+            // Another one waits for a later tag.
+            self.graph.mark(federate);
         }
+        provisional
     }
 
-    /// A federate has got a PTAG: those immediately upstream are looked at.
+    /// A federate has got a PTAG: those immediately upstream are looked at. The earliest demand comes first, for a
+    /// later one may depend on it.
     fn demand_upstream(&mut self, federate: usize, tag: Tag) {
         let by = id(federate).0;
         for index in 0..self.graph.upstreams(federate) {
             let (from, _) = self.graph.upstream(federate, index);
-            let upstream = &mut self.slots[from];
-            if upstream.demand.is_none_or(|(demanded, _)| demanded < tag) {
-                upstream.demand = Some((tag, by));
+            if self.demand(from).is_none_or(|demanded| tag < demanded) {
+                self.slots[from].demand = Some((tag, by));
             }
             self.graph.mark(from);
         }
@@ -99,26 +101,62 @@ impl Rti<'_> {
                 return Some(Grant::Provisional(next_event));
             }
         }
-        let demanded = self.demand(federate)?;
-        if earliest > demanded {
-            return new(demanded).then_some(Grant::Final(demanded));
+        if let Some(demanded) = self.demand(federate) {
+            if earliest > demanded {
+                return Some(Grant::Final(demanded));
+            }
+            if earliest == demanded
+                && demanded > provisional
+                && self.earliest_incoming_strict(federate, start) > demanded
+            {
+                return Some(Grant::Provisional(demanded));
+            }
         }
-        let provisionally = earliest == demanded
-            && demanded > granted.max(provisional)
-            && self.earliest_incoming_strict(federate, start) > demanded;
-        provisionally.then_some(Grant::Provisional(demanded))
+        let complete = self.slots[federate].completed >= provisional || granted >= provisional;
+        (!complete && earliest > provisional && self.may_wait_for_ever(federate)).then_some(Grant::Final(provisional))
     }
 
-    /// The tag at which a federate downstream may wait for what this one does, unless it has got on meanwhile.
-    fn demand(&self, federate: usize) -> Option<Tag> {
+    /// Whether a federate that is at a tag granted provisionally may wait there for word that never comes: it is there
+    /// only because others have an event at that tag, and one that is to tell it what comes then has been granted the
+    /// tag otherwise and passes by it, or has left.
+    fn may_wait_for_ever(&self, federate: usize) -> bool {
+        let tag = self.slots[federate].provisional;
+        let mut upstream = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
+        let passes_by =
+            |from: usize| self.graph.share_zero_delay_cycle(from, federate) && self.slots[from].completed < tag;
+        self.graph.nodes[federate].deserted || upstream.any(passes_by)
+    }
+
+    /// The earliest tag at which a federate immediately downstream waits for what this one does, if this one has not got
+    /// that far. The demand that is remembered is one of those; when it is met, another one is looked for.
+    fn demand(&mut self, federate: usize) -> Option<Tag> {
         let (tag, by) = self.slots[federate].demand?;
-        let downstream = &self.slots[usize::from(by)];
-        let waits = self.slots[federate].completed < tag
-            && matches!(downstream.membership, Membership::Joined(_))
+        if !self.is_demanded(federate, tag, by.into()) {
+            self.slots[federate].demand = self.find_demand(federate);
+        }
+        self.slots[federate].demand.map(|(tag, _)| tag)
+    }
+
+    /// Looks at all federates downstream.
+    fn find_demand(&self, federate: usize) -> Option<(Tag, u16)> {
+        let row = self.graph.nodes[federate].outgoing;
+        let downstream = (0..row.len).map(|index| self.graph.other_end(row, index));
+        let waiting = downstream.filter(|by| {
+            let upstream = |index| self.graph.upstream(*by, index).0 == federate;
+            self.is_demanded(federate, self.slots[*by].provisional, *by) && (0..self.graph.upstreams(*by)).any(upstream)
+        });
+        waiting.map(|by| (self.slots[by].provisional, id(by).0)).min()
+    }
+
+    /// Whether a federate downstream still waits at a tag for what this one does, and this one has not got that far.
+    fn is_demanded(&self, federate: usize, tag: Tag, by: usize) -> bool {
+        let Slot { granted, provisional, completed, .. } = self.slots[federate];
+        let downstream = &self.slots[by];
+        let waits = matches!(downstream.membership, Membership::Joined(_))
             && downstream.completed < tag
             && downstream.granted < tag
             && downstream.provisional == tag;
-        waits.then_some(tag)
+        waits && completed < tag && granted < tag && provisional <= tag
     }
 
     /// Up to which tag all federates immediately upstream have completed what can lead to a message, if that reaches

@@ -18,7 +18,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    const EMPTY: Self = Self { start: 0, len: 0 };
+    pub(super) const EMPTY: Self = Self { start: 0, len: 0 };
 }
 
 /// What one federate contributes to the graph, and scratch space.
@@ -32,6 +32,8 @@ pub struct Node {
     pub(super) outgoing: Row,
     /// The first federate of the cycle without delay that it is in.
     pub(super) cycle: Option<u16>,
+    /// Another federate has left the cycle without delay that this one was in.
+    pub(super) deserted: bool,
     /// Another federate downstream of it is in a cycle without delay.
     pub(super) leads_to_cycle: bool,
     /// Next event: NEVER while none is known. Lowered by messages in transit.
@@ -55,6 +57,7 @@ impl Node {
         incoming: Row::EMPTY,
         outgoing: Row::EMPTY,
         cycle: None,
+        deserted: false,
         leads_to_cycle: false,
         next_event: Tag::NEVER,
         hindrance: 0,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The search for all paths of the federation, made once when all neighbor structures are there.
+//! The search for all paths of the federation, made when all neighbor structures are there, and again when a federate
+//! leaves a cycle without delay.
 
 use super::delay::PathDelay;
 use super::graph::{Graph, Node, Row, number};
@@ -8,6 +9,9 @@ use super::path::Path;
 impl Graph<'_> {
     /// Works out all paths, once all neighbor structures are there.
     pub(super) fn find_paths(&mut self) {
+        for node in self.nodes.iter_mut() {
+            node.outgoing = Row::EMPTY;
+        }
         let mut end = 0;
         for to in 0..self.nodes.len() {
             self.find_delays_to(to);
@@ -25,6 +29,19 @@ impl Graph<'_> {
         self.turn_rows(end);
         self.find_cycles();
         self.find_all_earliest();
+    }
+
+    /// A federate is no more: no path leads through it. Only where it was in a cycle without delay that matters enough to
+    /// look for all paths again: there, the others would wait for each other's answer by way of it.
+    pub(super) fn cut_off(&mut self, federate: usize) {
+        if self.in_zero_delay_cycle(federate) {
+            let cycle = self.nodes[federate].cycle;
+            for node in self.nodes.iter_mut().filter(|node| node.cycle == cycle) {
+                node.deserted = true;
+            }
+            self.nodes[federate].upstreams = 0;
+            self.find_paths();
+        }
     }
 
     /// Makes the rows of the paths that lead from each federate, whose lengths are known, of those that lead to each.

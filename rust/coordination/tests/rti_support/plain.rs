@@ -28,10 +28,11 @@ struct Federate {
     granted: Tag,
     provisional: Tag,
     dnet: Tag,
-    demand: Option<(Tag, usize)>,
     look: bool,
     in_transit: BTreeSet<Tag>,
     agreed: bool,
+    /// Another one has left its cycle without delay.
+    deserted: bool,
 }
 
 pub struct Plain {
@@ -85,6 +86,23 @@ fn needed((time, microsteps): Delay, tag: Tag) -> Tag {
     }
 }
 
+/// The least delay of all paths, by origin and destination.
+fn find_paths(count: usize, immediate: &BTreeMap<(usize, usize), Delay>) -> BTreeMap<(usize, usize), Delay> {
+    let mut paths: BTreeMap<(usize, usize), Delay> = BTreeMap::new();
+    for _ in 0..=count {
+        for (&(to, from), &first) in immediate {
+            for end in 0..count {
+                let rest = if end == to { Some((0, 0)) } else { paths.get(&(to, end)).copied() };
+                if let Some(delay) = rest.map(|rest| then(first, rest)) {
+                    let least = paths.entry((from, end)).or_insert(delay);
+                    *least = delay.min(*least);
+                }
+            }
+        }
+    }
+    paths
+}
+
 impl Plain {
     /// A started federation; `edges` are origin, destination and delay as on the wire.
     pub fn new(count: usize, edges: &[(u16, u16, i64)], dnet: bool) -> Self {
@@ -98,18 +116,6 @@ impl Plain {
             let least = immediate.entry((usize::from(to), usize::from(from))).or_insert(delay);
             *least = delay.min(*least);
         }
-        let mut paths: BTreeMap<(usize, usize), Delay> = BTreeMap::new();
-        for _ in 0..=count {
-            for (&(to, from), &first) in &immediate {
-                for end in 0..count {
-                    let rest = if end == to { Some((0, 0)) } else { paths.get(&(to, end)).copied() };
-                    if let Some(delay) = rest.map(|rest| then(first, rest)) {
-                        let least = paths.entry((from, end)).or_insert(delay);
-                        *least = delay.min(*least);
-                    }
-                }
-            }
-        }
         let federate = Federate {
             present: true,
             next: Tag::NEVER,
@@ -117,16 +123,16 @@ impl Plain {
             granted: Tag::NEVER,
             provisional: Tag::NEVER,
             dnet: Tag::NEVER,
-            demand: None,
             look: false,
             in_transit: BTreeSet::new(),
             agreed: false,
+            deserted: false,
         };
         Self {
             dnet,
             federates: vec![federate; count],
+            paths: find_paths(count, &immediate),
             immediate,
-            paths,
             stop: Tag::NEVER,
             stop_requested: false,
             stop_granted: false,
@@ -186,6 +192,13 @@ impl Plain {
     pub fn on_departure(&mut self, federate: usize) {
         self.federates[federate].present = false;
         self.federates[federate].next = Tag::FOREVER;
+        if self.cyclic(federate) {
+            for other in 0..self.federates.len() {
+                self.federates[other].deserted |= self.same_cycle(other, federate);
+            }
+            self.immediate.retain(|(to, _), _| *to != federate);
+            self.paths = find_paths(self.federates.len(), &self.immediate);
+        }
         self.advance_downstream(federate);
         self.grant_stop();
     }
@@ -218,42 +231,49 @@ impl Plain {
     }
 
     fn advance(&mut self, federate: usize) {
-        let mut provisional = self.grant(federate).map(|tag| (federate, tag));
-        while let Some((federate, tag)) = provisional.take() {
-            for (from, _) in self.upstream(federate) {
-                let upstream = &mut self.federates[from];
-                if upstream.demand.is_none_or(|(demanded, _)| demanded < tag) {
-                    upstream.demand = Some((tag, federate));
+        let mut next = Some(federate);
+        while let Some(federate) = next {
+            if self.grant(federate) {
+                for (from, _) in self.upstream(federate) {
+                    self.federates[from].look = true;
                 }
-                upstream.look = true;
             }
-            while let Some(next) = self.federates.iter().position(|federate| federate.look) {
+            next = self.federates.iter().position(|federate| federate.look);
+            if let Some(next) = next {
                 self.federates[next].look = false;
-                if let Some(tag) = self.grant(next) {
-                    provisional = Some((next, tag));
-                    break;
-                }
             }
         }
     }
 
-    /// Returns the tag of a PTAG.
-    fn grant(&mut self, federate: usize) -> Option<Tag> {
+    /// Returns whether a PTAG was sent.
+    fn grant(&mut self, federate: usize) -> bool {
         if !self.federates[federate].present {
-            return None;
+            return false;
         }
-        match self.what_to_grant(federate)? {
-            (tag, false) => {
-                self.said[federate].push(Said::Tag(tag));
-                self.federates[federate].granted = tag;
-                None
-            }
-            (tag, true) => {
-                self.said[federate].push(Said::Ptag(tag));
-                self.federates[federate].provisional = tag;
-                Some(tag)
-            }
+        let Some((tag, provisional)) = self.what_to_grant(federate) else { return false };
+        if provisional {
+            self.said[federate].push(Said::Ptag(tag));
+            self.federates[federate].provisional = tag;
+        } else {
+            self.said[federate].push(Said::Tag(tag));
+            self.federates[federate].granted = tag;
         }
+        // Another one may wait for a later tag.
+        self.federates[federate].look |= self.demand(federate).is_some();
+        provisional
+    }
+
+    /// The earliest tag at which a federate immediately downstream waits, and that this one has not reached.
+    fn demand(&self, federate: usize) -> Option<Tag> {
+        let own = &self.federates[federate];
+        let downstream =
+            self.immediate.keys().filter(|(_, from)| *from == federate).map(|(to, _)| &self.federates[*to]);
+        let waiting = downstream.filter(|other| {
+            let tag = other.provisional;
+            other.present && other.completed < tag && other.granted < tag
+        });
+        let tags = waiting.map(|other| other.provisional);
+        tags.filter(|tag| own.completed < *tag && own.granted < *tag && own.provisional <= *tag).min()
     }
 
     /// A tag, and whether it is granted provisionally.
@@ -276,16 +296,19 @@ impl Plain {
         if waits && earliest == next && self.cyclic(federate) && later(next) && self.strict(federate) > next {
             return Some((next, true));
         }
-        let (tag, by) = self.federates[federate].demand?;
-        let down = &self.federates[by];
-        let waited_for = down.present && down.completed < tag && down.granted < tag && down.provisional == tag;
-        if !waited_for || self.federates[federate].completed >= tag {
-            None
-        } else if earliest > tag {
-            new(tag).then_some((tag, false))
-        } else {
-            (earliest == tag && later(tag) && self.strict(federate) > tag).then_some((tag, true))
+        if let Some(tag) = self.demand(federate) {
+            if earliest > tag {
+                return Some((tag, false));
+            }
+            if earliest == tag && later(tag) && self.strict(federate) > tag {
+                return Some((tag, true));
+            }
         }
+        let waits_within = self.federates[federate].completed < provisional && granted < provisional;
+        let upstream = self.upstream(federate).into_iter().filter(|(from, _)| self.same_cycle(*from, federate));
+        let passes_by = upstream.into_iter().any(|(from, _)| self.federates[from].completed < provisional);
+        let alone = passes_by || self.federates[federate].deserted;
+        (waits_within && earliest > provisional && alone).then_some((provisional, false))
     }
 
     fn earliest_incoming(&mut self, federate: usize) -> Tag {
