@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Looks at all states of a model, and says what is wrong so that people can follow it.
+
+use std::fmt::Write as _;
+
+use stateright::{Checker, Model as _};
+
+use crate::bounds::Bounds;
+use crate::graph::{Graph, permutations};
+use crate::model::{Action, LIVENESS, Model};
+
+/// What was looked at.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Models: graphs, each with every order of reactions that was looked at.
+    pub models: u64,
+    /// Different states.
+    pub states: u64,
+    /// Most states of one model.
+    pub states_max: u64,
+    /// What is wrong.
+    pub findings: Vec<Finding>,
+}
+
+impl Report {
+    /// Takes another report into this one.
+    pub fn add(&mut self, other: Self) {
+        self.models += other.models;
+        self.states += other.states;
+        self.states_max = self.states_max.max(other.states_max);
+        self.findings.extend(other.findings);
+    }
+}
+
+/// Something that is wrong in one graph.
+#[derive(Clone, Debug)]
+pub struct Finding {
+    /// The graph.
+    pub graph: Graph,
+    /// The rank of each federate's reactions.
+    pub ranks: Vec<usize>,
+    /// What is wrong and how it comes to that, step by step.
+    pub story: String,
+}
+
+/// Looks at everything that can happen in a graph. A graph with a cycle without delay is looked at in so many orders of
+/// its federates' reactions, at most all.
+pub fn check(graph: Graph, bounds: Bounds, orders_max: usize) -> Report {
+    let mut orders = permutations(graph.federates());
+    if !graph.has_zero_delay_cycle() {
+        orders.truncate(1);
+    }
+    // The first and the last of the permutations are opposites.
+    while orders.len() > orders_max.max(1) {
+        orders.remove(1.min(orders.len() - 1));
+    }
+    let mut report = Report::default();
+    for ranks in orders {
+        report.add(check_model(graph, &ranks, bounds));
+    }
+    report
+}
+
+fn check_model(graph: Graph, ranks: &[usize], bounds: Bounds) -> Report {
+    let model = Model::new(graph, bounds, ranks);
+    let checker = model.clone().checker().spawn_bfs().join();
+    let states = u64::try_from(checker.unique_state_count()).unwrap_or(u64::MAX);
+    let findings = checker.discoveries().into_iter().map(|(property, path)| {
+        let mut story = format!("violated: {property}\n");
+        let end = path.last_state().clone();
+        for (index, (state, action)) in path.into_vec().into_iter().enumerate() {
+            let Some(action) = action else { continue };
+            let heard = match action {
+                Action::Rti(from) => state.up[usize::from(from)].first().map(|heard| format!(": {heard:?}")),
+                Action::Hear(by) => state.down[usize::from(by)].first().map(|heard| format!(": {heard:?}")),
+                _ => None,
+            };
+            let _ = writeln!(story, "{index:3}. {action}{}", heard.unwrap_or_default());
+        }
+        let waits = if property == LIVENESS { "nothing leads on from here:\n" } else { "" };
+        let _ = write!(story, "{waits}{end:?}");
+        Finding { graph, ranks: ranks.to_vec(), story }
+    });
+    Report { models: 1, states, states_max: states, findings: findings.collect() }
+}

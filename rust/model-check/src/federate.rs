@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A federate that keeps the protocol and nothing else: what its reactions do is free.
+
+use std::fmt;
+
+use lf_model::time::Tag;
+
+use crate::bounds::Fault;
+use crate::graph::FEDERATES_MAX;
+use crate::model::World;
+use crate::moment::{Moment, Moments, Short};
+use crate::rti::next_tag;
+use crate::state::{Broken, Down, Up};
+
+/// The state of one federate.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(crate) struct Federate {
+    /// Lost, or not part of the graph.
+    pub(crate) gone: bool,
+    /// The next event of its own.
+    own: Option<Moment>,
+    /// When messages that have come are to be handled.
+    inputs: Moments,
+    /// The last tag that is complete.
+    completed: Option<Moment>,
+    /// The tag that has been begun: reactions that may cause messages within the cycle have run, others wait.
+    open: Option<Moment>,
+    /// The last TAG, or what a later PTAG says of the tags before it.
+    granted: Tag,
+    provisional: Tag,
+    /// Up to when it is known what comes from each federate, where that is awaited.
+    known: [Tag; FEDERATES_MAX],
+    next: NextEventRules,
+}
+
+/// What it has told about its next event, and what it was told that nobody needs.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct NextEventRules {
+    /// The last NET, as the RTI knows it.
+    sent: Tag,
+    /// Whether the RTI still knows it as it was sent.
+    certain: bool,
+    skipped: Option<Tag>,
+    downstream: Option<Tag>,
+}
+
+/// What its reactions are about to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Phase {
+    /// At a tag that is granted provisionally, what causes messages within the cycle.
+    Within,
+    /// All that is left; then the tag is complete.
+    Rest,
+}
+
+impl Federate {
+    /// One that has told its first event, at the start.
+    pub(crate) fn new(gone: bool) -> Self {
+        let first = Moment::FIRST;
+        Self {
+            gone,
+            own: (!gone).then_some(first),
+            inputs: Moments::default(),
+            completed: None,
+            open: None,
+            granted: Tag::NEVER,
+            provisional: Tag::NEVER,
+            known: [Tag::NEVER; FEDERATES_MAX],
+            next: NextEventRules { sent: first.tag(), certain: true, skipped: None, downstream: None },
+        }
+    }
+
+    /// Whether no event is left and no tag is open.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.gone || (self.open.is_none() && self.own.is_none() && self.inputs.first().is_none())
+    }
+
+    /// Whether a reaction can have a further event of its own after this tag.
+    pub(crate) fn may_plan(&self, at: Moment) -> bool {
+        self.is_triggered(at) && self.own.is_none_or(|own| own <= at)
+    }
+
+    fn next(&self) -> Option<Moment> {
+        match (self.own, self.inputs.first()) {
+            (Some(own), Some(input)) => Some(own.min(input)),
+            (own, input) => own.or(input),
+        }
+    }
+
+    /// What it can do now by itself, if anything.
+    pub(crate) fn can_run(&self, id: usize, world: &World) -> Option<(Moment, Phase)> {
+        if self.gone {
+            return None;
+        }
+        let next = self.next();
+        let provisional = world.moment(self.provisional).filter(|tag| self.completed.is_none_or(|done| *tag > done));
+        // It goes to a tag that is granted provisionally even without an event, for others wait to hear of it.
+        let tag = self.open.or_else(|| provisional.filter(|tag| next.is_none_or(|next| *tag <= next))).or(next)?;
+        if !world.has_upstream(id) || tag.tag() <= self.granted {
+            return Some((tag, Phase::Rest));
+        }
+        // A tag that is open goes on, also when a later one has been granted provisionally meanwhile.
+        if self.open.is_none() && Some(tag) != provisional {
+            return None;
+        }
+        let is_known = |from: &usize| self.known[*from] >= tag.tag();
+        let mut awaited = world.awaited(id);
+        if self.open.is_none() {
+            // Reactions are in the order of the federates' ranks: these wait for what comes from lower ones only.
+            let lower = |from: &usize| world.rank(*from) < world.rank(id);
+            return awaited.filter(lower).all(|from| is_known(&from)).then_some((tag, Phase::Within));
+        }
+        awaited.all(|from| is_known(&from)).then_some((tag, Phase::Rest))
+    }
+
+    /// Whether something is present at this tag, as far as is known. Otherwise no reaction runs, and the federate goes
+    /// through the tag only to say that nothing comes.
+    pub(crate) fn is_triggered(&self, at: Moment) -> bool {
+        self.own == Some(at) || self.inputs.contains(at)
+    }
+
+    /// The federates to which the reactions of a phase may send something.
+    pub(crate) fn may_send(&self, id: usize, phase: Phase, world: &World, to: usize) -> bool {
+        match (phase, world.is_awaited(id, to)) {
+            (Phase::Within, awaited) => awaited,
+            (Phase::Rest, true) => self.open.is_none(),
+            (Phase::Rest, false) => true,
+        }
+    }
+
+    /// Its reactions run: `sends` are the federates to which they send a message, `plan` is the next event of its own.
+    pub(crate) fn run(
+        &mut self,
+        id: usize,
+        (at, phase): (Moment, Phase),
+        sends: u8,
+        plan: Option<Moment>,
+        world: &World,
+    ) -> Vec<Up> {
+        let mut said = Vec::new();
+        for (to, delay) in world.graph.downstream(id) {
+            if !self.may_send(id, phase, world, to) {
+                continue;
+            }
+            let number = u8::try_from(to).unwrap_or(u8::MAX);
+            if sends >> to & 1 == 1 {
+                let at = delay.after(at);
+                said.push(Up::Message { to: number, at });
+                self.next.downstream = self.next.downstream.map(|tag| tag.min(at.tag()));
+            } else if world.is_awaited(id, to) && world.bounds.fault != Some(Fault::NoAbsence) {
+                said.push(Up::Absent { to: number, at });
+            }
+        }
+        match phase {
+            Phase::Within => self.open = Some(at),
+            Phase::Rest => {
+                let messages = std::mem::take(&mut said);
+                let late = world.bounds.fault == Some(Fault::LateMessages);
+                if !late {
+                    said.extend(&messages);
+                }
+                said.extend(self.complete(id, at, plan, world));
+                if late {
+                    said.extend(&messages);
+                }
+            }
+        }
+        said
+    }
+
+    fn complete(&mut self, id: usize, at: Moment, plan: Option<Moment>, world: &World) -> Vec<Up> {
+        let mut said = Vec::new();
+        self.open = None;
+        self.completed = Some(at);
+        // What came for tags that are over makes no difference any more.
+        self.known = self.known.map(|known| if known <= at.tag() { Tag::NEVER } else { known });
+        let had_input = self.inputs.remove(at);
+        self.own = self.own.filter(|own| *own != at);
+        if plan.is_some() {
+            self.own = plan;
+        }
+        if (had_input || self.provisional == at.tag()) && world.bounds.fault != Some(Fault::NoCompletion) {
+            said.push(Up::Complete(at));
+        }
+        said.extend(self.announce(id, world));
+        said
+    }
+
+    /// It hears something from the RTI.
+    pub(crate) fn hear(&mut self, id: usize, message: Down, world: &World) -> (Vec<Up>, Option<Broken>) {
+        if self.gone {
+            return (Vec::new(), None);
+        }
+        let federate = u8::try_from(id).unwrap_or(u8::MAX);
+        let mut said = Vec::new();
+        let broken = match message {
+            Down::Grant(tag) => {
+                let old = tag <= self.granted || tag < self.provisional;
+                self.granted = tag.min(world.end());
+                old.then_some(Broken::OldGrant { federate, tag })
+            }
+            Down::Provisional(tag) => {
+                let old = tag <= self.granted || tag <= self.provisional;
+                self.provisional = tag;
+                // Nothing earlier can come any more.
+                self.granted = self.granted.max(tag.before());
+                if let Some(past) = world.moment(tag).filter(|tag| self.completed.is_some_and(|done| *tag <= done)) {
+                    said.push(Up::Complete(past));
+                }
+                let needless = world.awaited(id).next().is_none();
+                needless
+                    .then_some(Broken::NeedlessProvisional { federate, tag })
+                    .or(old.then_some(Broken::OldGrant { federate, tag }))
+            }
+            Down::DownstreamNext(tag) => {
+                self.next.downstream = Some(tag);
+                if let Some(skipped) = self.next.skipped.filter(|skipped| tag < *skipped) {
+                    said.extend(self.next.tell(skipped));
+                }
+                None
+            }
+            Down::Message { from, tag } => {
+                let broken = self.too_late(id, from, tag, world);
+                if let (None, Some(moment)) = (broken, world.moment(tag)) {
+                    self.inputs.insert(moment);
+                    self.now_known(id, from, tag, world);
+                    self.next.lowered(tag);
+                }
+                broken
+            }
+            Down::Absent { from, tag } => {
+                self.now_known(id, from, tag, world);
+                None
+            }
+        };
+        if self.open.is_none() {
+            said.extend(self.announce(id, world));
+        }
+        (said, broken)
+    }
+
+    fn too_late(&self, id: usize, from: u8, tag: Tag, world: &World) -> Option<Broken> {
+        let federate = u8::try_from(id).unwrap_or(u8::MAX);
+        if tag <= self.granted || self.completed.is_some_and(|done| tag <= done.tag()) {
+            return Some(Broken::AfterGrant { federate, from, tag });
+        }
+        let from_index = usize::from(from);
+        let expected = tag == self.provisional && world.is_awaited(from_index, id) && self.known[from_index] < tag;
+        (tag <= self.provisional && !expected).then_some(Broken::AfterProvisional { federate, from, tag })
+    }
+
+    fn now_known(&mut self, id: usize, from: u8, tag: Tag, world: &World) {
+        let from = usize::from(from);
+        if world.is_awaited(from, id) {
+            self.known[from] = self.known[from].max(tag);
+        }
+    }
+
+    /// Tells its next event, if the rules say so.
+    fn announce(&mut self, id: usize, world: &World) -> Option<Up> {
+        let next = next_tag(self.next());
+        let needed = match self.next.downstream {
+            downstream if next <= self.granted => {
+                downstream.is_none_or(|downstream| downstream < next && downstream >= self.next.sent)
+            }
+            downstream => world.has_upstream(id) || downstream.is_none_or(|downstream| downstream < next),
+        };
+        if needed {
+            return self.next.tell(next);
+        }
+        let told = self.next.certain && self.next.sent == next;
+        self.next.skipped = (!told).then_some(next);
+        None
+    }
+}
+
+impl fmt::Debug for Federate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.gone {
+            return f.write_str("gone");
+        }
+        let Self { own, inputs, completed, open, granted, provisional, known, next, .. } = self;
+        let known = known.map(Short);
+        let (granted, provisional, sent) = (Short(*granted), Short(*provisional), Short(next.sent));
+        write!(
+            f,
+            "own event {own:?}, inputs at {inputs:?}, completed {completed:?}, open {open:?}, TAG {granted:?}, "
+        )?;
+        write!(f, "PTAG {provisional:?}, inputs known up to {known:?}, NET {sent:?}")
+    }
+}
+
+impl NextEventRules {
+    fn tell(&mut self, next: Tag) -> Option<Up> {
+        self.skipped = None;
+        let told = self.certain && self.sent == next;
+        (self.sent, self.certain) = (next, true);
+        (!told).then_some(Up::Next(next))
+    }
+
+    /// A message has come: the RTI takes its tag for the next event, if it is earlier.
+    fn lowered(&mut self, tag: Tag) {
+        if tag < self.sent {
+            (self.sent, self.certain) = (tag, false);
+        }
+    }
+}

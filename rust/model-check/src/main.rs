@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks all graphs of so many federates, as many at once as there are processors; says from time to time how far it
+//! is, and in the end how much it has looked at. `cargo xtask model-check` runs it.
+#![forbid(unsafe_code)]
+
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use lf_model_check::{Bounds, Graph, Report, all_graphs, check, some_graphs};
+
+/// How often it is said how far it is.
+const PROGRESS_EVERY: Duration = Duration::from_secs(10);
+
+/// Checks the RTI's grants in everything that can happen in small federations.
+#[derive(Parser)]
+struct Arguments {
+    /// Number of federates of each graph, at most 4.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=4))]
+    federates: u8,
+    /// So many graphs chosen at random instead of all.
+    #[arg(long, value_name = "COUNT")]
+    sample: Option<usize>,
+    /// Which random choice.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only every so many graphs.
+    #[arg(long, value_name = "STEP", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+    /// End after so many seconds, whatever is left.
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<u64>,
+    /// Graphs that are looked at at once.
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// In how many orders the reactions of a cycle without delay are looked at.
+    #[arg(long, default_value_t = 1)]
+    orders: usize,
+    /// Last time, in ticks after the start, at most 2.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(..=2))]
+    time_max: u8,
+    /// Last microstep of each time, at most 3.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(..=3))]
+    microstep_max: u8,
+    /// Messages that all federates together send.
+    #[arg(long, default_value_t = 1)]
+    messages: u8,
+    /// Events of their own that all federates together have besides the first ones.
+    #[arg(long, default_value_t = 0)]
+    own_events: u8,
+    /// Federates that may be lost.
+    #[arg(long, default_value_t = 0)]
+    losses: u8,
+    /// Without DNET.
+    #[arg(long)]
+    no_dnet: bool,
+}
+
+impl Arguments {
+    fn bounds(&self) -> Bounds {
+        Bounds {
+            time_max: self.time_max,
+            microstep_max: self.microstep_max,
+            own_events_max: self.own_events,
+            messages_max: self.messages,
+            dnet: !self.no_dnet,
+            losses_max: self.losses,
+            ..Bounds::default()
+        }
+    }
+
+    fn graphs(&self) -> Box<dyn Iterator<Item = Graph> + Send> {
+        match self.sample {
+            Some(count) => Box::new(some_graphs(self.federates.into(), self.seed).take(count)),
+            None => {
+                Box::new(all_graphs(self.federates.into()).step_by(usize::try_from(self.every).unwrap_or(usize::MAX)))
+            }
+        }
+    }
+}
+
+/// What the threads share.
+struct Run {
+    graphs: Mutex<Box<dyn Iterator<Item = Graph> + Send>>,
+    total: Mutex<Total>,
+    enough: AtomicBool,
+    begin: Instant,
+}
+
+#[derive(Default)]
+struct Total {
+    graphs: u64,
+    report: Report,
+    said: Duration,
+}
+
+impl Total {
+    fn say(&self, what: &str, elapsed: Duration) {
+        let Report { models, states, states_max, .. } = self.report;
+        let (graphs, seconds) = (self.graphs, elapsed.as_secs());
+        println!("{what}{graphs} graphs, {models} models, {states} states, at most {states_max} in one, {seconds} s");
+    }
+}
+
+impl Run {
+    fn work(&self, arguments: &Arguments) {
+        loop {
+            let late = arguments.time_limit.is_some_and(|limit| self.begin.elapsed().as_secs() >= limit);
+            if late || self.enough.load(Ordering::Relaxed) {
+                return;
+            }
+            let next = self.graphs.lock().unwrap_or_else(PoisonError::into_inner).next();
+            let Some(graph) = next else { return };
+            let report = check(graph, arguments.bounds(), arguments.orders);
+            let mut total = self.total.lock().unwrap_or_else(PoisonError::into_inner);
+            self.enough.fetch_or(!report.findings.is_empty(), Ordering::Relaxed);
+            total.graphs += 1;
+            total.report.add(report);
+            let elapsed = self.begin.elapsed();
+            if elapsed >= total.said + PROGRESS_EVERY {
+                total.said = elapsed;
+                total.say("so far ", elapsed);
+            }
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let jobs = arguments.jobs.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from)).max(1);
+    let run = Run {
+        graphs: Mutex::new(arguments.graphs()),
+        total: Mutex::default(),
+        enough: AtomicBool::new(false),
+        begin: Instant::now(),
+    };
+    thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| run.work(&arguments));
+        }
+    });
+    let total = run.total.into_inner().unwrap_or_else(PoisonError::into_inner);
+    total.say("", run.begin.elapsed());
+    for finding in &total.report.findings {
+        eprintln!("error: {:?}, ranks {:?}\n{}", finding.graph, finding.ranks, finding.story);
+    }
+    if total.report.findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Tags in few bits.
+
+use lf_model::time::{Instant, Microstep, Tag};
+
+/// When every federation starts: the federates' clocks show 0 before.
+pub(crate) const START: Instant = Instant(1_000_000_000);
+
+/// Microsteps that each time can have.
+const MICROSTEPS: u8 = 4;
+
+/// A tag within the bounds. Later ones are greater.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Moment(u8);
+
+impl Moment {
+    /// The first tag.
+    pub const FIRST: Self = Self(0);
+
+    /// The tag so many ticks after the start. `microstep` is at most 3.
+    pub(crate) const fn new(time: u8, microstep: u8) -> Self {
+        Self(time * MICROSTEPS + microstep)
+    }
+
+    /// Ticks after the start.
+    pub const fn time(self) -> u8 {
+        self.0 / MICROSTEPS
+    }
+
+    /// Its microstep.
+    pub const fn microstep(self) -> u8 {
+        self.0 % MICROSTEPS
+    }
+
+    /// This tag as the RTI knows it: a tick is a nanosecond, so that no tag is between two times.
+    pub fn tag(self) -> Tag {
+        Tag::new(Instant(START.as_nanos() + i64::from(self.time())), Microstep(self.microstep().into()))
+    }
+
+    const fn bit(self) -> u16 {
+        1 << self.0
+    }
+}
+
+impl std::fmt::Debug for Moment {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "({}, {})", self.time(), self.microstep())
+    }
+}
+
+/// A tag as people read it: as a moment, if it is near one.
+#[derive(Clone, Copy)]
+pub(crate) struct Short(pub(crate) Tag);
+
+impl std::fmt::Debug for Short {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Tag::NEVER => f.write_str("NEVER"),
+            Tag::FOREVER => f.write_str("FOREVER"),
+            Tag { time, microstep: Microstep(u32::MAX) } => write!(f, "({}, MAX)", time.as_nanos() - START.as_nanos()),
+            Tag { time, microstep } => write!(f, "({}, {})", time.as_nanos() - START.as_nanos(), microstep.0),
+        }
+    }
+}
+
+/// A set of tags.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Moments(u16);
+
+impl Moments {
+    pub(crate) fn insert(&mut self, moment: Moment) {
+        self.0 |= moment.bit();
+    }
+
+    /// Whether it was there.
+    pub(crate) fn remove(&mut self, moment: Moment) -> bool {
+        let there = self.0 & moment.bit() != 0;
+        self.0 &= !moment.bit();
+        there
+    }
+
+    pub(crate) fn contains(self, moment: Moment) -> bool {
+        self.0 & moment.bit() != 0
+    }
+
+    pub(crate) fn first(self) -> Option<Moment> {
+        (self.0 != 0).then(|| Moment(u8::try_from(self.0.trailing_zeros()).unwrap_or(u8::MAX)))
+    }
+}
+
+impl std::fmt::Debug for Moments {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries((0..16).map(Moment).filter(|moment| self.0 & moment.bit() != 0)).finish()
+    }
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which of all steps are looked at.
+//!
+//! Steps of different federates, and steps of a federate and of the RTI, do not disturb each other: one takes messages
+//! from the front of a connection, the other puts messages behind them. Only the order matters in which the RTI hears
+//! the federates, and, for each federate, the order of what it hears and what it does. So it suffices to look at a
+//! *persistent* set of steps: whatever the others do, they neither disturb nor replace a step of the set. (Godefroid,
+//! "Partial-Order Methods for the Verification of Concurrent Systems", 1996; it keeps all states from which nothing
+//! leads on, and a broken promise stays broken.) In this order:
+//!
+//! 1. A federate that can do nothing but hear the RTI hears it: it can do something else only because of that.
+//! 2. A federate with something to hear and nothing to say: all its steps. What comes later comes behind what it hears.
+//! 3. The RTI hears somebody, if everybody that can do something has said something already: what they do now comes
+//!    behind it. The steps of those that have said nothing yet are added, for they can be heard first.
+//!
+//! A message that the RTI may leave for later makes the RTI's steps depend on more than that: then all steps are taken.
+
+use crate::model::{Action, Model, number};
+use crate::state::State;
+
+pub(crate) fn actions(model: &Model, state: &State, actions: &mut Vec<Action>) {
+    let federates = model.world().graph.federates();
+    let all = 0..federates;
+    let heard = |id: usize, actions: &mut Vec<Action>| {
+        if !state.down[id].is_empty() {
+            actions.push(Action::Hear(number(id)));
+        }
+    };
+    if !model.world().bounds.reduced || state.losses_left > 0 {
+        for id in all {
+            heard(id, actions);
+            model.runs(state, id, actions);
+            rti(state, id, actions);
+            if state.losses_left > 0 && !state.federates[id].gone {
+                actions.push(Action::Lose(number(id)));
+            }
+        }
+        return;
+    }
+    let can_run = |id: &usize| state.federates[*id].can_run(*id, model.world()).is_some();
+    let hears = |id: &usize| !state.down[*id].is_empty();
+    if let Some(id) = all.clone().find(|id| hears(id) && !can_run(id)) {
+        heard(id, actions);
+        return;
+    }
+    if let Some(id) = all.clone().find(|id| hears(id) && state.up[*id].is_empty()) {
+        heard(id, actions);
+        model.runs(state, id, actions);
+        return;
+    }
+    for id in all {
+        rti(state, id, actions);
+        if state.up[id].is_empty() {
+            model.runs(state, id, actions);
+        }
+    }
+}
+
+fn rti(state: &State, id: usize, actions: &mut Vec<Action>) {
+    if !state.up[id].is_empty() {
+        actions.push(Action::Rti(number(id)));
+    }
+}

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI as part of a state: between two messages it lies suspended in its memory.
+
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+use ahash::RandomState;
+use lf_coordination::rti::{
+    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathWords, Rti, RtiStorage, Slot, Suspended,
+    Verdict,
+};
+use lf_model::time::{Instant, Microstep, Tag};
+use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+
+use crate::bounds::{Bounds, Fault};
+use crate::graph::{Delay, Graph};
+use crate::moment::{Moment, START};
+use crate::state::{Broken, Down, Up};
+
+const FEDERATION_ID: &[u8] = b"model";
+/// Messages carry nothing: the RTI does not look at what they carry.
+const PAYLOAD_BYTES_MAX: usize = 0;
+const NOW: Instant = Instant(0);
+/// The same in every run, so that every run is the same.
+const HASHES: RandomState = RandomState::with_seeds(1, 2, 3, 4);
+
+/// A suspended RTI. It is shared by the states between which it hears nothing.
+#[derive(Clone)]
+pub(crate) struct Suspension {
+    memory: Arc<Memory>,
+    /// Of the memory, so that it is not made anew for every state.
+    hash: u64,
+}
+
+#[derive(Clone, PartialEq, Eq, Hash)]
+struct Memory {
+    slots: Vec<Slot>,
+    nodes: Vec<Node>,
+    connections: Vec<Connection>,
+    paths: Vec<PathWords>,
+    upstream: Vec<PathWords>,
+    in_transit: Vec<Tag>,
+    rest: Option<Suspended>,
+}
+
+impl Memory {
+    fn new(federates: usize, in_transit: usize) -> Self {
+        Self {
+            slots: vec![Slot::EMPTY; federates],
+            nodes: vec![Node::EMPTY; federates],
+            connections: vec![Connection::EMPTY; federates],
+            paths: vec![PathWords::default(); 2 * federates * federates],
+            upstream: vec![PathWords::default(); federates * federates],
+            in_transit: vec![Tag::NEVER; federates * in_transit],
+            rest: None,
+        }
+    }
+
+    /// Lets the RTI do something.
+    fn with<R>(&mut self, bounds: &Bounds, act: impl FnOnce(&mut Rti<'_>) -> R) -> R {
+        let config =
+            Config { clock_sync: ClockSync::Off, dnet: bounds.dnet, ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX) };
+        let storage = RtiStorage {
+            slots: &mut self.slots,
+            nodes: &mut self.nodes,
+            connections: &mut self.connections,
+            paths: &mut self.paths,
+            upstream: &mut self.upstream,
+            in_transit: &mut self.in_transit,
+        };
+        let rti = match self.rest {
+            Some(rest) => Rti::resume(config, storage, rest),
+            None => Rti::new(config, storage),
+        };
+        let mut rti = rti.expect("the storage is made for so many federates");
+        let result = act(&mut rti);
+        self.rest = Some(rti.suspend());
+        result
+    }
+
+    fn suspend(self) -> Suspension {
+        Suspension { hash: HASHES.hash_one(&self), memory: Arc::new(self) }
+    }
+}
+
+impl Suspension {
+    /// An RTI that has just started the federation.
+    ///
+    /// # Panics
+    /// If the RTI does not start the federation, which would be a mistake in it or here.
+    pub(crate) fn started(graph: &Graph, bounds: &Bounds) -> Self {
+        let federates = graph.federates();
+        let mut memory = Memory::new(federates, bounds.in_transit.into());
+        let mut outlet = Collected::new(federates);
+        let told = |delay: Delay| match (bounds.fault, delay) {
+            (Some(Fault::DelaysTooLong), Delay::Zero | Delay::Microstep) => 1,
+            (Some(Fault::DelaysTooLong), Delay::Tick) => 2,
+            _ => delay.wire(),
+        };
+        memory.with(bounds, |rti| {
+            for id in 0..federates {
+                let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
+                let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
+                rti.handle_connect(NOW, ConnectionId(id), [127, 0, 0, 1], &mut outlet);
+                for message in [
+                    Message::FedIds { federate: number(id), federation_id: FEDERATION_ID },
+                    Message::NeighborStructure(NeighborStructure::new(&upstream, &downstream)),
+                    Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF),
+                    Message::Timestamp(0),
+                ] {
+                    let verdict = rti.handle_input(NOW, ConnectionId(id), &encoded(&message), &mut outlet);
+                    assert!(matches!(verdict, Verdict::Consumed(_)), "{message:?}: {verdict:?}");
+                }
+            }
+            assert_eq!(rti.start_time(), Some(START), "all have come");
+        });
+        memory.suspend()
+    }
+
+    /// The RTI hears the next message of a federate. Returns nothing if that has to wait; else what it is afterwards,
+    /// and what it says.
+    pub(crate) fn hear(&self, from: usize, message: Up, bounds: &Bounds) -> Option<(Self, Collected)> {
+        let mut memory = Memory::clone(&self.memory);
+        let mut outlet = Collected::new(memory.slots.len());
+        let bytes = match message {
+            Up::Next(tag) => encoded(&Message::NextEventTag(wire(tag))),
+            Up::Complete(at) => encoded(&Message::LatestTagComplete(wire(at.tag()))),
+            Up::Message { to, at } => encoded(&Message::TaggedMessage {
+                port: number(from),
+                federate: to.into(),
+                tag: wire(at.tag()),
+                payload: &[],
+            }),
+            Up::Absent { to, at } => {
+                encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: wire(at.tag()) })
+            }
+            Up::End => {
+                memory.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
+                return Some((memory.suspend(), outlet));
+            }
+        };
+        let verdict = memory.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
+        match verdict {
+            Verdict::Consumed(len) if len == bytes.len() => Some((memory.suspend(), outlet)),
+            Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Closed => {
+                outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
+                Some((memory.suspend(), outlet))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl PartialEq for Suspension {
+    fn eq(&self, other: &Self) -> bool {
+        self.hash == other.hash && self.memory == other.memory
+    }
+}
+
+impl Eq for Suspension {}
+
+impl Hash for Suspension {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.hash.hash(state);
+    }
+}
+
+impl std::fmt::Debug for Suspension {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Suspension").field("hash", &self.hash).finish_non_exhaustive()
+    }
+}
+
+/// What the RTI has said to each federate.
+pub(crate) struct Collected {
+    pub(crate) said: Vec<Vec<Down>>,
+    pub(crate) broken: Option<Broken>,
+}
+
+impl Collected {
+    fn new(federates: usize) -> Self {
+        Self { said: vec![Vec::new(); federates], broken: None }
+    }
+}
+
+impl Outlet for Collected {
+    fn room(&self, _: ConnectionId) -> usize {
+        usize::MAX
+    }
+
+    fn send(&mut self, ConnectionId(to): ConnectionId, message: &Message<'_>) {
+        let sender = |port: u16| u8::try_from(port).unwrap_or(u8::MAX);
+        let said = match *message {
+            Message::TagGrant(tag) => Down::Grant(from_wire(tag)),
+            Message::ProvisionalTagGrant(tag) => Down::Provisional(from_wire(tag)),
+            Message::DownstreamNextEventTag(tag) => Down::DownstreamNext(from_wire(tag)),
+            Message::TaggedMessage { port, tag, .. } => Down::Message { from: sender(port), tag: from_wire(tag) },
+            Message::PortAbsent { port, tag, .. } => Down::Absent { from: sender(port), tag: from_wire(tag) },
+            // The way to the start is the same for all.
+            _ => return,
+        };
+        self.said[to].push(said);
+    }
+
+    fn half_close(&mut self, _: ConnectionId) {}
+
+    fn close(&mut self, ConnectionId(of): ConnectionId) {
+        self.broken = Some(Broken::Expelled { federate: of.try_into().unwrap_or(u8::MAX) });
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        match notice {
+            Notice::InTransitFull(federate) => {
+                self.broken = Some(Broken::InTransitFull { federate: federate.0.try_into().unwrap_or(u8::MAX) });
+            }
+            Notice::Late { to, .. } => {
+                self.broken = Some(Broken::CalledLate { federate: to.0.try_into().unwrap_or(u8::MAX) });
+            }
+            _ => {}
+        }
+    }
+}
+
+fn number(federate: usize) -> u16 {
+    federate.try_into().unwrap_or(u16::MAX)
+}
+
+fn wire(tag: Tag) -> lf_wire::Tag {
+    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
+}
+
+fn from_wire(tag: lf_wire::Tag) -> Tag {
+    Tag::new(Instant(tag.time), Microstep(tag.microstep))
+}
+
+fn encoded(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes).expect("there is as much room as the message is long");
+    bytes
+}
+
+/// Where a federate's next event is that has none: NEVER would be unknown.
+pub(crate) fn next_tag(next: Option<Moment>) -> Tag {
+    next.map_or(Tag::FOREVER, Moment::tag)
+}

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Everything that can happen in all graphs of up to three federates, and in some of four.
+
+use lf_model_check::{Bounds, Delay, Graph, Report, all_graphs, check, some_graphs};
+
+/// Looks at all these graphs, and shows what is wrong with the first that has something wrong.
+fn check_all(graphs: impl Iterator<Item = Graph>, bounds: Bounds, orders_max: usize) -> Report {
+    let mut report = Report::default();
+    for graph in graphs {
+        report.add(check(graph, bounds, orders_max));
+        if let Some(finding) = report.findings.first() {
+            panic!("{:?}, ranks {:?}, {bounds:?}\n{}", finding.graph, finding.ranks, finding.story);
+        }
+    }
+    println!("{} models, {} states, at most {} in one", report.models, report.states, report.states_max);
+    report
+}
+
+#[test]
+fn two_federates_at_length() {
+    for dnet in [true, false] {
+        let bounds = Bounds { messages_max: 3, own_events_max: 2, dnet, ..Bounds::default() };
+        let graphs = (1..=2).flat_map(all_graphs);
+        assert_eq!(check_all(graphs, bounds, usize::MAX).models, 11);
+    }
+}
+
+#[test]
+fn two_federates_over_two_ticks() {
+    let bounds = Bounds { time_max: 2, messages_max: 2, own_events_max: 2, ..Bounds::default() };
+    check_all(all_graphs(2), bounds, usize::MAX);
+}
+
+/// Each federate may be lost at any moment, in all orders.
+#[test]
+fn two_federates_of_which_one_is_lost() {
+    let bounds = Bounds { losses_max: 1, messages_max: 2, ..Bounds::default() };
+    check_all(all_graphs(2), bounds, usize::MAX);
+}
+
+/// A federate that sends to itself.
+#[test]
+fn connections_to_oneself() {
+    for delay in [Delay::Zero, Delay::Microstep, Delay::Tick] {
+        let bounds = Bounds { messages_max: 4, own_events_max: 2, ..Bounds::default() };
+        let alone = Graph::new(1, &[(0, 0, delay)]);
+        let beside = Graph::new(2, &[(0, 0, delay), (0, 1, Delay::Zero), (1, 0, Delay::Tick)]);
+        check_all([alone, beside].into_iter(), bounds, usize::MAX);
+    }
+}
+
+#[test]
+fn three_federates_with_events_of_their_own() {
+    let bounds = Bounds { messages_max: 1, own_events_max: 1, ..Bounds::default() };
+    check_all(all_graphs(3), bounds, 1);
+}
+
+#[test]
+fn three_federates_with_more_messages() {
+    let bounds = Bounds { messages_max: 2, own_events_max: 0, ..Bounds::default() };
+    check_all(all_graphs(3), bounds, 2);
+}
+
+#[test]
+fn three_federates_without_downstream_next_events() {
+    let bounds = Bounds { messages_max: 2, own_events_max: 0, dnet: false, ..Bounds::default() };
+    check_all(all_graphs(3), bounds, 1);
+}
+
+#[test]
+fn some_of_three_federates_of_which_one_is_lost() {
+    let bounds = Bounds { losses_max: 1, messages_max: 1, own_events_max: 0, ..Bounds::default() };
+    check_all(some_graphs(3, 1).take(20), bounds, 1);
+}
+
+#[test]
+fn some_of_four_federates() {
+    let bounds = Bounds { messages_max: 1, own_events_max: 0, ..Bounds::default() };
+    check_all(some_graphs(4, 1).take(60), bounds, 1);
+}
+
+/// Two federates of a cycle wait at one tag for the same one, of which the RTI once remembered only the first; and
+/// that one, once granted the tag, passed by it without a word.
+#[test]
+fn several_wait_for_one() {
+    use Delay::{Microstep, Tick, Zero};
+    let connections = [
+        (0, 2, Zero),
+        (0, 3, Tick),
+        (1, 0, Tick),
+        (1, 3, Microstep),
+        (2, 0, Microstep),
+        (2, 1, Zero),
+        (2, 3, Zero),
+        (3, 0, Zero),
+        (3, 1, Zero),
+        (3, 2, Microstep),
+    ];
+    let bounds = Bounds { messages_max: 1, own_events_max: 0, ..Bounds::default() };
+    check_all([Graph::new(4, &connections)].into_iter(), bounds, 2);
+}
+
+/// A federate of a cycle without delay is lost while the other waits for its word, or before that.
+#[test]
+fn the_other_one_of_a_cycle_is_lost() {
+    use Delay::{Tick, Zero};
+    let connections = [(0, 2, Zero), (1, 0, Tick), (1, 2, Tick), (2, 0, Zero), (2, 1, Zero)];
+    let bounds = Bounds { losses_max: 1, messages_max: 1, own_events_max: 0, ..Bounds::default() };
+    check_all([Graph::new(3, &connections)].into_iter(), bounds, 1);
+}
