@@ -18,46 +18,46 @@
 use crate::model::{Action, Model, number};
 use crate::state::State;
 
-pub(crate) fn actions(model: &Model, state: &State, actions: &mut Vec<Action>) {
+pub(crate) fn actions(model: &Model, state: &State, steps: &mut Vec<Action>) {
     let federates = model.world().graph.federates();
     let all = 0..federates;
-    let heard = |id: usize, actions: &mut Vec<Action>| {
+    let heard = |id: usize, steps: &mut Vec<Action>| {
         if !state.down[id].is_empty() {
-            actions.push(Action::Hear(number(id)));
+            steps.push(Action::Hear(number(id)));
         }
     };
     if !model.world().bounds.reduced || state.losses_left > 0 {
         for id in all {
-            heard(id, actions);
-            model.runs(state, id, actions);
-            rti(state, id, actions);
+            heard(id, steps);
+            model.runs(state, id, steps);
+            rti(state, id, steps);
             if state.losses_left > 0 && !state.federates[id].gone {
-                actions.push(Action::Lose(number(id)));
+                steps.push(Action::Lose(number(id)));
             }
         }
         return;
     }
     let can_run = |id: &usize| state.federates[*id].can_run(*id, model.world()).is_some();
-    let hears = |id: &usize| !state.down[*id].is_empty();
-    if let Some(id) = all.clone().find(|id| hears(id) && !can_run(id)) {
-        heard(id, actions);
+    let is_told = |id: &usize| !state.down[*id].is_empty();
+    if let Some(id) = all.clone().find(|id| is_told(id) && !can_run(id)) {
+        heard(id, steps);
         return;
     }
-    if let Some(id) = all.clone().find(|id| hears(id) && state.up[*id].is_empty()) {
-        heard(id, actions);
-        model.runs(state, id, actions);
+    if let Some(id) = all.clone().find(|id| is_told(id) && state.up[*id].is_empty()) {
+        heard(id, steps);
+        model.runs(state, id, steps);
         return;
     }
     for id in all {
-        rti(state, id, actions);
+        rti(state, id, steps);
         if state.up[id].is_empty() {
-            model.runs(state, id, actions);
+            model.runs(state, id, steps);
         }
     }
 }
 
-fn rti(state: &State, id: usize, actions: &mut Vec<Action>) {
+fn rti(state: &State, id: usize, steps: &mut Vec<Action>) {
     if !state.up[id].is_empty() {
-        actions.push(Action::Rti(number(id)));
+        steps.push(Action::Rti(number(id)));
     }
 }

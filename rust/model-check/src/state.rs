@@ -19,7 +19,7 @@ pub(crate) enum Up {
     Complete(Moment),
     /// A tagged message.
     Message { to: u8, at: Moment },
-    /// PORT_ABSENT.
+    /// `PORT_ABSENT`.
     Absent { to: u8, at: Moment },
     /// The connection has ended.
     End,
@@ -36,7 +36,7 @@ pub(crate) enum Down {
     DownstreamNext(Tag),
     /// A tagged message.
     Message { from: u8, tag: Tag },
-    /// PORT_ABSENT.
+    /// `PORT_ABSENT`.
     Absent { from: u8, tag: Tag },
 }
 
@@ -124,7 +124,7 @@ impl State {
     /// Whether nothing is left to be done: no event, and nothing under way.
     pub fn is_done(&self) -> bool {
         let quiet = self.up.iter().all(Vec::is_empty) && self.down.iter().all(Vec::is_empty);
-        quiet && self.federates.iter().all(|federate| federate.is_idle())
+        quiet && self.federates.iter().all(Federate::is_idle)
     }
 }
 

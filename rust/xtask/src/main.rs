@@ -42,6 +42,13 @@ enum Command {
     },
     /// Check what no compiler checks: sizes, licence headers, paths in the documentation, stray files.
     Tidy,
+    /// Check the RTI's grants in everything that can happen in small federations; `--help` after it says what can be
+    /// chosen.
+    ModelCheck {
+        /// What is handed on to the program that does it.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
     #[command(alias = "golden")]
     Bless,
@@ -78,7 +85,18 @@ fn main() -> ExitCode {
             tidy::step(&repository, &mut report);
             report.finish()
         }
+        Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Bless => bless::run(&repository),
+    }
+}
+
+/// Millions of states need the optimizer.
+fn model_check(repository: &Path, arguments: &[String]) -> ExitCode {
+    let run = ["run", "--quiet", "--release", "--package", "lf-model-check", "--"];
+    if process::succeeds(process::cargo(repository).args(run).args(arguments)) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
     }
 }
 
