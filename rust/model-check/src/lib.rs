@@ -4,8 +4,8 @@
 //!
 //! One [`Model`] is one graph of up to four federates. What is checked in every state that can be reached:
 //!
-//! - **safety**: no message comes for a tag that its receiver has been granted; a provisional grant leaves open only what
-//!   the same cycle without delay can still cause; grants rise;
+//! - **safety**: no message comes for a tag that its receiver has been granted; a provisional grant leaves open only
+//!   what the same cycle without delay can still cause; grants rise;
 //! - **liveness**: whatever happens, every event is handled in the end. No federate runs for ever, so this is: a state
 //!   from which nothing leads on has no event left;
 //! - **memory**: no more tags of messages are under way than the RTI was given room for.

@@ -127,8 +127,8 @@ impl Rti<'_> {
         self.graph.nodes[federate].deserted || upstream.any(passes_by)
     }
 
-    /// The earliest tag at which a federate immediately downstream waits for what this one does, if this one has not got
-    /// that far. The demand that is remembered is one of those; when it is met, another one is looked for.
+    /// The earliest tag at which a federate immediately downstream waits for what this one does, if this one has not
+    /// got that far. The demand that is remembered is one of those; when it is met, another one is looked for.
     fn demand(&mut self, federate: usize) -> Option<Tag> {
         let (tag, by) = self.slots[federate].demand?;
         if !self.is_demanded(federate, tag, by.into()) {

@@ -31,8 +31,8 @@ impl Graph<'_> {
         self.find_all_earliest();
     }
 
-    /// A federate is no more: no path leads through it. Only where it was in a cycle without delay that matters enough to
-    /// look for all paths again: there, the others would wait for each other's answer by way of it.
+    /// A federate is no more: no path leads through it. Only where it was in a cycle without delay that matters enough
+    /// to look for all paths again: there, the others would wait for each other's answer by way of it.
     pub(super) fn cut_off(&mut self, federate: usize) {
         if self.in_zero_delay_cycle(federate) {
             let cycle = self.nodes[federate].cycle;

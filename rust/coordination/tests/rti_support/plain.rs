@@ -21,6 +21,7 @@ pub enum Said {
 }
 
 #[derive(Clone)]
+#[expect(clippy::struct_excessive_bools, reason = "each says something else")]
 struct Federate {
     present: bool,
     next: Tag,
