@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What ends the stock RTI, or hurts whole federations with it, and what `lfz rti` does: it says what was wrong, and
+//! the others go on.
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpStream};
+
+use lf_federations::{Finished, Lfz, PATIENCE, Run};
+use lf_wire::june_2026::{self, DELAY_NONE, Decoded, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Limits, Tag};
+
+const FEDERATION: &str = "survivors";
+/// The federates' clocks show 0, so all start a second later.
+const START: i64 = 1_000_000_000;
+/// One burst: more than any queue of an RTI holds.
+const BURST: i64 = 20_000;
+
+fn rti(options: &[&str]) -> (Run, u16) {
+    Lfz::rti(&[&["-n", "2", "-i", FEDERATION, "--go-on-after-loss"], options].concat())
+}
+
+fn at(ns: i64) -> Tag {
+    Tag::new(START + ns, 0)
+}
+
+fn bytes_of(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes).expect("there is as much room as it needs");
+    bytes
+}
+
+/// A tester in the place of a federate.
+struct Federate {
+    stream: TcpStream,
+    /// What has come and has not been looked at.
+    bytes: Vec<u8>,
+}
+
+impl Federate {
+    fn connect(port: u16) -> Self {
+        let stream = TcpStream::connect(("127.0.0.1", port)).expect("the RTI listens");
+        stream.set_nodelay(true).expect("it is TCP");
+        stream.set_read_timeout(Some(PATIENCE)).expect("it is not zero");
+        Self { stream, bytes: Vec::new() }
+    }
+
+    /// Joins; federate 1 is downstream of federate 0.
+    fn join(port: u16, id: u16) -> Self {
+        let mut federate = Self::connect(port);
+        let upstream: &[(u16, i64)] = if id == 1 { &[(0, DELAY_NONE)] } else { &[] };
+        let downstream: &[u16] = if id == 0 { &[1] } else { &[] };
+        federate.say(&Message::FedIds { federate: id, federation_id: FEDERATION.as_bytes() });
+        federate.say(&Message::NeighborStructure(NeighborStructure::new(upstream, downstream)));
+        federate.say(&Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
+        federate.hears(&Message::Ack);
+        federate
+    }
+
+    fn say(&mut self, message: &Message<'_>) {
+        self.send(&bytes_of(message));
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.stream.write_all(bytes).expect("the RTI reads");
+    }
+
+    /// The next message, as its bytes; nothing at the end of the connection.
+    fn next(&mut self) -> Option<Vec<u8>> {
+        loop {
+            if let Ok(Decoded::Complete { len, .. }) = june_2026::decode(&self.bytes, &Limits::NONE) {
+                return Some(self.bytes.drain(..len).collect());
+            }
+            let mut buffer = [0; 64 * 1024];
+            match self.stream.read(&mut buffer) {
+                Ok(0) | Err(_) => return None,
+                Ok(count) => self.bytes.extend_from_slice(&buffer[..count]),
+            }
+        }
+    }
+
+    /// The next message is this one; DNETs are advice, and skipped.
+    fn hears(&mut self, expected: &Message<'_>) {
+        let dnet = june_2026::MessageType::DownstreamNextEventTag.byte();
+        let mut found = self.next();
+        while found.as_ref().is_some_and(|bytes| bytes[0] == dnet) {
+            found = self.next();
+        }
+        assert_eq!(found, Some(bytes_of(expected)), "{expected:?} is due");
+    }
+
+    /// The connection has ended, after FAILED if it comes.
+    fn is_expelled(&mut self) {
+        self.hears(&Message::Failed);
+        assert_eq!(self.next(), None);
+    }
+
+    fn resign(mut self) {
+        self.say(&Message::Resign);
+        while self.next().is_some() {}
+    }
+}
+
+/// Two federates that have started, the second one downstream of the first.
+fn started(port: u16) -> [Federate; 2] {
+    let mut federates = [0, 1].map(|id| Federate::join(port, id));
+    for federate in &mut federates {
+        federate.say(&Message::Timestamp(0));
+    }
+    for federate in &mut federates {
+        federate.hears(&Message::Timestamp(START));
+    }
+    federates
+}
+
+/// Federate 0 sends this after the start: it is expelled, and federate 1 goes on at once.
+fn expelled_for(bytes: &[u8]) -> Finished {
+    let (rti, port) = rti(&[]);
+    let [mut wrong, mut right] = started(port);
+    wrong.send(bytes);
+    wrong.is_expelled();
+    right.hears(&Message::TagGrant(Tag::FOREVER));
+    right.resign();
+    let finished = rti.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished
+}
+
+#[test]
+fn a_message_for_an_unknown_federate() {
+    let message = Message::TaggedMessage { port: 0, federate: 7, tag: at(0), payload: b"lost" };
+    expelled_for(&bytes_of(&message)).line(&["federate 0", "it named federate 7"]);
+}
+
+#[test]
+fn an_absence_for_an_unknown_federate() {
+    let message = Message::PortAbsent { port: 0, federate: u16::MAX, tag: at(0) };
+    expelled_for(&bytes_of(&message)).line(&["federate 0", "it named federate 65535"]);
+}
+
+#[test]
+fn an_address_query_for_an_unknown_federate() {
+    expelled_for(&bytes_of(&Message::AddressQuery { federate: 2 })).line(&["federate 0", "it named federate 2"]);
+}
+
+#[test]
+fn a_message_that_claims_to_be_huge() {
+    let mut bytes = bytes_of(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: b"" });
+    bytes[5..9].copy_from_slice(&u32::MAX.to_le_bytes());
+    expelled_for(&bytes).line(&["federate 0", "4294967295"]);
+}
+
+#[test]
+fn a_wrong_hmac() {
+    let (rti, port) = rti(&["--auth"]);
+    let mut stranger = Federate::connect(port);
+    stranger.say(&Message::FedNonce { federate: 0, nonce: [1; 8] });
+    assert_eq!(stranger.next().map(|bytes| bytes[0]), Some(june_2026::MessageType::RtiResponse.byte()));
+    stranger.say(&Message::FedResponse { hmac: [0; 32] });
+    stranger.hears(&Message::Reject(RejectCode::HmacMismatch));
+    assert_eq!(stranger.next(), None);
+    // It still serves others.
+    let mut other = Federate::connect(port);
+    other.say(&Message::FedIds { federate: 0, federation_id: FEDERATION.as_bytes() });
+    other.hears(&Message::Reject(RejectCode::UnexpectedMessage));
+    drop(rti);
+}
+
+#[test]
+fn a_connection_that_ends_in_the_middle_of_a_message() {
+    let (rti, port) = rti(&[]);
+    let [mut wrong, mut right] = started(port);
+    let message = bytes_of(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: &[5; 100] });
+    wrong.send(&message[..50]);
+    wrong.stream.shutdown(Shutdown::Both).expect("it is open");
+    right.hears(&Message::TagGrant(Tag::FOREVER));
+    right.resign();
+    let finished = rti.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["federate 0 is lost", "its connection ended without a word"]);
+}
+
+#[test]
+fn a_connection_that_ends_during_the_handshake() {
+    let (mut rti, port) = rti(&[]);
+    let mut gone = Federate::connect(port);
+    gone.say(&Message::FedIds { federate: 0, federation_id: FEDERATION.as_bytes() });
+    gone.hears(&Message::Ack);
+    drop(gone);
+    rti.wait_for("ended before its handshake was complete");
+    // Its place is free, and nothing else has happened.
+    for federate in started(port) {
+        federate.resign();
+    }
+    assert_eq!(rti.finish().code(), 0);
+}
+
+#[test]
+fn leaving_while_a_stop_is_pending() {
+    let (rti, port) = rti(&[]);
+    let [mut asks, mut leaves] = started(port);
+    asks.say(&Message::StopRequest(at(10)));
+    leaves.hears(&Message::StopRequest(at(10)));
+    leaves.resign();
+    asks.hears(&Message::StopGranted(at(10)));
+    asks.resign();
+    assert_eq!(rti.finish().code(), 0);
+}
+
+#[test]
+fn silent_connections() {
+    let (rti, port) = rti(&[]);
+    let silent: Vec<Federate> = (0..4).map(|_| Federate::connect(port)).collect();
+    // Nobody waits until they are given up.
+    for federate in started(port) {
+        federate.resign();
+    }
+    drop(silent);
+    assert_eq!(rti.finish().code(), 0);
+}
+
+#[test]
+fn a_burst_of_20000_messages_without_an_ltc() {
+    let (rti, port) = rti(&[]);
+    let [mut sender, mut receiver] = started(port);
+    let burst = std::thread::spawn(move || {
+        sender.say(&Message::NextEventTag(at(0)));
+        for ns in 0..BURST {
+            sender.say(&Message::TaggedMessage { port: 0, federate: 1, tag: at(ns), payload: &ns.to_le_bytes() });
+        }
+        sender
+    });
+    for ns in 0..BURST {
+        receiver.hears(&Message::TaggedMessage { port: 0, federate: 1, tag: at(ns), payload: &ns.to_le_bytes() });
+    }
+    let sender = burst.join().expect("the RTI has read all");
+    receiver.say(&Message::LatestTagComplete(at(BURST)));
+    sender.resign();
+    receiver.hears(&Message::TagGrant(Tag::FOREVER));
+    receiver.resign();
+    assert_eq!(rti.finish().code(), 0);
+}
+
+#[test]
+fn an_id_that_is_a_prefix_of_the_federations() {
+    let (rti, port) = rti(&[]);
+    for id in ["surv", "", "survivors "] {
+        let mut stranger = Federate::connect(port);
+        stranger.say(&Message::FedIds { federate: 0, federation_id: id.as_bytes() });
+        stranger.hears(&Message::Reject(RejectCode::FederationIdMismatch));
+        assert_eq!(stranger.next(), None);
+    }
+    for federate in started(port) {
+        federate.resign();
+    }
+    assert_eq!(rti.finish().code(), 0);
+}
+
+#[test]
+fn a_resignation_without_closing() {
+    let (rti, port) = rti(&[]);
+    let [mut stays, mut right] = started(port);
+    stays.say(&Message::Resign);
+    // At once, though the connection is still open.
+    right.hears(&Message::TagGrant(Tag::FOREVER));
+    right.resign();
+    assert_eq!(rti.finish().code(), 0);
+    drop(stays);
+}
+
+#[test]
+fn a_loss_before_the_start() {
+    let (mut rti, port) = rti(&["--start-time-out", "10 ms"]);
+    let mut waits = Federate::join(port, 1);
+    waits.say(&Message::Timestamp(0));
+    drop(Federate::join(port, 0));
+    waits.is_expelled();
+    rti.wait_for("federate 0 is missing");
+    let finished = rti.finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["error: ", "the federation has not started", "federate 0", "--start-time-out"]);
+}
