@@ -14,8 +14,11 @@ use crate::platform::Host;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
-/// How many different tags of messages to one federate are remembered exactly while they are on their way.
-const IN_TRANSIT: usize = 1024;
+/// How many different tags of messages to one federate are remembered exactly while they are on their way: at most and
+/// at least. In between, all federates together have so many that they take 2 MB.
+const IN_TRANSIT_MAX: usize = 1024;
+const IN_TRANSIT_MIN: usize = 128;
+const IN_TRANSIT_ALL: usize = 1 << 17;
 
 /// What the user tells the RTI.
 #[derive(Clone, Debug)]
@@ -40,6 +43,28 @@ pub struct Options {
     pub start_barrier_time_out: Option<Interval>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
+}
+
+impl Options {
+    /// The longest message payload that is forwarded unless told otherwise, in bytes.
+    pub const PAYLOAD_BYTES_MAX: usize = 1024 * 1024;
+
+    /// An RTI without clock synchronization for this federation, on a port that the system chooses.
+    pub fn new(federates: u16, federation_id: &str) -> Self {
+        let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), Self::PAYLOAD_BYTES_MAX);
+        Self {
+            federates,
+            start_barrier_time_out,
+            federation_id: federation_id.to_owned(),
+            authentication: false,
+            port: 0,
+            clock_sync_trials: None,
+            start_time_multiple: None,
+            dnet: true,
+            go_on_after_loss: false,
+            payload_bytes_max: Self::PAYLOAD_BYTES_MAX,
+        }
+    }
 }
 
 /// Why there is no RTI, or none any more.
@@ -84,6 +109,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
 
     let count = usize::from(options.federates);
     let connections = count + SPARE_CONNECTIONS;
+    let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
     let config = Config {
         authentication: options.authentication,
         clock_sync: options.clock_sync_trials.map_or(ClockSync::Off, |trials| ClockSync::Init { trials }),
@@ -107,7 +133,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
             connections: &mut vec![Connection::default(); connections],
             paths: &mut vec![PathWords::default(); 2 * count * count],
             upstream: &mut vec![PathWords::default(); count * count],
-            in_transit: &mut vec![Tag::NEVER; count * IN_TRANSIT],
+            in_transit: &mut vec![Tag::NEVER; count * in_transit],
         },
         inlets: &mut inlets,
         outgoings: &mut outgoings,

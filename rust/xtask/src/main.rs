@@ -7,6 +7,7 @@
 
 mod bless;
 mod counts;
+mod evaluate;
 mod host;
 mod process;
 mod python;
@@ -52,6 +53,13 @@ enum Command {
     /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
     #[command(alias = "golden")]
     Bless,
+    /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
+    #[command(disable_help_flag = true)]
+    Evaluate {
+        /// The arguments of `lf-evaluate`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
 }
 
 /// What a step of `cargo xtask test` runs, given the repository and the report to fill.
@@ -87,6 +95,7 @@ fn main() -> ExitCode {
         }
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Bless => bless::run(&repository),
+        Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }
 }
 

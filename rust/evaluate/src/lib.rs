@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Measures RTIs side by side: latency, throughput, memory, and what a grant costs as a federation grows.
+//!
+//! The federates are raw sockets that keep the rules of the protocol ([`Peer`]) and all live in one thread
+//! ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
+
+mod forwarder;
+mod graph;
+mod latency;
+mod peer;
+mod process;
+mod report;
+mod samples;
+mod swarm;
+
+pub use forwarder::forward;
+pub use graph::{Graph, Shape};
+pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
+pub use peer::{Load, Peer};
+pub use process::{Program, RunningRti, Usage};
+pub use report::Table;
+pub use samples::Samples;
+pub use swarm::{Swarm, Traffic};
+
+/// The federation id of every federation here.
+pub const FEDERATION: &str = "evaluate";
+
+/// What went wrong, in a sentence.
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;

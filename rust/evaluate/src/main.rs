@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lf-evaluate`: measures RTIs side by side on this computer; `cargo xtask evaluate` builds and runs it.
+#![forbid(unsafe_code)]
+
+mod suite;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+/// Measures RTIs side by side on this computer.
+#[derive(Debug, Parser)]
+#[command(name = "lf-evaluate", subcommand_negates_reqs = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    /// The program `lfz`, built for release.
+    #[arg(long, value_name = "PATH", required = true)]
+    lfz: Option<PathBuf>,
+    /// The stock RTI, to be measured beside ours.
+    #[arg(long, value_name = "PATH")]
+    stock_rti: Option<PathBuf>,
+    /// Measure only this; may be repeated.
+    #[arg(long, value_enum, value_name = "PART")]
+    only: Vec<Part>,
+    /// How often each measurement is made, in turns; the best one counts.
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    rounds: u32,
+    /// How many exchanges a measurement of latency has.
+    #[arg(long, value_name = "N", default_value_t = 5000)]
+    exchanges: u32,
+    /// How many seconds a measurement of throughput or growth takes.
+    #[arg(long, value_name = "SECONDS", default_value_t = 2)]
+    seconds: u64,
+    /// How many federates the large federation has.
+    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u16).range(2..=4096))]
+    large: u16,
+    /// How many seconds the large federation runs.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60)]
+    large_seconds: u64,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Be the forwarder that latencies are compared with.
+    #[command(hide = true)]
+    Forward,
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// How long grants and messages are on their way.
+    Latency,
+    /// Messages per second, processor time for each, and memory.
+    Throughput,
+    /// What a grant takes as the federation grows.
+    Growth,
+    /// One large federation from its start to its end.
+    Large,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Some(Command::Forward) => lf_evaluate::forward(|port| {
+            println!("{port}");
+            // Whoever does not read the port will not connect either.
+            let _ = std::io::stdout().flush();
+        }),
+        None => suite::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The programs that are measured, as child processes.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::{FEDERATION, Result};
+
+/// An RTI to measure.
+#[derive(Clone, Debug)]
+pub enum Program {
+    /// `lfz rti`, by the path of `lfz`.
+    Ours(PathBuf),
+    /// The stock RTI, by its path.
+    Stock(PathBuf),
+}
+
+impl Program {
+    /// What stands over its column.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Ours(_) => "lfz rti",
+            Self::Stock(_) => "stock RTI",
+        }
+    }
+
+    /// Starts it for so many federates, on a port that is free.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start(&self, federates: u16) -> Result<RunningRti> {
+        // Between here and its start somebody else could take the port; then the measurement fails and says so.
+        let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port();
+        let mut command = match self {
+            Self::Ours(path) => {
+                let mut command = Command::new(path);
+                command.arg("rti");
+                command
+            }
+            Self::Stock(path) => Command::new(path),
+        };
+        command.args(["-i", FEDERATION, "-n", &federates.to_string(), "-p", &port.to_string(), "-c", "off"]);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        let child = command.spawn().map_err(|error| format!("{} cannot be started: {error}", self.name()))?;
+        Ok(RunningRti { child: ChildGuard(child), port })
+    }
+}
+
+/// An RTI that runs. It is killed when this is dropped.
+#[derive(Debug)]
+pub struct RunningRti {
+    child: ChildGuard,
+    /// Its TCP port on this computer.
+    pub port: u16,
+}
+
+impl RunningRti {
+    /// What it has used so far.
+    pub fn usage(&self) -> Usage {
+        usage(self.child.0.id())
+    }
+
+    /// Waits until it has ended by itself, at most so long.
+    ///
+    /// # Errors
+    /// When it has not.
+    pub fn wait(&mut self, patience: Duration) -> Result<ExitStatus> {
+        let until = Instant::now() + patience;
+        loop {
+            if let Some(status) = self.child.0.try_wait()? {
+                return Ok(status);
+            }
+            if Instant::now() > until {
+                return Err("the RTI has not ended although all federates have left".into());
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+/// This program as the raw forwarder. It is killed when this is dropped.
+pub(crate) fn start_forwarder() -> Result<(ChildGuard, u16)> {
+    let mut command = Command::new(std::env::current_exe()?);
+    let mut child = ChildGuard(command.arg("forward").stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
+    let mut line = String::new();
+    let output = child.0.stdout.take().ok_or("the forwarder has no output")?;
+    BufReader::new(output).read_line(&mut line)?;
+    Ok((child, line.trim().parse()?))
+}
+
+/// A child process that does not outlive its owner.
+#[derive(Debug)]
+pub(crate) struct ChildGuard(Child);
+
+impl Drop for ChildGuard {
+    fn drop(&mut self) {
+        // Both fail only when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// What a process has used.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Usage {
+    /// Time on a processor, user and system.
+    pub cpu: Duration,
+    /// Resident memory in bytes.
+    pub resident: u64,
+}
+
+/// What a process has used, as Linux tells; nothing where it does not.
+fn usage(process: u32) -> Usage {
+    let read = |file: &str| fs::read_to_string(format!("/proc/{process}/{file}")).unwrap_or_default();
+    // The name of the program stands in parentheses and may contain anything.
+    let stat = read("stat");
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |index: usize| fields.get(index).and_then(|field| field.parse::<u64>().ok()).unwrap_or(0);
+    let nanoseconds = (ticks(11) + ticks(12)) * 1_000_000_000 / rustix::param::clock_ticks_per_second().max(1);
+    let resident = read("status").lines().find_map(|line| line.strip_prefix("VmRSS:").map(kibibytes)).unwrap_or(0);
+    Usage { cpu: Duration::from_nanos(nanoseconds), resident: resident * 1024 }
+}
+
+fn kibibytes(text: &str) -> u64 {
+    text.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(0)
+}

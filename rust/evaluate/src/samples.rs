@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Durations that were measured.
+
+use std::time::Duration;
+
+/// Durations that were measured one by one.
+#[derive(Clone, Debug, Default)]
+pub struct Samples(Vec<Duration>);
+
+impl Samples {
+    /// Adds one.
+    pub fn push(&mut self, sample: Duration) {
+        self.0.push(sample);
+    }
+
+    /// The value that `percent` of the samples do not exceed; zero if there are none.
+    pub fn percentile(&self, percent: usize) -> Duration {
+        let mut sorted = self.0.clone();
+        sorted.sort_unstable();
+        let place = (sorted.len() * percent).div_ceil(100).saturating_sub(1);
+        sorted.get(place).copied().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_samples() {
+        let samples = Samples((1..=200).rev().map(Duration::from_micros).collect());
+        assert_eq!(samples.percentile(50), Duration::from_micros(100));
+        assert_eq!(samples.percentile(99), Duration::from_micros(198));
+        assert_eq!(Samples::default().percentile(50), Duration::ZERO);
+    }
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Builds what is measured and what measures, for release, and runs it.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use crate::process;
+
+/// Measures the RTI; `arguments` are those of `lf-evaluate`.
+pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
+    let mut cargo = process::cargo(repository);
+    cargo.args(["build", "--release", "--quiet", "--package", "lfz", "--package", "lf-evaluate"]);
+    if !process::succeeds(&mut cargo) {
+        return ExitCode::FAILURE;
+    }
+    let folder = target_folder(repository).join("release");
+    let mut evaluate = Command::new(folder.join("lf-evaluate"));
+    evaluate.arg("--lfz").arg(folder.join("lfz")).args(arguments);
+    if process::succeeds(&mut evaluate) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Where cargo puts what it builds.
+fn target_folder(repository: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| repository.join("target"), |folder| repository.join(folder))
+}
