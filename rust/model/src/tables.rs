@@ -180,8 +180,8 @@ pub struct NetworkOutput {
     pub delay: Option<Interval>,
     /// The longest payload in bytes: `<T as Payload>::MAX_LEN`.
     pub max_len: usize,
-    /// Whether the receiver is told at each tag when there is no value, because it is in a cycle without delay and may
-    /// wait for that.
+    /// Whether the receiver is told at each tag when there is no value, because this federate is in a cycle without
+    /// delay and the receiver may wait for that.
     pub tells_absence: bool,
     /// Whether the connection is physical: the receiver chooses the tag, and adds what `after` says.
     pub physical: bool,
@@ -203,8 +203,8 @@ pub struct NetworkInput {
     /// The least level of the reactions that see the port that it fills, those that send included; `u16::MAX` if none
     /// does. A message for a tag that is open is in time as long as no reaction from this level on has run.
     pub level: u16,
-    /// Whether reactions from [`level`](Self::level) on have to wait until it is known what comes at a tag, because the
-    /// sender is in the same cycle without delay. The event loop sees to that.
+    /// Whether reactions from [`level`](Self::level) on have to wait until it is known what comes at a tag that is
+    /// granted provisionally, because the sender is in a cycle without delay. The event loop sees to that.
     pub awaited: bool,
     /// Whether the connection is physical: messages have no tag, and happen when they have come, after the delay.
     pub physical: bool,

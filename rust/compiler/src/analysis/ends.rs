@@ -63,18 +63,23 @@ impl Builder<'_> {
         inputs
     }
 
-    /// Whether the receiver has to be told when there is no value: it may be waiting for that within a tag. That the
-    /// sender is in another cycle does not matter, for the receivers of the stock runtime wait for it all the same.
+    /// Whether the receiver has to be told when there is no value: it may be waiting for that within a tag. Where the
+    /// receiver is does not matter, for those of the stock runtime wait for every sender in a cycle.
     fn tells_absence(&self, link: &Link) -> bool {
-        let to = usize::from(self.federate_of(link.to));
-        is_immediate(link) && self.context.zero_delay.is_in_one(self.part) && self.context.zero_delay.is_in_one(to)
+        is_immediate(link) && self.context.zero_delay.is_in_one(self.part)
     }
 
     /// Whether reactions have to wait within a tag until it is known what comes: this federate may be at the tag before
     /// the sender has said all about it, because both are in one cycle.
+    ///
+    /// So may a federate outside of all cycles, where it has a sender in one: the stock RTI grants tags provisionally
+    /// to all federates upstream of a cycle. A federate in another cycle than the sender does not wait, because our RTI
+    /// grants no tag that the sender can still reach, so that the sender need not say anything about it.
     fn is_awaited(&self, link: &Link) -> bool {
-        let from = usize::from(self.federate_of(link.from));
-        is_immediate(link) && self.context.zero_delay.is_common(from, self.part)
+        let (zero_delay, from) = (&self.context.zero_delay, usize::from(self.federate_of(link.from)));
+        let may_be_behind =
+            zero_delay.is_common(from, self.part) || (zero_delay.is_in_one(from) && !zero_delay.is_in_one(self.part));
+        is_immediate(link) && may_be_behind
     }
 
     /// The least level of what sees the port at the end of a connection from another federate.

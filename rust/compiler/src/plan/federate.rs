@@ -216,8 +216,8 @@ pub struct NetworkOutput {
     pub port: u16,
     /// The delay in nanoseconds.
     pub delay_ns: Option<i64>,
-    /// Whether the receiver is told at each tag when there is no value: there is no delay, and both federates are in
-    /// cycles without delay.
+    /// Whether the receiver is told at each tag when there is no value: there is no delay, and this federate is in a
+    /// cycle without delay.
     pub tells_absence: bool,
     /// Whether the connection is physical; its delay is the receiver's then.
     pub physical: bool,
@@ -241,8 +241,8 @@ pub struct NetworkInput {
     /// The least level of the reactions that see the port that it fills, those that send it included; `u16::MAX` if
     /// none does.
     pub level: u16,
-    /// Whether reactions from that level on wait until it is known what comes at a tag: there is no delay, and both
-    /// federates are in the same cycle without delay.
+    /// Whether reactions from that level on wait until it is known what comes at a tag that is granted provisionally:
+    /// there is no delay, the sender is in a cycle without delay, and this federate is in the same one or in none.
     pub awaited: bool,
     /// Whether the connection is physical: the delay counts from the physical time at which a message comes.
     pub physical: bool,

@@ -9,7 +9,8 @@ use lf_model::time::Tag;
 
 use super::machine::Federate;
 
-/// An input from a federate in the same cycle without delay.
+/// An input from a federate in a cycle without delay: the same as this one's, or any where this one is in none, because
+/// the stock RTI grants tags provisionally to all federates upstream of a cycle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AwaitedInput {
     /// The network input.
