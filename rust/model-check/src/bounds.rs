@@ -19,6 +19,9 @@ pub struct Bounds {
     pub losses_max: u8,
     /// Tags of messages on their way to one federate that the RTI has room for.
     pub in_transit: u8,
+    /// Tags with messages that a federate may have before it that are earlier than what a sender has announced, before
+    /// that sender is not heard any more.
+    pub window: usize,
     /// Whether orders that cannot make a difference are left out. Only tests of that want them all.
     pub reduced: bool,
     /// What is done wrong, to see that it is found.
@@ -35,6 +38,7 @@ impl Default for Bounds {
             dnet: true,
             losses_max: 0,
             in_transit: 8,
+            window: 16,
             reduced: true,
             fault: None,
         }

@@ -54,6 +54,9 @@ struct Arguments {
     /// Federates that may be lost.
     #[arg(long, default_value_t = 0)]
     losses: u8,
+    /// Tags with messages before a receiver up to which a sender is heard.
+    #[arg(long, default_value_t = Bounds::default().window)]
+    window: usize,
     /// Without DNET.
     #[arg(long)]
     no_dnet: bool,
@@ -68,6 +71,7 @@ impl Arguments {
             messages_max: self.messages,
             dnet: !self.no_dnet,
             losses_max: self.losses,
+            window: self.window,
             ..Bounds::default()
         }
     }

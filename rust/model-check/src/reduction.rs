@@ -13,7 +13,8 @@
 //! 3. The RTI hears somebody, if everybody that can do something has said something already: what they do now comes
 //!    behind it. The steps of those that have said nothing yet are added, for they can be heard first.
 //!
-//! A message that the RTI may leave for later makes the RTI's steps depend on more than that: then all steps are taken.
+//! A message that the RTI leaves for later changes nothing about that: whether it is heard depends on what the RTI has
+//! heard, and on nothing that a federate does by itself.
 
 use crate::model::{Action, Model, number};
 use crate::state::State;

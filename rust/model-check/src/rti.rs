@@ -58,8 +58,9 @@ impl Memory {
 
     /// Lets the RTI do something.
     fn with<R>(&mut self, bounds: &Bounds, act: impl FnOnce(&mut Rti<'_>) -> R) -> R {
+        let Bounds { dnet, window, .. } = *bounds;
         let config =
-            Config { clock_sync: ClockSync::Off, dnet: bounds.dnet, ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX) };
+            Config { clock_sync: ClockSync::Off, dnet, window, ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX) };
         let storage = RtiStorage {
             slots: &mut self.slots,
             nodes: &mut self.nodes,
@@ -142,11 +143,12 @@ impl Suspension {
         let verdict = memory.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
         match verdict {
             Verdict::Consumed(len) if len == bytes.len() => Some((memory.suspend(), outlet)),
-            Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Closed => {
+            // Nothing has changed, so nothing has happened.
+            Verdict::Held(_) => None,
+            Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Blocked(_) | Verdict::Closed => {
                 outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
                 Some((memory.suspend(), outlet))
             }
-            _ => None,
         }
     }
 }

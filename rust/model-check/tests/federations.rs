@@ -49,6 +49,17 @@ fn connections_to_oneself() {
     }
 }
 
+/// Messages have to wait as soon as one tag with a message is before their receiver.
+#[test]
+fn messages_that_have_to_wait() {
+    let bounds = Bounds { time_max: 2, messages_max: 3, own_events_max: 2, window: 1, ..Bounds::default() };
+    let waiting = check_all(all_graphs(2), bounds, usize::MAX).states;
+    let passing = check_all(all_graphs(2), Bounds { window: 16, ..bounds }, usize::MAX).states;
+    assert_ne!(waiting, passing, "some have to wait");
+    let bounds = Bounds { messages_max: 2, own_events_max: 0, window: 1, ..Bounds::default() };
+    check_all(all_graphs(3).step_by(2), bounds, 1);
+}
+
 #[test]
 fn three_federates_with_events_of_their_own() {
     let bounds = Bounds { messages_max: 1, own_events_max: 1, ..Bounds::default() };
