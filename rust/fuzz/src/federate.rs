@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The federate: whatever the RTI says and its event loop does, its output is bounded, it goes to no tag that is not
+//! allowed, what it tells of its progress only goes on, and an error is its end.
+
+use arbitrary::{Arbitrary, Unstructured};
+use lf_coordination::federate::{ClockSync, Config, Federate, Phase};
+use lf_coordination::{Deadline, FederateId};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
+use lf_wire::{DecodeError, Limits};
+
+use crate::deeds::Deed;
+use crate::parts::from_wire;
+
+const START: i64 = 1_000;
+/// One place for each kind of message, so that nothing can grow.
+const OUTBOX_MAX: usize = 15;
+
+/// A federate and what it has told.
+struct Watched {
+    federate: Federate<'static>,
+    now: Instant,
+    completed: Option<Tag>,
+    resigned: bool,
+}
+
+/// The first byte chooses the federate, the rest comes from the RTI.
+///
+/// # Panics
+/// If something does not hold that has to.
+pub fn federate_raw(data: &[u8]) {
+    let [choice, rest @ ..] = data else { return };
+    let mut watched = Watched::new(*choice);
+    if choice & 64 == 0 {
+        watched.federate.handle_connected(Instant(0), [7; 8]);
+    } else {
+        watched.begin_to_run();
+    }
+    let limits = Limits { payload_bytes_max: 300, federation_id_bytes_max: 255, neighbors_max: 8 };
+    let mut rest = rest;
+    while !rest.is_empty() {
+        rest = match decode(rest, &limits) {
+            Ok(Decoded::Complete { message, len }) => {
+                watched.step(|federate, now| federate.handle_message(now, message).is_ok());
+                watched.transmit(usize::MAX);
+                &rest[len..]
+            }
+            Err(DecodeError::UnknownType { .. }) => &rest[1..],
+            Ok(Decoded::Incomplete { .. }) | Err(_) => return,
+        };
+    }
+}
+
+/// The first byte chooses the federate; then come deeds of its event loop and of the RTI.
+///
+/// # Panics
+/// If something does not hold that has to.
+pub fn federate_structured(data: &[u8]) {
+    let mut input = Unstructured::new(data);
+    let Ok(choice) = u8::arbitrary(&mut input) else { return };
+    let mut watched = Watched::new(choice);
+    if choice & 64 != 0 {
+        watched.begin_to_run();
+    }
+    while !input.is_empty() {
+        let (Ok(pause), Ok(deed)) = (u8::arbitrary(&mut input), Deed::any(&mut input, START)) else { return };
+        watched.now = watched.now + Interval((pause % 9).into());
+        watched.step(|federate, now| deed.act(federate, now));
+        if let Deed::Transmit(room) = deed {
+            watched.transmit(room);
+        }
+    }
+}
+
+impl Watched {
+    fn new(choice: u8) -> Self {
+        let mut config = Config::new(FederateId(1), b"federation");
+        config.upstream = if choice & 1 != 0 { &[(0, DELAY_NONE), (2, 5)] } else { &[] };
+        config.downstream = if choice & 2 != 0 { &[2] } else { &[] };
+        config.physical_delay = (choice & 4 != 0).then_some(Interval(3));
+        config.advance_interval = Interval(5);
+        config.clock_sync = if choice & 8 != 0 { ClockSync::Init { trials: 2 } } else { ClockSync::Off };
+        config.authentication = choice & 16 != 0;
+        let federate = Federate::new(config).expect("the configuration is one that works");
+        Self { federate, now: Instant(START), completed: None, resigned: false }
+    }
+
+    /// Goes the way to the start, as far as it can be gone without a secret.
+    fn begin_to_run(&mut self) {
+        self.federate.handle_connected(Instant(0), [7; 8]);
+        self.transmit(usize::MAX);
+        for message in [Message::Ack, Message::T1(0), Message::T4(0), Message::T1(0), Message::T4(0)] {
+            if matches!(message, Message::T1(_) | Message::T4(_)) && self.federate.phase() != Phase::Synchronizing {
+                continue;
+            }
+            self.step(|federate, now| federate.handle_message(now, message).is_ok());
+            self.transmit(usize::MAX);
+        }
+        self.step(|federate, now| federate.handle_message(now, Message::Timestamp(START)).is_ok());
+    }
+
+    /// Something happens; what has to hold afterwards is looked at.
+    fn step(&mut self, act: impl FnOnce(&mut Federate<'static>, Instant) -> bool) {
+        let federate = &mut self.federate;
+        let before = federate.clone();
+        let ok = act(federate, self.now);
+        let (phase, was) = (federate.phase(), before.phase());
+        assert!(ok || phase >= Phase::Ended, "an error is the end");
+        assert!(phase >= was || phase <= Phase::Introducing, "from {was:?} back to {phase:?}");
+        assert!(was < Phase::Ended || phase == was, "an end is an end");
+        assert!(federate.granted() >= before.granted(), "grants are not taken back");
+        if federate.current() != before.current() {
+            assert!(ok && federate.current() > before.current() && before.may_advance(federate.current()));
+            assert!(before.stop_tag().is_none_or(|stop| federate.current() <= stop), "no tag is after the stop tag");
+        }
+        let mut copy = federate.clone();
+        let messages = std::iter::from_fn(|| copy.poll_transmit(usize::MAX)).take(OUTBOX_MAX + 1).count();
+        assert!(messages <= OUTBOX_MAX, "{messages} messages are due");
+        if let Deadline::At(time) = federate.poll_timeout() {
+            let mut copy = federate.clone();
+            let _ = copy.handle_timeout(time);
+            assert!(!copy.poll_timeout().is_due(time), "a time-out that was handled is over");
+        }
+    }
+
+    /// It transmits what it has, as far as there is room.
+    fn transmit(&mut self, mut room: usize) {
+        while let Some(message) = self.federate.poll_transmit(room) {
+            room -= message.encoded_len();
+            assert!(!self.resigned, "{message:?} comes after RESIGN");
+            match message {
+                Message::LatestTagComplete(tag) => {
+                    let tag = Some(from_wire(tag));
+                    assert!(tag > self.completed, "what is complete only goes on");
+                    self.completed = tag;
+                }
+                Message::NextEventTag(tag) => {
+                    let tag = from_wire(tag);
+                    assert!(tag >= self.federate.current(), "the next event {tag:?} is past");
+                    assert!(tag == Tag::FOREVER || Some(tag) > self.completed, "the next event {tag:?} is complete");
+                }
+                Message::Resign => self.resigned = true,
+                _ => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Steps of peers that know how to begin, and the form in which `rti_raw` reads steps.
+
+use arbitrary::{Arbitrary, Result, Unstructured};
+use lf_coordination::rti::FEDERATION_ID_DEFAULT;
+use lf_wire::june_2026::{Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+
+use crate::parts::{Parts, delay};
+use crate::rti::{CONNECTIONS, FEDERATES_MAX, World, config, with_world};
+
+/// What a joined federate says most.
+const USUAL: &[MessageType] = &[
+    MessageType::NextEventTag,
+    MessageType::NextEventTag,
+    MessageType::NextEventTag,
+    MessageType::LatestTagComplete,
+    MessageType::LatestTagComplete,
+    MessageType::TaggedMessage,
+    MessageType::TaggedMessage,
+    MessageType::PortAbsent,
+    MessageType::StopRequest,
+    MessageType::StopReply,
+    MessageType::AddressQuery,
+    MessageType::Resign,
+];
+
+/// Federates of a graph that the input chooses join and start; then they do what it says.
+///
+/// # Panics
+/// If something does not hold that has to.
+pub fn rti_structured(data: &[u8]) {
+    let mut input = Unstructured::new(data);
+    let Ok((choice, federates)) = <(u8, u8)>::arbitrary(&mut input) else { return };
+    let federates = usize::from(federates) % FEDERATES_MAX + 1;
+    // With authentication or clock synchronization nobody could join blindly.
+    with_world(federates, config(choice & !0b101), |world| {
+        // The end of the input ends the steps; there is nothing else that could go wrong in reading it.
+        let _ = join(world, federates, &mut input).and_then(|()| run(world, &mut input));
+        world.settle();
+    });
+}
+
+fn join(world: &mut World<'_>, federates: usize, input: &mut Unstructured<'_>) -> Result<()> {
+    for (connection, id) in (0..federates).zip(0u16..) {
+        let mut upstream = Vec::new();
+        for (from, _) in (0u16..).zip(0..federates) {
+            if u8::arbitrary(input)? % 3 == 0 {
+                upstream.push((from, delay(input)?));
+            }
+        }
+        world.connect(connection);
+        world.say_message(connection, &Message::FedIds { federate: id, federation_id: FEDERATION_ID_DEFAULT });
+        world.say_message(connection, &Message::NeighborStructure(NeighborStructure::new(&upstream, &[])));
+        world.say_message(connection, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
+        world.say_message(connection, &Message::Timestamp(0));
+    }
+    Ok(())
+}
+
+fn run(world: &mut World<'_>, input: &mut Unstructured<'_>) -> Result<()> {
+    while !input.is_empty() {
+        let connection = usize::from(u8::arbitrary(input)?) % CONNECTIONS;
+        match u8::arbitrary(input)? {
+            0..180 => {
+                let message_type = *input.choose(USUAL)?;
+                let parts = Parts::of_type(input, message_type, world.start())?;
+                world.say_message(connection, &parts.message());
+            }
+            180..190 => {
+                let parts = Parts::any(input, world.start())?;
+                world.say_message(connection, &parts.message());
+            }
+            190..240 => world.read(connection, usize::from(u8::arbitrary(input)?)),
+            240..244 => world.connect(connection),
+            244..248 => world.close(connection),
+            248..252 => world.pass(i64::from(u16::arbitrary(input)?) * 1_000_000),
+            _ => {
+                let count = usize::from(u8::arbitrary(input)?).min(input.len());
+                let bytes = input.bytes(count)?.to_vec();
+                world.say(connection, &bytes);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// One step of the input of [`rti_raw`](crate::rti_raw).
+#[derive(Clone, Debug)]
+pub enum RawStep {
+    /// A peer connects.
+    Connect(u8),
+    /// A peer closes its connection.
+    Close(u8),
+    /// A peer reads all that there is for it.
+    Read(u8),
+    /// A peer says something.
+    Say(u8, Vec<u8>),
+}
+
+impl RawStep {
+    /// Writes the step as `rti_raw` reads it. Connections are below 8.
+    pub fn write(&self, target: &mut Vec<u8>) {
+        match self {
+            Self::Connect(connection) => target.push(connection % 8),
+            Self::Close(connection) => target.push(8 + connection % 8),
+            Self::Read(connection) => target.push(16 + connection % 8),
+            Self::Say(connection, bytes) => {
+                for piece in bytes.chunks(255) {
+                    target.extend([32 + connection % 8, u8::try_from(piece.len()).unwrap_or(u8::MAX)]);
+                    target.extend(piece);
+                }
+            }
+        }
+    }
+}

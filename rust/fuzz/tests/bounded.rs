@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Every target with a fixed number of inputs: recorded ones, changed ones, and random ones, always the same.
+
+use lf_fuzz::{RawStep, TARGETS, Target};
+use lf_golden::{Fill, Recording, Step};
+
+/// Inputs of each target.
+const RUNS: u64 = 60_000;
+/// Longest random input in bytes.
+const BYTES_MAX: u64 = 600;
+
+/// `SplitMix64`, so that every run is the same.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        usize::try_from(self.next() % u64::try_from(end.max(1)).unwrap_or(1)).unwrap_or_default()
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.next().to_le_bytes()[0]
+    }
+}
+
+/// What a tester of a recording sends, with whatever value where the recorded one varies.
+fn bytes(step: &Step) -> Option<(u8, Vec<u8>)> {
+    let (Step::Send(frame) | Step::Recv(frame)) = step else { return None };
+    let connection = u8::try_from(frame.connection % 8).unwrap_or_default();
+    let filled = match &frame.fill {
+        Some(Fill::TagTime | Fill::Start) => 1_000_000_000i64.to_le_bytes(),
+        _ => [1; 8],
+    };
+    Some((connection, frame.bytes.fill_with(filled)))
+}
+
+/// A recording as the input of each target that it is good for.
+fn corpus(recording: &Recording) -> Vec<(&'static str, Vec<u8>)> {
+    let mut wire = vec![255, 255, 15, 7];
+    let (mut rti, mut federate) = (vec![0, 3], vec![0b0100_1011]);
+    for step in &recording.steps {
+        match step {
+            Step::Connect(connection) => {
+                RawStep::Connect(u8::try_from(*connection % 8).unwrap_or_default()).write(&mut rti);
+            }
+            Step::Close(connection) => {
+                RawStep::Close(u8::try_from(*connection % 8).unwrap_or_default()).write(&mut rti);
+            }
+            _ => {}
+        }
+        let Some((connection, said)) = bytes(step) else { continue };
+        wire.extend(&said);
+        match (step, recording.federate()) {
+            (Step::Send(_), None) => RawStep::Say(connection, said).write(&mut rti),
+            (Step::Recv(_), None) => {
+                RawStep::Read(connection).write(&mut rti);
+                federate.extend(said);
+            }
+            (Step::Send(_), Some(_)) => federate.extend(said),
+            _ => {}
+        }
+    }
+    if let Some(setup) = recording.rti() {
+        rti[1] = u8::try_from(setup.federates).unwrap_or(u8::MAX).wrapping_sub(1);
+    }
+    vec![("wire_raw", wire), ("rti_raw", rti), ("federate_raw", federate)]
+}
+
+/// Changes a few bytes, cuts, doubles or joins.
+fn mutate(dice: &mut Dice, input: &mut Vec<u8>, other: &[u8]) {
+    for _ in 0..=dice.below(6) {
+        let at = dice.below(input.len());
+        match dice.below(5) {
+            0 if !input.is_empty() => input[at] = dice.byte(),
+            1 if !input.is_empty() => input[at] ^= 1 << dice.below(8),
+            2 => input.truncate(at.max(1)),
+            3 => input.insert(at, dice.byte()),
+            _ => {
+                let from = dice.below(other.len());
+                let piece: Vec<u8> = other[from..].iter().take(1 + dice.below(60)).copied().collect();
+                input.splice(at..at, piece);
+            }
+        }
+    }
+}
+
+fn run(name: &str, target: Target) {
+    let recordings = lf_golden::load_all().unwrap_or_else(|error| panic!("{error}"));
+    let corpus: Vec<_> = recordings.iter().flat_map(corpus).filter(|(wanted, _)| *wanted == name).collect();
+    let mut dice = Dice(0);
+    for (_, input) in &corpus {
+        target(input);
+    }
+    for index in 0..RUNS {
+        dice.0 = index << 20;
+        let mut input = match corpus.get(dice.below(2 * corpus.len().max(1))) {
+            Some((_, input)) => input.clone(),
+            None => (0..dice.next() % BYTES_MAX).map(|_| dice.byte()).collect(),
+        };
+        if let Some((_, other)) = corpus.get(dice.below(corpus.len())) {
+            mutate(&mut dice, &mut input, other);
+        }
+        let outcome = std::panic::catch_unwind(|| target(&input));
+        assert!(outcome.is_ok(), "{name} fails for input {index}: {input:?}");
+    }
+}
+
+fn run_named(name: &str) {
+    let (name, target) = TARGETS.iter().find(|(target, _)| *target == name).expect("there is such a target");
+    run(name, *target);
+}
+
+#[test]
+fn wire_takes_bytes_for_what_they_are() {
+    run_named("wire_raw");
+}
+
+#[test]
+fn wire_gives_messages_back_as_they_were() {
+    run_named("wire_structured");
+}
+
+#[test]
+fn rti_survives_any_bytes() {
+    run_named("rti_raw");
+}
+
+#[test]
+fn rti_survives_any_federates() {
+    run_named("rti_structured");
+}
+
+#[test]
+fn federate_survives_any_bytes() {
+    run_named("federate_raw");
+}
+
+#[test]
+fn federate_survives_any_rti_and_event_loop() {
+    run_named("federate_structured");
+}
