@@ -14,6 +14,7 @@ mod platform;
 pub mod rti;
 mod sockets;
 mod thread;
+mod trace;
 mod wake;
 
 pub use arguments::unit_ns;

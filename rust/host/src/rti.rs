@@ -2,15 +2,17 @@
 //! The RTI as a program of this computer.
 
 use std::fmt;
+use std::path::PathBuf;
 
 pub use lf_coordination::rti::Outcome;
 use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathWords};
 use lf_coordination::rti::{RtiStorage, Slot};
 use lf_model::time::{Interval, Tag};
-use lf_runtime::platform::{NetError, Platform as _};
+use lf_runtime::platform::{NetError, Platform};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
 
 use crate::platform::Host;
+use crate::trace::Traced;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
@@ -41,6 +43,8 @@ pub struct Options {
     pub go_on_after_loss: bool,
     /// How long the start waits for a federate that was there and has left; `None`: for ever.
     pub start_barrier_time_out: Option<Interval>,
+    /// A file for a trace of all messages, as comma-separated values; `trace/table.rs` says what is in it.
+    pub trace: Option<PathBuf>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -55,6 +59,7 @@ impl Options {
         Self {
             federates,
             start_barrier_time_out,
+            trace: None,
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -79,6 +84,13 @@ pub enum RtiError {
         /// Why not.
         error: NetError,
     },
+    /// The trace cannot be written.
+    Trace {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        error: std::io::Error,
+    },
     /// The event loop ended early.
     Run(RunError),
 }
@@ -90,6 +102,7 @@ impl fmt::Display for RtiError {
             Self::Listen { port, error } => {
                 write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one with -p")
             }
+            Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
             Self::Run(error) => error.fmt(f),
         }
     }
@@ -102,7 +115,17 @@ impl std::error::Error for RtiError {}
 /// # Errors
 /// Why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
-    let mut host = Host::new().map_err(RtiError::System)?;
+    let host = Host::new().map_err(RtiError::System)?;
+    match &options.trace {
+        None => serve_on(host, options, listening),
+        Some(file) => {
+            let failed = |error| RtiError::Trace { file: file.clone(), error };
+            serve_on(Traced::new(host, file).map_err(failed)?, options, listening)
+        }
+    }
+}
+
+fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let listen = |error| RtiError::Listen { port: options.port, error };
     let listener = host.listen(options.port).map_err(listen)?;
     listening(host.local_port(listener).map_err(listen)?);

@@ -56,8 +56,16 @@ impl Lfz {
     /// # Panics
     /// When it does not listen.
     pub fn rti(arguments: &[&str]) -> (Run, u16) {
+        Self::rti_in(repository(), arguments)
+    }
+
+    /// The same in this folder.
+    ///
+    /// # Panics
+    /// When it does not listen.
+    pub fn rti_in(folder: &Path, arguments: &[&str]) -> (Run, u16) {
         let mut command = Self::command(["rti", "--port", "0"]);
-        command.args(arguments);
+        command.current_dir(folder).args(arguments);
         let mut rti = Run::start(command);
         let line = rti.wait_for("listening on TCP port");
         let port = line.rsplit(' ').next().and_then(|word| word.parse().ok()).expect("the line ends with the port");

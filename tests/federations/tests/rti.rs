@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
+use std::path::Path;
 
 use lf_federations::{Lfz, PATIENCE};
 use lf_golden::replay::{Received, Rti, replay};
@@ -115,13 +116,24 @@ impl Rti for Tcp {
 }
 
 fn play(name: &str) {
+    play_with(name, None);
+}
+
+/// Plays a recording, with an RTI that leaves a trace in this folder if one is given.
+fn play_with(name: &str, trace: Option<&Path>) {
     let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
     let setup = recording.rti().expect("it is the recording of an RTI");
     let federates = setup.federates.to_string();
     // The recorded RTI lets the others go on when a federate fails.
     let mut arguments = vec!["--go-on-after-loss", "-n", &federates, "-i", &setup.federation_id];
     arguments.extend(setup.options.iter().map(String::as_str));
-    let (rti, port) = Lfz::rti(&arguments);
+    let (rti, port) = match trace {
+        None => Lfz::rti(&arguments),
+        Some(folder) => {
+            arguments.push("-t");
+            Lfz::rti_in(folder, &arguments)
+        }
+    };
     let mut tcp = Tcp { port, connections: BTreeMap::new(), joined: BTreeSet::new() };
     if let Err(difference) = replay(&recording, &mut tcp) {
         panic!("{difference}");
@@ -155,4 +167,33 @@ recordings! {
     auth: "28-auth-accepted",
     start_time_multiple: "32-start-time-multiple",
     random_dag_40: "33-random-dag-40",
+}
+
+/// What the trace has of one recording: everything but the times, in the order of each direction of a connection.
+#[test]
+fn a_trace_has_every_message_with_its_tag() {
+    let folder = tempfile::tempdir().expect("there is a folder for such");
+    play_with("06-two-federates", Some(folder.path()));
+    let trace = std::fs::read_to_string(folder.path().join("rti.csv")).expect("the RTI has written it");
+    let mut lines = trace.lines();
+    assert_eq!(lines.next(), Some("physical_ns,direction,federate,message,tag_ns,microstep,to,bytes"));
+    let rows: Vec<(i64, &str)> = lines
+        .map(|line| line.split_once(',').expect("it has columns"))
+        .map(|(time, rest)| (time.parse().expect("it is a number"), rest))
+        .collect();
+    assert!(rows.is_sorted_by_key(|(time, _)| *time), "{trace}");
+    // The RTI may read what the tester asks before or after it has written what comes of the message before.
+    let of = |way: &str, federate: &str| {
+        let start = format!("{way},{federate},");
+        let own = rows.iter().map(|(_, rest)| *rest).filter(|rest| rest.starts_with(&start));
+        own.filter(|rest| !rest.contains("ADDRESS_QUERY")).collect::<Vec<_>>()
+    };
+    let all = ["0", "1"].map(|federate| [of("received", federate), of("sent", federate)].concat());
+    insta::with_settings!({
+        snapshot_path => "../programs/traces",
+        prepend_module_to_snapshot => false,
+        omit_expression => true,
+    }, {
+        insta::assert_snapshot!("two_federates", all.concat().join("\n"));
+    });
 }

@@ -70,7 +70,7 @@ impl Federate {
             if let Ok(Decoded::Complete { len, .. }) = june_2026::decode(&self.bytes, &Limits::NONE) {
                 return Some(self.bytes.drain(..len).collect());
             }
-            let mut buffer = [0; 64 * 1024];
+            let mut buffer = [0; 16 * 1024];
             match self.stream.read(&mut buffer) {
                 Ok(0) | Err(_) => return None,
                 Ok(count) => self.bytes.extend_from_slice(&buffer[..count]),

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of `lfz rti`, which are those of the stock RTI, with its letters and words.
 
+use std::path::PathBuf;
+
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use lf_host::model::time::Interval;
@@ -19,6 +21,8 @@ const TRIALS_MAX: u32 = 1000;
 /// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
 /// memory of this computer.
 const FEDERATES_MAX: u16 = 4096;
+/// Where the trace goes.
+const TRACE_FILE: &str = "rti.csv";
 /// In bytes.
 const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
 
@@ -44,7 +48,7 @@ pub struct RtiArgs {
     /// Accept only federates that prove with an HMAC that they know the federation id.
     #[arg(short = 'a', long = "auth")]
     auth: bool,
-    /// Record a trace; not supported yet.
+    /// Record all messages in the file `rti.csv` of the working directory.
     #[arg(short = 't', long = "tracing")]
     tracing: bool,
     /// Delay the start so that its time is a multiple of this: `-m 100 ms`.
@@ -78,9 +82,6 @@ impl RtiArgs {
     /// # Errors
     /// A sentence for the user, which names the option.
     pub fn options(&self) -> Result<Options, String> {
-        if self.tracing {
-            return Err("-t, --tracing: tracing is not supported yet".to_owned());
-        }
         let start_time_multiple = match self.start_time_multiple.as_slice() {
             [value, unit] => multiple(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?,
             _ => None,
@@ -95,6 +96,7 @@ impl RtiArgs {
             dnet: !self.dnet_disabled,
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
+            trace: self.tracing.then(|| PathBuf::from(TRACE_FILE)),
             payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
         })
     }
@@ -218,8 +220,7 @@ mod tests {
     #[test]
     fn what_is_not_there_yet_is_refused_by_name() {
         for (arguments, name) in [
-            (&["-n", "2", "-t"][..], "--tracing"),
-            (&["-n", "2", "-c", "on"], "`on` is not supported yet"),
+            (&["-n", "2", "-c", "on"][..], "`on` is not supported yet"),
             (&["-n", "2", "-c", "init", "period", "5"], "`period`"),
         ] {
             let error = options(arguments).expect_err("it is not supported");

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What an RTI reads and writes, as a table of messages.
+//!
+//! The trace is taken between the event loop and the sockets: it shows what was on the wire and when, and costs nothing
+//! where there is none.
+
+mod table;
+
+use std::collections::BTreeMap;
+use std::io;
+use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::Path;
+
+use lf_coordination::Deadline;
+use lf_coordination::clock_sync::ClockCorrection;
+use lf_model::Outside;
+use lf_model::time::Instant;
+use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{DecodeError, Limits};
+
+use table::{Direction, Table};
+
+/// A platform whose connections are traced.
+pub(crate) struct Traced<P> {
+    platform: P,
+    /// By the place of the socket.
+    connections: BTreeMap<u16, Connection>,
+    table: Table,
+}
+
+/// What is known of one connection.
+#[derive(Default)]
+struct Connection {
+    federate: Option<u16>,
+    received: Stream,
+    sent: Stream,
+}
+
+/// One direction: the beginning of a message that has not gone through as a whole.
+#[derive(Default)]
+struct Stream {
+    bytes: Vec<u8>,
+    /// What came was no message, so nothing behind it can be told apart.
+    unreadable: bool,
+}
+
+impl<P: Platform> Traced<P> {
+    /// Traces into a new file.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub(crate) fn new(platform: P, file: &Path) -> io::Result<Self> {
+        Ok(Self { platform, connections: BTreeMap::new(), table: Table::create(file)? })
+    }
+
+    /// Notes the messages that are whole with these bytes.
+    fn note(&mut self, socket: SocketId, direction: Direction, bytes: &[u8]) {
+        let now = self.platform.now();
+        let Some(Connection { federate, received, sent }) = self.connections.get_mut(&socket.index) else { return };
+        let stream = match direction {
+            Direction::Received => received,
+            Direction::Sent => sent,
+        };
+        if stream.unreadable {
+            return;
+        }
+        stream.bytes.extend_from_slice(bytes);
+        let mut rest = &stream.bytes[..];
+        loop {
+            let length = match decode(rest, &Limits::NONE) {
+                Ok(Decoded::Complete { message, len }) => {
+                    if let Message::FedIds { federate: id, .. } | Message::FedNonce { federate: id, .. } = message {
+                        *federate = Some(id);
+                    }
+                    self.table.add(now, direction, *federate, &message);
+                    len
+                }
+                // The RTI skips such a byte, too.
+                Err(DecodeError::UnknownType { .. }) => 1,
+                Ok(Decoded::Incomplete { .. }) => break,
+                Err(_) => {
+                    stream.unreadable = true;
+                    break;
+                }
+            };
+            rest = &rest[length..];
+        }
+        let done = stream.bytes.len() - rest.len();
+        stream.bytes.drain(..done);
+    }
+}
+
+impl<P: Platform> Platform for Traced<P> {
+    fn now(&mut self) -> Instant {
+        self.platform.now()
+    }
+
+    fn outside(&self) -> &'static dyn Outside {
+        self.platform.outside()
+    }
+
+    fn set_correction(&mut self, correction: ClockCorrection) {
+        self.platform.set_correction(correction);
+    }
+
+    fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
+        self.platform.random(buffer)
+    }
+
+    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+        self.platform.connect(address)
+    }
+
+    fn connected(&mut self, socket: SocketId) -> Result<(), NetError> {
+        self.platform.connected(socket)
+    }
+
+    fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
+        self.platform.listen(port)
+    }
+
+    fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
+        self.platform.local_port(listener)
+    }
+
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+        let accepted = self.platform.accept(listener)?;
+        if let Some((socket, _)) = accepted {
+            self.connections.insert(socket.index, Connection::default());
+        }
+        Ok(accepted)
+    }
+
+    fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
+        let transfer = self.platform.read(socket, buffer)?;
+        if let Transfer::Bytes(count) = transfer {
+            self.note(socket, Direction::Received, &buffer[..count]);
+        }
+        Ok(transfer)
+    }
+
+    fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
+        let transfer = self.platform.write(socket, bytes)?;
+        if let Transfer::Bytes(count) = transfer {
+            self.note(socket, Direction::Sent, &bytes[..count]);
+        }
+        Ok(transfer)
+    }
+
+    fn shut_down_writing(&mut self, socket: SocketId) {
+        self.platform.shut_down_writing(socket);
+    }
+
+    fn close(&mut self, socket: SocketId) {
+        self.connections.remove(&socket.index);
+        self.platform.close(socket);
+    }
+
+    fn set_interest(&mut self, socket: SocketId, interest: Interest) {
+        self.platform.set_interest(socket, interest);
+    }
+
+    fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
+        self.platform.wait(until, ready);
+    }
+
+    fn interrupted(&mut self) -> bool {
+        self.platform.interrupted()
+    }
+}
