@@ -6,11 +6,12 @@
 mod support;
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 use lf_coordination::FederateId;
 use lf_coordination::federate::{FederateError, Phase};
 use lf_coordination::rti::{AfterLoss, Cause, Outcome};
-use lf_model::time::Interval;
+use lf_model::time::{EventTag, Interval};
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
 use lf_wire::june_2026::RejectCode;
@@ -262,4 +263,7 @@ fn the_reason_is_a_sentence() {
     let error = RunError::Federate(FederateError::RtiLost { phase: Phase::Running });
     assert!(error.to_string().contains("while this federate was running"));
     assert!(RunError::InputFull { input: "a.x -> b.y" }.to_string().contains("a.x -> b.y"));
+    let at = |ms| EventTag::new(Duration::from_millis(ms), 0);
+    let late = RunError::Late { input: "a.x -> b.y", tag: at(20), current: at(30) }.to_string();
+    assert!(late.contains("a.x -> b.y") && late.contains("20 ms") && late.contains("30 ms"), "{late}");
 }

@@ -234,3 +234,43 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::time::Duration;
+
+    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerId, TriggerInfo, TriggerKind};
+
+    use super::*;
+
+    const TABLES: Tables = Tables {
+        reactions: &[],
+        triggers: &[TriggerInfo { name: "b.y", kind: TriggerKind::NetworkInput { fills: PortId(0) }, reactions: &[] }],
+        ports: &[PortInfo { name: "b.y", reactions: &[], delays: &[] }],
+        outputs: &[],
+        inputs: &[NetworkInput {
+            name: "a.x -> b.y",
+            trigger: TriggerId(0),
+            federate: 0,
+            delay: None,
+            max_len: 4,
+            level: 0,
+            awaited: true,
+            physical: false,
+        }],
+        absence: &[],
+    };
+    const _: () = TABLES.check();
+
+    #[test]
+    fn a_late_message_is_named_by_its_connection() {
+        let mut storage = Storage::<1, 1, 1, 1>::new();
+        let engine = Engine::new(&TABLES, &mut storage, Settings::DEFAULT);
+        let (tag, current) = (EventTag::new(Duration::ZERO, 0), EventTag::new(Duration::ZERO, 1));
+        let named = name_late(FederateError::LateMessage { port: 0, tag, current }, &engine);
+        assert_eq!(named, RunError::Late { input: "a.x -> b.y", tag, current });
+        let unknown = FederateError::LateMessage { port: 7, tag, current };
+        assert_eq!(name_late(unknown, &engine), RunError::Federate(unknown));
+        assert_eq!(name_late(FederateError::RtiFailed, &engine), RunError::Federate(FederateError::RtiFailed));
+    }
+}
