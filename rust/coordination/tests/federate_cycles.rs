@@ -3,8 +3,8 @@
 //! the RTI is told, and which messages are late.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_coordination::FederateId;
 use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase};
+use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Message};
 use proptest::collection::vec;
@@ -34,10 +34,15 @@ fn drain(federate: &mut Federate<'static>) -> Vec<Message<'static>> {
     std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
 }
 
-/// A started federate that sends to and receives from federate 0, with nothing left to transmit.
-fn running() -> Federate<'static> {
+/// Of a federate that sends to and receives from federate 0.
+fn config() -> Config<'static> {
     let mut config = Config::new(FederateId(1), b"federation");
     (config.upstream, config.downstream, config.clock_sync) = (&[(0, DELAY_NONE)], &[0], ClockSync::Off);
+    config
+}
+
+/// A started federate with nothing left to transmit.
+fn started(config: Config<'static>) -> Federate<'static> {
     let mut federate = Federate::new(config).unwrap();
     federate.handle_connected(NOW, [0; 8]);
     drain(&mut federate);
@@ -45,6 +50,10 @@ fn running() -> Federate<'static> {
     drain(&mut federate);
     handle(&mut federate, Message::Timestamp(START.as_nanos()));
     federate
+}
+
+fn running() -> Federate<'static> {
+    started(config())
 }
 
 fn handle<'m>(federate: &mut Federate<'static>, message: Message<'m>) -> Event<'m> {
@@ -186,6 +195,31 @@ fn without_delay_every_net_is_wanted_when_a_dnet_says_never() {
         assert_eq!(drain(&mut federate), [net(ms(at))], "others of the cycle wait for it");
         run(&mut federate, ms(at));
     }
+}
+
+#[test]
+fn a_tag_for_others_only_does_not_renew_the_bound_of_physical_time() {
+    let mut config = config();
+    config.physical_delay = Some(Interval::ZERO);
+    let mut federate = started(config);
+    let at = |after_ms| START + Interval::from_millis(after_ms);
+    let bound = |after_ms| Tag::at(at(after_ms) + Interval(-1));
+    assert!(!federate.next_event(at(1), ms(90)));
+    assert_eq!(drain(&mut federate), [net(bound(1))]);
+    provisional(&mut federate, bound(1));
+    run(&mut federate, bound(1));
+    assert!(!federate.next_event(at(2), ms(90)));
+    assert_eq!(drain(&mut federate), [ltc(bound(1))], "another bound would call all to another tag at once");
+    assert_eq!(federate.poll_timeout(), Deadline::At(at(11)));
+    federate.handle_timeout(at(11)).unwrap();
+    assert_eq!(drain(&mut federate), [net(bound(11))]);
+    provisional(&mut federate, bound(11));
+    federate.begin(bound(11)).unwrap();
+    federate.handle_timeout(at(21)).unwrap();
+    assert_eq!((federate.poll_timeout(), drain(&mut federate)), (Deadline::Never, vec![]), "a tag is open");
+    federate.complete(false);
+    assert!(!federate.next_event(at(22), ms(90)));
+    assert_eq!(drain(&mut federate), [ltc(bound(11)), net(bound(22))]);
 }
 
 #[test]

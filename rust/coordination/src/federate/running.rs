@@ -48,10 +48,14 @@ impl Federate<'_> {
         self.current = tag;
         self.open = true;
         self.confirm = self.provisional == Some(tag);
+        if self.summons != Some(tag) || self.next == Some(tag) {
+            // What is next is told at once. But who is only called to a tag waits for its time to tell again, for a
+            // bound that is told calls the whole cycle to its tag.
+            self.renewal = Deadline::Never;
+        }
         self.summons = self.summons.filter(|summons| *summons > tag);
         self.net.begun(tag);
         self.next = None;
-        self.renewal = Deadline::Never;
         Ok(())
     }
 
@@ -168,7 +172,11 @@ impl Federate<'_> {
 
     /// Tells the RTI the next event, if the rules say so.
     pub(super) fn announce(&mut self, now: Instant) {
-        let Some(tag) = self.next else { return };
+        let Some(tag) = self.next else {
+            // A tag is open, and after it the next event is told anyway.
+            self.renewal = Deadline::Never;
+            return;
+        };
         match self.physical_bound(now, tag) {
             None => {
                 self.renewal = Deadline::Never;
