@@ -162,6 +162,13 @@ def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> 
     assert circuits(output) == GRID_RESULT, output
 
 
+def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> None:
+    output = run(str(PROGRAMS / "QuestionAndAnswer.lf"))
+    answers = re.findall(r"^asks +\| at ([0-9]+) ms the answer is (\S+)$", output, re.MULTILINE)
+    expected = ["Some(10)", "Some(0)", "Some(20)", "Some(0)", "None", "Some(0)", "Some(40)"]
+    assert answers == [(str(10 * index), answer) for index, answer in enumerate(expected)], output
+
+
 def test_a_wrong_setting_ends_the_build_with_its_log(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.conf"
     wrong.write_text("CONFIG_NO_SUCH_SYMBOL=y\n")
