@@ -300,3 +300,41 @@ impl<N: FnMut(Notice<'_>)> Outlet for Outgoings<'_, '_, N> {
         (self.notices)(notice);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each connection is in the queue at most once, and they are taken in the order in which they became due, however
+    /// often the queue has gone round its table.
+    #[test]
+    fn connections_are_taken_in_the_order_in_which_they_became_due() {
+        let mut table = [0; 3].map(|_| Outgoing::new(&mut []));
+        let mut due = Due::default();
+        for first in [0, 1, 2, 0, 1] {
+            let expected = [first, (first + 2) % 3];
+            for index in [expected[0], expected[1], expected[0], 3] {
+                due.push(&mut table, index);
+            }
+            assert_eq!([due.get(&table, 0), due.get(&table, 1)], expected);
+            assert_eq!(
+                [due.pop(&mut table), due.pop(&mut table), due.pop(&mut table)],
+                [Some(expected[0]), Some(expected[1]), None]
+            );
+        }
+    }
+
+    /// Sockets whose places are the same modulo the length of the table are told apart, and so is a place's next socket
+    /// from the one before.
+    #[test]
+    fn a_socket_is_found_wherever_it_was_noted() {
+        let mut table = [0; 2].map(|_| Outgoing::new(&mut []));
+        let sockets = [(1, 0), (3, 0)].map(|(index, generation)| SocketId { index, generation });
+        for (connection, socket) in sockets.into_iter().enumerate() {
+            table[connection].open(socket);
+            note_socket(&mut table, socket, connection);
+        }
+        assert_eq!(sockets.map(|socket| connection_of(&table, socket)), [Some(0), Some(1)]);
+        assert_eq!(connection_of(&table, SocketId { index: 3, generation: 1 }), None);
+    }
+}
