@@ -44,6 +44,10 @@ pub struct Config<'a> {
     pub upstream: &'a [(u16, i64)],
     /// The federates to which this one has a connection.
     pub downstream: &'a [u16],
+    /// The port on which this federate awaits connections of others; `None` if none are to come.
+    pub listening: Option<u16>,
+    /// The federates to which this one sends directly, each once.
+    pub peers: &'a [u16],
     /// Which clock synchronization to take part in.
     pub clock_sync: ClockSync,
     /// The least delay from a physical action to an output to another federate; `None` when no physical action can
@@ -66,6 +70,8 @@ impl<'a> Config<'a> {
             authentication: false,
             upstream: &[],
             downstream: &[],
+            listening: None,
+            peers: &[],
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
             physical_delay: None,
             advance_interval: ADVANCE_INTERVAL,

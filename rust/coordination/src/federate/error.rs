@@ -55,6 +55,11 @@ pub enum FederateError {
         /// How many this federate expects.
         trials: u16,
     },
+    /// A federate to which this one sends directly cannot be connected to.
+    PeerUnreachable {
+        /// The federate.
+        federate: FederateId,
+    },
     /// A message that has no place here.
     Unexpected {
         /// Its name.
@@ -117,6 +122,11 @@ impl fmt::Display for FederateError {
                 f,
                 "the RTI makes more clock synchronization exchanges than the {trials} that this federate expects: give \
                  both the same number (`trials` in the program, `exchanges-per-interval` of the RTI)",
+            ),
+            Self::PeerUnreachable { federate } => write!(
+                f,
+                "federate {federate}, to which this one has a physical connection, cannot be reached: check that this \
+                 computer or board can connect to that one directly",
             ),
             Self::Unexpected { message, phase } => write!(
                 f,

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the federate tells its event loop.
 
+use core::net::SocketAddrV4;
+
 use lf_model::time::{Instant, Tag};
 
+use crate::FederateId;
 use crate::clock_sync::Estimate;
 
 /// What a message from the RTI means for the event loop. The payload is borrowed from the message.
@@ -14,6 +17,17 @@ pub enum Event<'m> {
     Accepted,
     /// The initial clock synchronization is done; [`Federate::clock`](super::Federate::clock) is set.
     ClockCorrected(Estimate),
+    /// To be connected to, because this federate sends to it directly. Then [`Federate::peer_connected`] or
+    /// [`Federate::peer_lost`] is to be called.
+    ///
+    /// [`Federate::peer_connected`]: super::Federate::peer_connected
+    /// [`Federate::peer_lost`]: super::Federate::peer_lost
+    PeerFound {
+        /// The federate.
+        federate: FederateId,
+        /// Where it listens.
+        address: SocketAddrV4,
+    },
     /// All federates have come: logical time begins at this physical time.
     Started(Instant),
     /// More tags may be possible: all up to and including this one.

@@ -93,6 +93,9 @@ impl Federate<'_> {
     pub(super) fn handle_early<'m>(&mut self, now: Instant, message: &Message<'m>) -> Result<Event<'m>, FederateError> {
         match (self.phase, *message) {
             (_, Message::Failed) => Err(FederateError::RtiFailed),
+            (Phase::Meeting, Message::AddressQueryReply { port, address }) => {
+                Ok(self.handle_address(now, port, address))
+            }
             // Answers to nothing that this federate asked; they do no harm.
             (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
             // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
@@ -113,7 +116,7 @@ impl Federate<'_> {
                 None => Err(self.unexpected(message)),
                 Some(seen) => Ok(self.exchanged(now, seen)),
             },
-            (Phase::Starting, Message::T1(_)) => Err(match self.config.clock_sync {
+            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match self.config.clock_sync {
                 ClockSync::Init { trials } => FederateError::TrialsDiffer { trials },
                 ClockSync::Off => self.unexpected(message),
             }),
@@ -134,6 +137,10 @@ impl Federate<'_> {
             (Phase::Synchronizing, None) => Err(FederateError::NoClockSync),
             // The RTI makes fewer exchanges than this federate was told; those that there were will do.
             (Phase::Synchronizing, Some(estimate)) => Ok(self.synchronized(now, estimate)),
+            (Phase::Meeting, _) => {
+                self.meet(now);
+                Ok(Event::None)
+            }
             _ => {
                 self.patience = Deadline::Never;
                 Ok(Event::None)
@@ -189,11 +196,11 @@ impl Federate<'_> {
         Event::ClockCorrected(estimate)
     }
 
-    /// Tells the RTI the time, by which it chooses the start time.
+    /// Tells the RTI where this federate is, connects to others, and then tells the RTI the time, by which it chooses
+    /// the start time.
     fn be_ready(&mut self, now: Instant) {
-        self.phase = Phase::Starting;
-        self.patience = Deadline::Never;
         self.outbox.t3 = false;
-        self.outbox.timestamp = Some(self.clock.physical(now));
+        self.outbox.advertisement = self.config.listening;
+        self.meet(now);
     }
 }

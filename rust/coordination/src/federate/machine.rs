@@ -11,6 +11,7 @@ use super::handshake::Synchronization;
 use super::net_rules::NetRules;
 use super::outbox::Outbox;
 use super::pace::Pace;
+use super::peers::Meeting;
 use super::phase::Phase;
 use super::stop::Stop;
 use crate::Deadline;
@@ -26,6 +27,7 @@ pub struct Federate<'a> {
     /// What the RTI has to authenticate.
     pub(super) nonce: Nonce,
     pub(super) sync: Synchronization,
+    pub(super) meeting: Meeting,
     pub(super) clock: ClockCorrection,
     /// When to give up waiting for the RTI, before the start.
     pub(super) patience: Deadline,
@@ -63,6 +65,7 @@ impl<'a> Federate<'a> {
             outbox: Outbox::default(),
             nonce: Nonce::default(),
             sync: Synchronization::new(),
+            meeting: Meeting::default(),
             clock: ClockCorrection::NONE,
             patience: Deadline::Never,
             start: None,
@@ -165,7 +168,7 @@ impl<'a> Federate<'a> {
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let result = match self.phase {
             Phase::Disconnected => Err(self.unexpected(&message)),
-            Phase::Authenticating | Phase::Introducing | Phase::Synchronizing | Phase::Starting => {
+            Phase::Authenticating | Phase::Introducing | Phase::Synchronizing | Phase::Meeting | Phase::Starting => {
                 self.handle_early(now, &message)
             }
             Phase::Running => self.handle_running(message),
@@ -187,7 +190,7 @@ impl<'a> Federate<'a> {
                 self.patience = Deadline::Never;
                 Ok(Disconnected::ConnectAgain)
             }
-            Phase::Synchronizing | Phase::Starting | Phase::Running | Phase::Resigning => {
+            Phase::Synchronizing | Phase::Meeting | Phase::Starting | Phase::Running | Phase::Resigning => {
                 Err(self.fail_with(FederateError::RtiLost { phase: self.phase }))
             }
             Phase::Ended | Phase::Failed => {
@@ -213,13 +216,13 @@ impl<'a> Federate<'a> {
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
     ///
-    /// After at most fifteen calls without an event or command in between, `None` comes.
+    /// After at most seventeen calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         self.outbox.remove(&message);
         match message {
             Message::NextEventTag(_) => self.net.transmitted(),
-            Message::AddressQuery { .. } => self.pace.asked(),
+            Message::AddressQuery { .. } if self.phase == Phase::Running => self.pace.asked(),
             Message::T3 { .. } => self.sync.t3_leaves(),
             Message::Resign => self.phase = Phase::Ended,
             _ => {}

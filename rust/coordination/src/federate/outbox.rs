@@ -11,6 +11,7 @@ use lf_wire::june_2026::{
 };
 
 use super::config::{ClockSync, Config};
+use crate::FederateId;
 use crate::auth::{Nonce, Proof};
 use crate::tag::to_wire;
 
@@ -25,6 +26,9 @@ pub(super) struct Outbox {
     pub(super) neighbor_structure: bool,
     pub(super) udp_port: bool,
     pub(super) t3: bool,
+    /// The port on which others reach this federate.
+    pub(super) advertisement: Option<u16>,
+    pub(super) address_query: Option<FederateId>,
     pub(super) timestamp: Option<Instant>,
     pub(super) stop_request: Option<Tag>,
     pub(super) stop_reply: Option<Tag>,
@@ -59,6 +63,12 @@ impl Outbox {
         if self.t3 {
             return Some(Message::T3 { federate: config.id.0 });
         }
+        if let Some(port) = self.advertisement {
+            return Some(Message::AddressAdvertisement { port: port.into() });
+        }
+        if let Some(federate) = self.address_query {
+            return Some(Message::AddressQuery { federate: federate.0 });
+        }
         if let Some(time) = self.timestamp {
             return Some(Message::Timestamp(time.as_nanos()));
         }
@@ -92,6 +102,8 @@ impl Outbox {
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
             Message::T3 { .. } => self.t3 = false,
+            Message::AddressAdvertisement { .. } => self.advertisement = None,
+            Message::AddressQuery { .. } => self.address_query = None,
             Message::Timestamp(_) => self.timestamp = None,
             Message::StopRequest(_) => self.stop_request = None,
             Message::StopReply(_) => self.stop_reply = None,

@@ -14,6 +14,8 @@ pub enum Phase {
     Introducing,
     /// In the initial clock synchronization.
     Synchronizing,
+    /// Connecting to the federates to which it sends directly.
+    Meeting,
     /// Waiting for the start time, which the RTI gives when all federates have come.
     Starting,
     /// The start time is known: tags are granted, begun and completed.
@@ -34,6 +36,7 @@ impl fmt::Display for Phase {
             Self::Authenticating => "during the authentication",
             Self::Introducing => "before it had accepted this federate",
             Self::Synchronizing => "during the initial clock synchronization",
+            Self::Meeting => "while this federate connected to others",
             Self::Starting => "while this federate waited for the others to start",
             Self::Running => "while this federate was running",
             Self::Resigning => "before this federate could resign",

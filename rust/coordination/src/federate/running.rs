@@ -121,6 +121,7 @@ impl Federate<'_> {
             | Phase::Authenticating
             | Phase::Introducing
             | Phase::Synchronizing
+            | Phase::Meeting
             | Phase::Starting => self.fail(),
             Phase::Resigning | Phase::Ended | Phase::Failed => {}
         }
