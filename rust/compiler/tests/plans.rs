@@ -51,6 +51,11 @@ fn physical_connections_have_queues_that_count_from_physical_time() {
 }
 
 #[test]
+fn physical_connections_between_federates_go_past_the_rti() {
+    check("direct");
+}
+
+#[test]
 fn federates_in_cycles_without_delay_know_what_to_wait_for_and_what_to_tell() {
     check("zero_delay");
 }

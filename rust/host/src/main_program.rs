@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Storage};
-use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
+use lf_runtime::{Buffers, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated};
 
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::platform::Host;
@@ -20,6 +20,8 @@ const USAGE: u8 = 2;
 /// The least receive buffer. Memory is no concern here, and the more messages can be looked behind, the longer a burst
 /// can be that comes before the grant for its first message.
 const INPUT_BYTES: usize = 1 << 18;
+/// The least buffer of a connection with another federate.
+const PEER_BYTES: usize = 1 << 14;
 
 /// Runs a generated program with this process's command line.
 pub fn main<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>(
@@ -65,7 +67,11 @@ fn run(
     let mut host = Host::new().map_err(MainError::System)?;
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
-    let buffers = Buffers::new(&mut input, &mut output);
+    let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
+    let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];
+    let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
+    let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
+    let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let join = Join { federation_id: federation_id.as_bytes(), rti };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     run_federate(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)

@@ -3,6 +3,7 @@
 
 use lf_wire::{InBuffer, OutBuffer};
 
+use crate::federate::{Inbound, Outbound, Peers};
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 /// Buffers that a connection uses as long as it lasts, and the next connection after it.
@@ -12,12 +13,23 @@ pub struct Buffers<'s> {
     pub input: InBuffer<&'s mut [u8]>,
     /// What is to be sent. It must hold the longest message that can be sent, and control messages beside it.
     pub output: OutBuffer<&'s mut [u8]>,
+    /// Of a federate: the connections with others, past the RTI.
+    pub(crate) peers: Peers<'s>,
 }
 
 impl<'s> Buffers<'s> {
     /// Empty buffers in the owner's memory.
     pub fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
-        Self { input: InBuffer::new(input), output: OutBuffer::new(output) }
+        Self { input: InBuffer::new(input), output: OutBuffer::new(output), peers: Peers::default() }
+    }
+
+    /// With connections to the federates of [`Federation::peers_out`], in the same order, and as many places for
+    /// connections from others as [`Federation::peers_in`] has.
+    ///
+    /// [`Federation::peers_out`]: crate::Federation::peers_out
+    /// [`Federation::peers_in`]: crate::Federation::peers_in
+    pub fn with_peers(self, outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
+        Self { peers: Peers::new(outbound, inbound), ..self }
     }
 
     /// Forgets what belonged to a connection that has ended.

@@ -61,6 +61,10 @@ pub struct Federation {
     pub downstream: &'static [u16],
     /// The inputs from federates in the same cycle without delay: reactions wait until it is known what comes there.
     pub awaited: &'static [AwaitedInput],
+    /// The federates from which this one has physical connections, in order of id.
+    pub peers_in: &'static [u16],
+    /// The federates to which this one has physical connections, in order of id.
+    pub peers_out: &'static [u16],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
     /// The least delay from a physical action to an output to another federate; `None` when there is no such path.
@@ -72,6 +76,10 @@ pub struct Federation {
     pub input_bytes: usize,
     /// Bytes of the send buffer, at least [`buffer_bytes`] of the longest payload that can be sent.
     pub output_bytes: usize,
+    /// Bytes of the receive buffer of each connection from another federate, at least [`peer_buffer_bytes`].
+    pub peer_input_bytes: usize,
+    /// Bytes of the send buffer of each connection to another federate, at least [`peer_buffer_bytes`].
+    pub peer_output_bytes: usize,
 }
 
 /// Bytes kept free in a send buffer for messages of coordination, so that data never blocks them.
@@ -91,4 +99,13 @@ pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
     let message = TAGGED_MESSAGE_HEADER_BYTES + payload_bytes_max;
     let handshake = FEDERATION_ID_MAX + NEIGHBOR * neighbors;
     CONTROL_BYTES + if message > handshake { message } else { handshake }
+}
+
+/// The smallest buffer of a connection between two federates, for payloads up to `payload_bytes_max`; it has room for
+/// the introduction and for two messages.
+pub const fn peer_buffer_bytes(payload_bytes_max: usize) -> usize {
+    const FEDERATION_ID_MAX: usize = 255;
+    let (messages, introduction) =
+        (2 * (TAGGED_MESSAGE_HEADER_BYTES + payload_bytes_max), CONTROL_BYTES + FEDERATION_ID_MAX);
+    if messages > introduction { messages } else { introduction }
 }

@@ -58,6 +58,15 @@ pub enum RunError {
         /// Tags that it holds.
         found: usize,
     },
+    /// No port can be listened on for other federates.
+    Listen(NetError),
+    /// Something is wrong with the direct connection with another federate.
+    Peer {
+        /// The federate.
+        federate: u16,
+        /// What is wrong.
+        fault: PeerFault,
+    },
     /// A buffer cannot hold the longest message.
     BufferTooSmall {
         /// What it is for.
@@ -103,6 +112,8 @@ impl fmt::Display for RunError {
             Self::KnownTooShort { needed, found } => {
                 write!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
             }
+            Self::Listen(error) => write!(f, "no TCP port can be listened on for other federates: {error}"),
+            Self::Peer { federate, fault } => write!(f, "federate {federate} {fault}"),
             Self::BufferTooSmall { buffer, needed, found } => {
                 write!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least")
             }
@@ -112,6 +123,42 @@ impl fmt::Display for RunError {
 }
 
 impl core::error::Error for RunError {}
+
+/// What is wrong with the direct connection with another federate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum PeerFault {
+    /// Its bytes are no message.
+    Bytes(DecodeError),
+    /// It sent what no federate sends over a physical connection.
+    Unexpected(&'static str),
+    /// It sent to another federate, or to an input that is not the end of a physical connection from it.
+    WrongInput {
+        /// The federate that it named.
+        federate: u16,
+        /// The input that it named.
+        port: u16,
+    },
+    /// It takes nothing any more, while this federate waits for that in the middle of a tag.
+    Stuck,
+}
+
+impl fmt::Display for PeerFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bytes(error) => write!(f, "sent bytes that are no message: {error}"),
+            Self::Unexpected(message) => write!(f, "sent {message} over a physical connection"),
+            Self::WrongInput { federate, port } => write!(
+                f,
+                "sent a value for input {port} of federate {federate}, to which it has no physical connection: check \
+                 that all federates are built from the same program",
+            ),
+            Self::Stuck => f.write_str(
+                "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \
+                 this one: raise the capacity of the physical connection with `@capacity(n)`, or send less",
+            ),
+        }
+    }
+}
 
 impl From<RandomError> for RunError {
     fn from(error: RandomError) -> Self {

@@ -20,9 +20,12 @@ mod turn;
 mod unfederated;
 
 pub use connection::Buffers;
-pub use description::{CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes};
+pub use description::{
+    CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
+};
 pub use error::RunError;
 pub use federate::{FederateLoop, Join, run_federate};
+pub use federate::{Inbound, Outbound};
 pub use lf_coordination::federate::{AwaitedInput, ClockSync};
 pub use lf_wire::june_2026::DELAY_NONE;
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, run_rti};

@@ -8,7 +8,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
-use lf_runtime::{Buffers, Description, Federation, Join, RunError, run_federate, run_unfederated};
+use lf_runtime::{Buffers, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated};
 
 use crate::platform::ZephyrPlatform;
 use crate::settings::{self, SettingsError};
@@ -60,39 +60,71 @@ impl<const T: usize, const TW: usize, const RW: usize, const PW: usize> EngineSt
     }
 }
 
-/// The static memory of a program `P` with its engine's storage `S`, buffers of so many bytes, and so many tags for
-/// what is known of inputs.
+/// The static memory of a program `P` with its engine's storage `S`, buffers of so many bytes, so many tags for what is
+/// known of inputs, and so many connections from and to other federates with buffers of so many bytes.
 ///
 /// It is a static and not on the main thread's stack, so that the linker counts it.
-pub struct Memory<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> {
+pub struct Memory<P, S, const INPUT: usize,
+    const OUTPUT: usize,
+    const KNOWN: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize> {
     taken: AtomicBool,
-    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT, KNOWN>>>,
+    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>>>,
 }
 
-struct Parts<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> {
+struct Parts<P, S, const INPUT: usize,
+    const OUTPUT: usize,
+    const KNOWN: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize> {
     program: P,
     storage: S,
     input: [u8; INPUT],
     output: [u8; OUTPUT],
     known: [Tag; KNOWN],
+    peer_inputs: [[u8; IN_BYTES]; INS],
+    peer_outputs: [[u8; OUT_BYTES]; OUTS],
 }
 
 // SAFETY: the cell is accessed only by the one call of `run` that has set `taken`, which is never unset.
-unsafe impl<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> Sync
-    for Memory<P, S, INPUT, OUTPUT, KNOWN>
+unsafe impl<P, S, const INPUT: usize,
+    const OUTPUT: usize,
+    const KNOWN: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize> Sync
+    for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
 }
 
-impl<P, S, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize> fmt::Debug
-    for Memory<P, S, INPUT, OUTPUT, KNOWN>
+impl<P, S, const INPUT: usize,
+    const OUTPUT: usize,
+    const KNOWN: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize> fmt::Debug
+    for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Memory").field("taken", &self.taken).finish_non_exhaustive()
     }
 }
 
-impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize, const KNOWN: usize>
-    Memory<P, S, INPUT, OUTPUT, KNOWN>
+impl<P: Program, S: EngineStorage, const INPUT: usize,
+    const OUTPUT: usize,
+    const KNOWN: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize>
+    Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
@@ -121,14 +153,18 @@ impl<P: Program, S: EngineStorage, const INPUT: usize, const OUTPUT: usize, cons
             input: [0; INPUT],
             output: [0; OUTPUT],
             known: [Tag::NEVER; KNOWN],
+            peer_inputs: [[0; IN_BYTES]; INS],
+            peer_outputs: [[0; OUT_BYTES]; OUTS],
         };
-        let Parts { program, storage, input, output, known } = memory.write(parts);
+        let Parts { program, storage, input, output, known, peer_inputs, peer_outputs } = memory.write(parts);
         let engine = storage.engine(program.tables(), description.settings());
         let Some(federation) = &description.federation else {
             return run_unfederated(platform, program, engine).map_err(ImageError::Run);
         };
         let join = join(federation).map_err(ImageError::Settings)?;
-        let buffers = Buffers::new(input, output);
+        let mut inbound = peer_inputs.each_mut().map(|bytes| Inbound::new(bytes));
+        let mut outbound = peer_outputs.each_mut().map(|bytes| Outbound::new(bytes));
+        let buffers = Buffers::new(input, output).with_peers(&mut outbound, &mut inbound);
         run_federate(platform, program, engine, federation, &join, buffers, known).map_err(ImageError::Run)
     }
 }
@@ -162,6 +198,22 @@ pub const fn awaited_inputs(description: &Description) -> usize {
     match &description.federation {
         Some(federation) => federation.awaited.len(),
         None => 0,
+    }
+}
+
+/// How many federates send to this one over physical connections, and bytes of the receive buffer of each.
+pub const fn peers_in(description: &Description) -> (usize, usize) {
+    match &description.federation {
+        Some(federation) => (federation.peers_in.len(), federation.peer_input_bytes),
+        None => (0, 0),
+    }
+}
+
+/// To how many federates this one sends over physical connections, and bytes of the send buffer of each.
+pub const fn peers_out(description: &Description) -> (usize, usize) {
+    match &description.federation {
+        Some(federation) => (federation.peers_out.len(), federation.peer_output_bytes),
+        None => (0, 0),
     }
 }
 

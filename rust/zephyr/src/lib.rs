@@ -65,6 +65,10 @@ macro_rules! main {
                     { $crate::image::input_bytes(&$module::DESCRIPTION) },
                     { $crate::image::output_bytes(&$module::DESCRIPTION) },
                     { $crate::image::awaited_inputs(&$module::DESCRIPTION) },
+                    { $crate::image::peers_in(&$module::DESCRIPTION).0 },
+                    { $crate::image::peers_in(&$module::DESCRIPTION).1 },
+                    { $crate::image::peers_out(&$module::DESCRIPTION).0 },
+                    { $crate::image::peers_out(&$module::DESCRIPTION).1 },
                 > = $crate::image::Memory::new();
                 MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
             },

@@ -123,11 +123,6 @@ impl Graph {
                 let from = self.node(tree, position, connection.from);
                 let to = self.node(tree, position, connection.to);
                 let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
-                if network && connection.physical {
-                    let message = "physical connections between federates are not supported yet";
-                    let hint = "use `->`, with `after` where the receiver may be late";
-                    diagnostics.push(Diagnostic::new(Code::Unsupported, connection.span, message).hint(hint));
-                }
                 self.into[to] = Some(self.links.len());
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;

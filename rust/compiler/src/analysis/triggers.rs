@@ -231,7 +231,7 @@ impl Builder<'_> {
         let capacity = self.given_capacity(position).unwrap_or_else(|| {
             let rate = rates.of_port(graph.root[link.from]);
             let delay_ns = link.delay.unwrap_or_default();
-            if !rate.complete && delay_ns > 0 && self.is_in_cycle(position) {
+            if !rate.complete && delay_ns > 0 && !link.physical && self.is_in_cycle(position) {
                 let message =
                     format!("how many values of `{}` can be on their way is not known", self.link_name(position));
                 let hint = "in a cycle of federates the queue has to hold them all, or the program ends with an error: \

@@ -66,7 +66,7 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
         }
     }
     network(&mut fragment, &place);
-    capacities(&mut fragment, plan, federate);
+    capacities(&mut fragment, plan, federate, &place);
     receive_buffer(&mut fragment, federate, &place);
     logging(&mut fragment, plan.target.logging);
     fragment.0
@@ -88,13 +88,19 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
 }
 
-fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
-    // A federate has one connection, to the RTI, and closes it before it makes another.
-    let sockets = 1;
+fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate, place: &Place) {
+    // One to the RTI, which is closed before another is made; one per physical connection, and one that awaits them.
+    let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
+    let sockets = 1 + peers_in + usize::from(peers_in > 0) + peers_out;
     fragment.comment("What the federate needs: sockets, and descriptors for them, the wake-up and the console.");
     fragment.set("LF_SOCKETS", sockets);
     fragment.set("ZVFS_OPEN_MAX", sockets + 3);
     fragment.set("ZVFS_POLL_MAX", 2 * sockets + 1);
+    if sockets > 1 && !is_native_sim(place) {
+        fragment.comment("What Zephyr's own network stack keeps for them.");
+        fragment.set("NET_MAX_CONTEXTS", sockets + 2);
+        fragment.set("NET_MAX_CONN", sockets + 3);
+    }
     let is_physical = |kind: &TriggerKind| matches!(kind, TriggerKind::Action { physical: true, .. });
     let threads = match plan.target.user_threads {
         0 => federate.triggers.iter().filter(|trigger| is_physical(&trigger.kind)).count(),

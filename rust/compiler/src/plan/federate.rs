@@ -51,6 +51,22 @@ impl Federate {
     }
 }
 
+impl Federate {
+    /// The federates from which this one has physical connections, in order of id.
+    pub fn peers_in(&self) -> Vec<u16> {
+        in_order(self.inputs.iter().filter(|input| input.physical).map(|input| input.federate))
+    }
+
+    /// The federates to which this one has physical connections, in order of id.
+    pub fn peers_out(&self) -> Vec<u16> {
+        in_order(self.outputs.iter().filter(|output| output.physical).map(|output| output.federate))
+    }
+}
+
+fn in_order(federates: impl Iterator<Item = u16>) -> Vec<u16> {
+    federates.collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+}
+
 /// An instance of a reactor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Instance {

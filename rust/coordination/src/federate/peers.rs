@@ -72,8 +72,8 @@ impl Federate<'_> {
         }
     }
 
-    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted. Its address
-    /// is asked for again after a while, for it may be another one.
+    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted. Its
+    /// address is asked for again after a while, for it may be another one.
     ///
     /// # Errors
     /// When the time for it is over.

@@ -18,6 +18,7 @@ use lf_wire::{DecodeError, InBuffer, Limits};
 
 use super::FederateLoop;
 use super::link::Arrival;
+use super::peers::Peers;
 use crate::error::RunError;
 use crate::platform::Platform;
 
@@ -118,6 +119,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                         awaited: &mut self.awaited,
                         engine: &mut self.engine,
                         program: &mut *self.program,
+                        peers: &mut self.peers,
+                        peers_out: self.federation.peers_out,
+                        meeting: &mut self.meeting,
                     };
                     let last_tag_changed = hands.take(now, message)?;
                     self.link.buffers.input.remove(self.held.bytes, length);
@@ -188,6 +192,9 @@ struct Hands<'a, 'c, 's, P> {
     awaited: &'a mut Awaited<'s>,
     engine: &'a mut Engine<'s>,
     program: &'a mut dyn Program,
+    peers: &'a mut Peers<'s>,
+    peers_out: &'a [u16],
+    meeting: &'a mut Option<usize>,
 }
 
 impl<P: Platform> Hands<'_, '_, '_, P> {
@@ -202,6 +209,12 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
                 self.platform.set_correction(self.machine.clock());
+            }
+            Event::PeerFound { federate, address } => {
+                let index = self.peers_out.iter().position(|peer| *peer == federate.0);
+                log::debug!("connecting to federate {federate} at {address}");
+                *self.meeting = index;
+                self.peers.connect(self.platform, index.unwrap_or(usize::MAX), address);
             }
             Event::Started(start) => self.start(start),
             Event::StopGranted(tag) => {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loop of a federate with centralized coordination.
 
+mod direct;
 mod input;
 mod link;
 mod output;
+mod peers;
 mod tags;
 
 use core::fmt;
@@ -24,6 +26,8 @@ use crate::platform::Platform;
 use crate::turn::Turn;
 use input::Held;
 use link::{Arrival, Link};
+pub(crate) use peers::Peers;
+pub use peers::{Inbound, Outbound};
 use tags::Advance;
 
 /// How long a federate that has failed tries to tell the RTI.
@@ -43,14 +47,14 @@ pub struct Join<'a> {
 ///
 /// # Errors
 /// Why it ended early. The RTI has been told, where that was possible.
-pub fn run_federate<P: Platform>(
+pub fn run_federate<'s, P: Platform>(
     platform: &mut P,
     program: &mut dyn Program,
-    engine: Engine<'_>,
+    engine: Engine<'s>,
     federation: &Federation,
     join: &Join<'_>,
-    buffers: Buffers<'_>,
-    known: &mut [Tag],
+    buffers: Buffers<'s>,
+    known: &'s mut [Tag],
 ) -> Result<(), RunError> {
     let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known)?;
     loop {
@@ -69,8 +73,12 @@ fn check_buffers(
     join: &Join<'_>,
 ) -> Result<(), RunError> {
     let message = |payload: usize| payload.saturating_add(TAGGED_MESSAGE_HEADER_BYTES);
-    let longest_input = tables.inputs.iter().map(|input| message(input.max_len)).max().unwrap_or(0);
-    let longest_output = tables.outputs.iter().map(|output| message(output.max_len)).max().unwrap_or(0);
+    let longest = |direct: bool| {
+        let inputs = tables.inputs.iter().filter(|input| input.physical == direct).map(|input| input.max_len);
+        let outputs = tables.outputs.iter().filter(|output| output.physical == direct).map(|output| output.max_len);
+        (inputs.map(message).max().unwrap_or(0), outputs.map(message).max().unwrap_or(0))
+    };
+    let ((longest_input, longest_output), direct) = (longest(false), longest(true));
     let ids = Message::FedIds { federate: federation.id, federation_id: join.federation_id };
     let neighbors = NeighborStructure::new(federation.upstream, federation.downstream);
     let handshake = ids.encoded_len().max(Message::NeighborStructure(neighbors).encoded_len());
@@ -78,7 +86,16 @@ fn check_buffers(
         ("receive", longest_input.max(CONTROL_BYTES), buffers.input.capacity()),
         ("send", longest_output.saturating_add(CONTROL_BYTES).max(handshake), buffers.output.capacity()),
     ];
-    match needs.into_iter().find(|(_, needed, found)| found < needed) {
+    let introduction = CONTROL_BYTES + join.federation_id.len();
+    let inbound =
+        buffers.peers.inbound.iter().map(|one| ("peer receive", direct.0.max(introduction), one.input.capacity()));
+    let outbound =
+        buffers.peers.outbound.iter().map(|one| ("peer send", direct.1.max(introduction), one.output.capacity()));
+    let places = [
+        ("table of peers that send", federation.peers_in.len(), buffers.peers.inbound.len()),
+        ("table of peers that receive", federation.peers_out.len(), buffers.peers.outbound.len()),
+    ];
+    match needs.into_iter().chain(inbound).chain(outbound).chain(places).find(|(_, needed, found)| found < needed) {
         Some((buffer, needed, found)) => Err(RunError::BufferTooSmall { buffer, needed, found }),
         None => Ok(()),
     }
@@ -97,8 +114,12 @@ pub struct FederateLoop<'a, 's, P> {
     limits: Limits,
     /// The messages in the input buffer that wait for room in their inputs' queues.
     held: Held,
-    has_upstream: bool,
-    authentication: bool,
+    /// The connections with other federates.
+    peers: Peers<'s>,
+    /// Which of them is being made.
+    meeting: Option<usize>,
+    federation: &'a Federation,
+    federation_id: &'a [u8],
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
     stage: Stage,
@@ -133,20 +154,24 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         engine: Engine<'s>,
         federation: &'a Federation,
         join: &Join<'a>,
-        buffers: Buffers<'s>,
+        mut buffers: Buffers<'s>,
         known: &'s mut [Tag],
     ) -> Result<Self, RunError> {
+        check_buffers(&buffers, engine.tables(), federation, join)?;
+        let mut peers = core::mem::take(&mut buffers.peers);
+        let listening = peers.listen(platform).map_err(RunError::Listen)?;
         let config = Config {
             authentication: federation.authentication,
             upstream: federation.upstream,
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,
             physical_delay: federation.physical_delay,
+            listening,
+            peers: federation.peers_out,
             advance_interval: federation.advance_interval,
             ..Config::new(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;
-        check_buffers(&buffers, engine.tables(), federation, join)?;
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
         let limits = Limits {
@@ -166,8 +191,10 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             link,
             limits,
             held: Held::NONE,
-            has_upstream: !federation.upstream.is_empty(),
-            authentication: federation.authentication,
+            peers,
+            meeting: None,
+            federation,
+            federation_id: join.federation_id,
             silent: false,
             stage: Stage::Taking,
         })
@@ -191,10 +218,13 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         if let Stage::Leaving(until, result) = &self.stage {
             let (until, result) = (*until, result.clone());
-            if self.take_leave(until) {
+            let direct = self.peers.take_leave(self.platform) && self.platform.now() < until;
+            if self.take_leave(until) || direct {
+                self.peers.set_interest(self.platform, false);
                 return Turn::Wait(Deadline::At(until));
             }
             self.link.close(self.platform);
+            self.peers.close(self.platform);
             self.stage = Stage::Ended(result);
         }
         match &self.stage {
@@ -206,8 +236,11 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
     /// the time has come that the last [`FederateLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let link = &mut self.link;
-        self.platform.wait(until, &mut |socket, interest| link.handle_ready(socket, interest));
+        let (link, peers) = (&mut self.link, &mut self.peers);
+        self.platform.wait(until, &mut |socket, interest| {
+            link.handle_ready(socket, interest);
+            peers.handle_ready(socket, interest);
+        });
     }
 
     /// One turn of a federate that takes part in the federation. `None` when it has resigned.
@@ -217,7 +250,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         if self.link.establish(self.platform)? {
             let mut nonce = Nonce::default();
-            if self.authentication {
+            if self.federation.authentication {
                 self.platform.random(&mut nonce)?;
             }
             let now = self.platform.now();
@@ -225,8 +258,15 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         self.receive()?;
         self.handle_timeout()?;
+        self.meet_peers()?;
+        self.receive_directly()?;
         let advance = self.advance()?;
         self.transmit();
+        self.peers.flush(self.platform);
+        if advance == Advance::OutputFull {
+            let now = self.platform.now();
+            self.check_stuck(now)?;
+        }
         if advance == Advance::NotGranted
             && let Some(InputId(input)) = self.choked()
         {
@@ -286,10 +326,14 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let event = match advance {
             _ if self.held.is_stale() => Deadline::Now,
             Advance::Until(deadline) => deadline,
-            Advance::NotGranted | Advance::OutputFull | Advance::Done => Deadline::Never,
+            Advance::OutputFull => self.peers.stuck().map(|(_, since)| since + peers::STUCK_TIME_OUT).into(),
+            Advance::NotGranted | Advance::Done => Deadline::Never,
         };
+        let running = self.machine.phase() == Phase::Running;
         self.link.set_interest(self.platform);
-        event.min(self.machine.poll_timeout()).min(self.link.poll_timeout())
+        self.peers.set_interest(self.platform, running);
+        let sockets = self.link.poll_timeout().min(self.peers.poll_timeout(running));
+        event.min(self.machine.poll_timeout()).min(sockets)
     }
 
     /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when

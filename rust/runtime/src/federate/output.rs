@@ -7,6 +7,7 @@ use lf_wire::june_2026::Message;
 use lf_wire::{PushError, Tag};
 
 use super::link::Link;
+use super::peers::Peers;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::Platform;
 
@@ -14,6 +15,9 @@ use crate::platform::Platform;
 pub(super) struct Output<'a, 's, 'c, P> {
     platform: &'a mut P,
     link: &'a mut Link<'s>,
+    peers: &'a mut Peers<'s>,
+    /// To which federates the outbound connections lead.
+    peers_out: &'a [u16],
     machine: &'a mut Federate<'c>,
     /// Nothing is sent any more.
     silent: bool,
@@ -23,10 +27,12 @@ impl<'a, 's, 'c, P: Platform> Output<'a, 's, 'c, P> {
     pub(super) fn new(
         platform: &'a mut P,
         link: &'a mut Link<'s>,
+        peers: &'a mut Peers<'s>,
+        peers_out: &'a [u16],
         machine: &'a mut Federate<'c>,
         silent: bool,
     ) -> Self {
-        Self { platform, link, machine, silent }
+        Self { platform, link, peers, peers_out, machine, silent }
     }
 }
 
@@ -41,6 +47,31 @@ impl<P: Platform> Output<'_, '_, '_, P> {
     }
 }
 
+impl<P: Platform> Output<'_, '_, '_, P> {
+    /// Sends over a physical connection; to a federate that has left nothing is sent.
+    fn send_directly(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
+        let output = message.output;
+        let index = self.peers_out.iter().position(|federate| *federate == output.federate);
+        let Some(peer) = index.and_then(|index| self.peers.outbound.get_mut(index)) else { return Ok(()) };
+        if peer.output.room() < output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
+            peer.flush(self.platform);
+        }
+        if peer.has_ended() {
+            return Ok(());
+        }
+        let pushed =
+            peer.output.push_p2p_with(output.port, output.federate, output.max_len, |bytes| message.encode(bytes));
+        match pushed {
+            Ok(_) => Ok(()),
+            Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
+            Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => {
+                peer.stuck = peer.stuck.or(Some(self.platform.now()));
+                Err(SendError::NoRoom)
+            }
+        }
+    }
+}
+
 fn to_wire(tag: lf_model::time::Tag) -> Tag {
     Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
 }
@@ -51,6 +82,9 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
+        if message.output.physical {
+            return self.send_directly(message);
+        }
         if self.silent || !self.machine.may_send(message.tag) {
             // Nobody gets as far as this tag.
             return Ok(());

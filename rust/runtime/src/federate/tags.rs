@@ -40,7 +40,14 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                 return Ok(advance);
             }
             let max_level = self.awaited.max_level(&self.machine);
-            let mut output = Output::new(self.platform, &mut self.link, &mut self.machine, self.silent);
+            let mut output = Output::new(
+                self.platform,
+                &mut self.link,
+                &mut self.peers,
+                self.federation.peers_out,
+                &mut self.machine,
+                self.silent,
+            );
             match self.engine.advance(self.program, &mut output, max_level) {
                 Progress::Complete => {}
                 Progress::OutputFull { .. } => return Ok(Advance::OutputFull),
@@ -61,7 +68,14 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// Begins the next tag, if it is due and granted; else says what it waits for.
     fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
-        let env = Output::new(self.platform, &mut self.link, &mut self.machine, self.silent);
+        let env = Output::new(
+            self.platform,
+            &mut self.link,
+            &mut self.peers,
+            self.federation.peers_out,
+            &mut self.machine,
+            self.silent,
+        );
         self.engine.drain_physical(self.program, &env);
         if let Some(tag) = self.engine.take_stop_request() {
             self.machine.request_stop(tag);
@@ -84,14 +98,17 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         self.machine.begin(tag)?;
         self.engine.begin(self.program, tag)?;
         self.held.look_again();
+        self.peers.stale = true;
         Ok(None)
     }
 
     /// There is no event. When none can come any more, the next microstep is the last tag.
     fn idle(&mut self, now: Instant) -> Deadline {
         // Neither the program nor one of its threads can make an event out of nothing.
-        let has_no_source = !self.engine.settings().keepalive && self.platform.outside().mailbox().links() == 0;
-        if self.has_upstream || !has_no_source {
+        let has_no_source = !self.engine.settings().keepalive
+            && self.platform.outside().mailbox().links() == 0
+            && !self.peers.can_receive();
+        if !self.federation.upstream.is_empty() || !has_no_source {
             // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
             // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is
             // not sent.

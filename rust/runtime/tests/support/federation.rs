@@ -12,8 +12,8 @@ use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, DELAY_NONE, Federation, Inlet, Join, Outgoing, RtiSetup, RunError, buffer_bytes,
-    run_federate, run_rti,
+    AwaitedInput, Buffers, ClockSync, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing, RtiSetup,
+    RunError, buffer_bytes, peer_buffer_bytes, run_federate, run_rti,
 };
 
 use super::network::{Conditions, address_of};
@@ -32,6 +32,8 @@ pub struct Edge {
     pub from: u16,
     pub to: u16,
     pub delay: Option<Interval>,
+    /// The connection is physical.
+    pub physical: bool,
 }
 
 /// A federation, and what happens to it.
@@ -90,10 +92,14 @@ impl Plan {
         let mut reached = BTreeSet::from([edge.to]);
         let mut open = vec![edge.to];
         while let Some(at) = open.pop() {
-            let next = self.edges.iter().filter(|edge| edge.from == at && edge.delay.is_none()).map(|edge| edge.to);
+            let next = self
+                .edges
+                .iter()
+                .filter(|edge| edge.from == at && edge.delay.is_none() && !edge.physical)
+                .map(|edge| edge.to);
             open.extend(next.filter(|next| reached.insert(*next)));
         }
-        edge.delay.is_none() && reached.contains(&edge.from)
+        edge.delay.is_none() && !edge.physical && reached.contains(&edge.from)
     }
 }
 
@@ -206,11 +212,16 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
 /// The part of a federate in the federation.
 pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     let mut upstream: BTreeMap<u16, i64> = BTreeMap::new();
-    for edge in plan.edges.iter().filter(|edge| edge.to == id) {
+    for edge in plan.edges.iter().filter(|edge| edge.to == id && !edge.physical) {
         let delay = edge.delay.map_or(DELAY_NONE, Interval::as_nanos);
         upstream.entry(edge.from).and_modify(|least| *least = delay.min(*least)).or_insert(delay);
     }
-    let downstream: BTreeSet<u16> = plan.edges.iter().filter(|edge| edge.from == id).map(|edge| edge.to).collect();
+    let from = |physical: bool| plan.edges.iter().filter(move |edge| edge.from == id && edge.physical == physical);
+    let downstream: BTreeSet<u16> = from(false).map(|edge| edge.to).collect();
+    let peers_out: BTreeSet<u16> = from(true).map(|edge| edge.to).collect();
+    let direct = plan.edges.iter().filter(|edge| edge.to == id && edge.physical);
+    let physical_delay = direct.clone().map(|edge| edge.delay.unwrap_or_default()).min();
+    let peers_in: BTreeSet<u16> = direct.map(|edge| edge.from).collect();
     let bytes = buffer_bytes(4, plan.nodes.len());
     Federation {
         id,
@@ -223,10 +234,14 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
         awaited: &[],
         clock_sync: ClockSync::Init { trials: plan.trials },
-        physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO),
+        physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO).or(physical_delay),
         advance_interval: Interval::from_millis(10),
         input_bytes: bytes + plan.spare_bytes,
         output_bytes: bytes,
+        peers_in: peers_in.into_iter().collect::<Vec<_>>().leak(),
+        peers_out: peers_out.into_iter().collect::<Vec<_>>().leak(),
+        peer_input_bytes: peer_buffer_bytes(4),
+        peer_output_bytes: peer_buffer_bytes(4),
     }
 }
 
@@ -239,11 +254,11 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let edges = || plan.edges.iter().copied().enumerate();
     let inputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.to == id)
-        .map(|(index, edge)| (edge.from, port_of(index), edge.delay, plan.is_awaited(edge)))
+        .map(|(index, edge)| (edge.from, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical))
         .collect();
     let outputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.from == id)
-        .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge)))
+        .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical))
         .collect();
     let behavior = plan.nodes[usize::from(id)];
     let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs);
@@ -258,7 +273,11 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
     let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { ID };
     let join = Join { federation_id, rti: SocketAddrV4::new(address_of(RTI), PORT) };
-    let buffers = Buffers::new(&mut input, &mut output);
+    let mut peer_inputs = vec![vec![0; federation.peer_input_bytes]; federation.peers_in.len()];
+    let mut peer_outputs = vec![vec![0; federation.peer_output_bytes]; federation.peers_out.len()];
+    let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
+    let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
+    let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     let result = run_federate(platform, &mut node, engine, &federation, &join, buffers, &mut known);
     (result, node.log, node.ended)

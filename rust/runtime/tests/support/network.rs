@@ -163,6 +163,9 @@ impl Network {
     }
 
     pub fn listen(&mut self, owner: usize, port: u16) -> Result<SocketId, NetError> {
+        // Port 0 stands for one that nobody else has.
+        let own = self.tables.get(&owner).map_or(0, |table| table.places.len());
+        let port = if port == 0 { 49_152 + u16::try_from(own).expect("there are few sockets") } else { port };
         self.insert(owner, Kind::Listening { port, waiting: VecDeque::new() })
     }
 

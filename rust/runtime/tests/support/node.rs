@@ -61,7 +61,7 @@ const FIRST_INPUT_TRIGGER: u16 = 4;
 
 /// A connection as one of its ends sees it: the other federate, the port at the receiver, the delay, and whether the
 /// receiver waits within a tag for what comes.
-pub type End = (u16, u16, Option<Interval>, bool);
+pub type End = (u16, u16, Option<Interval>, bool, bool);
 
 /// What a reaction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,7 +126,7 @@ impl<const N: usize> Node<N> {
             ports.push(PortInfo { name: "node.in", reactions: ids(&|does| does == Does::Input(input)), delays: &[] });
         }
         let level = |input| reactions.iter().find(|(does, _)| *does == Does::Input(input)).unwrap().1;
-        let network_inputs = (0..).zip(inputs).map(|(input, (federate, _, delay, awaited))| NetworkInput {
+        let network_inputs = (0..).zip(inputs).map(|(input, (federate, _, delay, awaited, physical))| NetworkInput {
             name: "node.in",
             trigger: TriggerId(FIRST_INPUT_TRIGGER + input),
             federate: *federate,
@@ -134,17 +134,17 @@ impl<const N: usize> Node<N> {
             max_len: 4,
             level: level(input),
             awaited: *awaited,
-            physical: false,
+            physical: *physical,
         });
-        let network_outputs = outputs.iter().map(|(federate, port, delay, awaited)| NetworkOutput {
+        let network_outputs = outputs.iter().map(|(federate, port, delay, awaited, physical)| NetworkOutput {
             name: "node.out",
             source: PortId(0),
             federate: *federate,
             port: *port,
-            delay: *delay,
+            delay: delay.filter(|_| !physical),
             max_len: 4,
             tells_absence: *awaited,
-            physical: false,
+            physical: *physical,
         });
         let tables = Tables {
             reactions: reactions.iter().map(|(does, level)| does.info(*level)).collect::<Vec<_>>().leak(),

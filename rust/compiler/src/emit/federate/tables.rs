@@ -248,6 +248,8 @@ impl Module<'_> {
             let (port, level) = (Literal::usize_unsuffixed(port), Literal::u16_unsuffixed(input.level));
             quote!(lf::runtime::AwaitedInput { port: #port, level: #level })
         });
+        let ids = |peers: Vec<u16>| peers.into_iter().map(Literal::u16_unsuffixed).collect::<Vec<_>>();
+        let (peers_in, peers_out) = (ids(federate.peers_in()), ids(federate.peers_out()));
         let clock_sync = match self.plan.target.clock_sync {
             ClockSync::Off => quote!(lf::runtime::ClockSync::Off),
             ClockSync::Init => {
@@ -268,11 +270,15 @@ impl Module<'_> {
                 upstream: &[#(#upstream),*],
                 downstream: &[#(#downstream),*],
                 awaited: &[#(#awaited),*],
+                peers_in: &[#(#peers_in),*],
+                peers_out: &[#(#peers_out),*],
                 clock_sync: #clock_sync,
                 physical_delay: #physical_delay,
                 advance_interval: #advance_interval,
                 input_bytes: INPUT_BYTES,
                 output_bytes: OUTPUT_BYTES,
+                peer_input_bytes: PEER_INPUT_BYTES,
+                peer_output_bytes: PEER_OUTPUT_BYTES,
             })
         }
     }
@@ -292,8 +298,21 @@ impl Module<'_> {
             }
             Ok(lengths)
         };
-        let inputs = of(self.federate.inputs.iter().map(|input| self.filled(input.trigger)).collect())?;
-        let outputs = of(self.federate.outputs.iter().map(|output| output.source).collect())?;
+        let federate = self.federate;
+        let inputs = |physical: bool| {
+            let inputs = federate.inputs.iter().filter(|input| input.physical == physical);
+            of(inputs.map(|input| self.filled(input.trigger)).collect())
+        };
+        let outputs = |physical: bool| {
+            of(federate
+                .outputs
+                .iter()
+                .filter(|output| output.physical == physical)
+                .map(|output| output.source)
+                .collect())
+        };
+        let (peer_inputs, peer_outputs) = (inputs(true)?, outputs(true)?);
+        let (inputs, outputs) = (inputs(false)?, outputs(false)?);
         let neighbors = self.federate.upstream.len() + self.federate.downstream.len();
         let neighbors = Literal::usize_unsuffixed(neighbors);
         Ok(quote! {
@@ -301,6 +320,8 @@ impl Module<'_> {
             pub const INPUT_BYTES: usize = lf::runtime::buffer_bytes(longest(&[#(#inputs),*]), #neighbors);
             /// Bytes that the send buffer needs.
             pub const OUTPUT_BYTES: usize = lf::runtime::buffer_bytes(longest(&[#(#outputs),*]), #neighbors);
+            const PEER_INPUT_BYTES: usize = lf::runtime::peer_buffer_bytes(longest(&[#(#peer_inputs),*]));
+            const PEER_OUTPUT_BYTES: usize = lf::runtime::peer_buffer_bytes(longest(&[#(#peer_outputs),*]));
             const fn longest(lengths: &[usize]) -> usize {
                 let mut longest = 0;
                 let mut index = 0;
