@@ -22,6 +22,9 @@ if(profile STREQUAL release)
   list(APPEND arguments --release)
   set(folder release)
 endif()
+# SHA-256 without SIMD: targets such as native_sim's have no registers for it, and the small form saves flash.
+list(APPEND arguments --config
+  [=[build.rustflags=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compact"']]=])
 set(redirection)
 if(messages)
   list(APPEND arguments --message-format=json)
