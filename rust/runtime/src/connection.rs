@@ -28,6 +28,7 @@ impl<'s> Buffers<'s> {
     ///
     /// [`Federation::peers_out`]: crate::Federation::peers_out
     /// [`Federation::peers_in`]: crate::Federation::peers_in
+    #[must_use]
     pub fn with_peers(self, outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
         Self { peers: Peers::new(outbound, inbound), ..self }
     }

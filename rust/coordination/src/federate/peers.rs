@@ -38,16 +38,14 @@ impl Federate<'_> {
     /// Asks for the next address, or goes on to the start barrier when all connections are there.
     pub(super) fn meet(&mut self, now: Instant) {
         self.patience = Deadline::Never;
-        match self.next_peer() {
-            Some(_) => {
-                self.phase = Phase::Meeting;
-                self.meeting.asked = true;
-                self.outbox.address_query = self.next_peer();
-            }
-            None => {
-                self.phase = Phase::Starting;
-                self.outbox.timestamp = Some(self.clock.physical(now));
-            }
+        let next = self.next_peer();
+        if next.is_some() {
+            self.phase = Phase::Meeting;
+            self.meeting.asked = true;
+            self.outbox.address_query = next;
+        } else {
+            self.phase = Phase::Starting;
+            self.outbox.timestamp = Some(self.clock.physical(now));
         }
     }
 
