@@ -112,6 +112,12 @@ fn physical_actions_drive_a_cycle_without_delay() {
     check(&["LoopersFromThreads", "LoopersOnTwoPorts", "BothFromThreads", "CycleBesidePhysical"]);
 }
 
+/// Messages over physical connections go from federate to federate, and their receivers date them.
+#[test]
+fn physical_connections_take_physical_time() {
+    check(&["PhysicalCount", "PhysicalCountAfter", "PhysicalPingPong"]);
+}
+
 /// Of several ways from a physical action to an output, the shortest bounds what a federate promises.
 #[test]
 fn the_shortest_way_from_a_physical_action_counts() {
