@@ -51,6 +51,8 @@ pub struct Federate<'a> {
     pub(super) next: Option<Tag>,
     /// When the bound of the NET by physical time is to be renewed.
     pub(super) renewal: Deadline,
+    /// Something outside of the program can cause physical actions.
+    pub(super) has_physical_sources: bool,
 }
 
 impl<'a> Federate<'a> {
@@ -80,6 +82,7 @@ impl<'a> Federate<'a> {
             open: false,
             next: None,
             renewal: Deadline::Never,
+            has_physical_sources: true,
             config,
         })
     }
@@ -142,6 +145,11 @@ impl<'a> Federate<'a> {
     /// The tag at which the whole federation stops; `None` before [`Event::StopGranted`].
     pub fn stop_tag(&self) -> Option<Tag> {
         self.stop.granted()
+    }
+
+    /// Whether this federate has named a tag to stop at, and the RTI has not decided.
+    pub fn awaits_stop_tag(&self) -> bool {
+        self.stop.is_open()
     }
 
     /// Whether a message with this tag may be sent: not after this federate's last tag, for nobody will get there.

@@ -87,6 +87,14 @@ impl Federate<'_> {
         self.pace.message_sent();
     }
 
+    /// Whether anything outside of the program can cause physical actions; it can before this is said.
+    ///
+    /// Where nothing can, physical time does not bound the next event: a physical action that a reaction causes comes
+    /// after that reaction's tag, which the RTI knows of.
+    pub fn set_physical_sources(&mut self, any: bool) {
+        self.has_physical_sources = any;
+    }
+
     /// This federate's last tag by the program's time-out; the RTI is not asked.
     pub fn limit_stop(&mut self, tag: Tag) {
         self.stop.limit(tag);
@@ -254,7 +262,7 @@ impl Federate<'_> {
     /// A physical action that comes now has at least the time now + its delay. The bound is one ns earlier, as the
     /// stock federate has it, but not before a tag that is over.
     fn physical_bound(&self, now: Instant, tag: Tag) -> Option<Tag> {
-        let delay = self.config.physical_delay.filter(|_| self.net.has_downstream())?;
+        let delay = self.config.physical_delay.filter(|_| self.has_physical_sources && self.net.has_downstream())?;
         let earliest = self.clock.physical(now) + delay;
         if earliest >= tag.time {
             return None;

@@ -46,6 +46,11 @@ impl Stop {
         }
     }
 
+    /// Whether a tag was named, and the RTI has not decided: grants from that tag on do not count before it has.
+    pub(super) fn is_open(&self) -> bool {
+        matches!(self.agreement, Agreement::Named(_))
+    }
+
     /// Whether this tag may be begun as far as stopping is concerned.
     pub(super) fn allows(&self, tag: Tag) -> bool {
         tag <= self.last_tag() && !matches!(self.agreement, Agreement::Named(named) if named <= tag)

@@ -110,6 +110,7 @@ impl Rti<'_> {
         self.graph.cut_off(federate);
         self.advance_downstream(federate, outlet);
         self.grant_stop_if_agreed(outlet);
+        self.note_idleness(Tag::FOREVER);
     }
 }
 

@@ -10,6 +10,7 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::Message;
 
 use super::delay::latest_before;
+use super::idle::Idle;
 use super::storage::Membership;
 use super::{Outlet, Rti, Slot, id};
 use crate::tag::to_wire;
@@ -100,6 +101,9 @@ impl Rti<'_> {
             {
                 return Some(Grant::Provisional(next_event));
             }
+        }
+        if waits && self.idle == Idle::Told && earliest == Tag::FOREVER && new(Tag::FOREVER) {
+            return Some(Grant::Final(Tag::FOREVER));
         }
         if let Some(demanded) = self.demand(federate) {
             if earliest > demanded {

@@ -32,6 +32,7 @@ mod earliest;
 mod grants;
 mod graph;
 mod handshake;
+mod idle;
 mod in_transit;
 mod outlet;
 mod path;
@@ -61,6 +62,7 @@ pub use suspend::Suspended;
 use crate::{Deadline, FederateId};
 use barrier::Barrier;
 use graph::Graph;
+use idle::Idle;
 use in_transit::InTransit;
 use lf_model::time::Tag;
 use stop::Stop;
@@ -109,6 +111,7 @@ pub struct Rti<'s> {
     in_transit: &'s mut [Tag],
     start: Option<Instant>,
     stop: Stop,
+    idle: Idle,
     /// The earliest deadline of the connections.
     patience: Deadline,
     /// The first federate that was lost after the start.
@@ -140,6 +143,7 @@ impl<'s> Rti<'s> {
             in_transit,
             start: None,
             stop: Stop::default(),
+            idle: Idle::default(),
             patience: Deadline::Never,
             loss: None,
             barrier: Barrier::default(),
@@ -181,7 +185,8 @@ impl<'s> Rti<'s> {
 
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Deadline {
-        self.patience.min(self.stop.deadline().into()).min(self.barrier.deadline().into())
+        let ends = self.patience.min(self.idle.deadline());
+        ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into())
     }
 
     /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
@@ -202,6 +207,9 @@ impl<'s> Rti<'s> {
             self.give_up_start(outlet);
         }
         self.limit_start(now);
+        if self.idle.deadline().is_due(now) {
+            self.tell_idleness(now, outlet);
+        }
     }
 
     /// There is more room on a connection. Sends what was put off for its federate.

@@ -101,6 +101,7 @@ impl Rti<'_> {
             Message::NextEventTag(tag) => {
                 self.slots[federate].announced = from_wire(tag);
                 self.on_next_event(federate, from_wire(tag), outlet);
+                self.note_idleness(self.graph.next_event(federate));
             }
             Message::LatestTagComplete(tag) => self.on_complete(federate, from_wire(tag), outlet),
             Message::StopRequest(tag) => self.on_stop_request(now, federate, from_wire(tag), outlet),

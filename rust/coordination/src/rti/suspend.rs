@@ -7,6 +7,7 @@ use lf_model::time::{Instant, Tag};
 use super::barrier::Barrier;
 use super::config::SetupError;
 use super::graph::Graph;
+use super::idle::Idle;
 use super::stop::Stop;
 use super::{Cause, Config, Rti, RtiStorage};
 use crate::FederateId;
@@ -16,6 +17,7 @@ use crate::FederateId;
 pub struct Suspended {
     start: Option<Instant>,
     stop: Stop,
+    idle: Idle,
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
     aborted: bool,
@@ -42,12 +44,13 @@ impl<'s> Rti<'s> {
             in_transit: _,
             start,
             stop,
+            idle,
             patience: _,
             loss,
             barrier,
             aborted,
         } = self;
-        Suspended { start, stop, loss, barrier, aborted }
+        Suspended { start, stop, idle, loss, barrier, aborted }
     }
 
     /// Goes on where another RTI was suspended: `storage` is a copy of what that one left, or the same, and the
@@ -61,7 +64,7 @@ impl<'s> Rti<'s> {
         let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
-        let Suspended { start, stop, loss, barrier, aborted } = state;
+        let Suspended { start, stop, idle, loss, barrier, aborted } = state;
         let limits = config.limits(count);
         let patience = super::patience(connections);
         Ok(Self {
@@ -73,6 +76,7 @@ impl<'s> Rti<'s> {
             in_transit,
             start,
             stop,
+            idle,
             patience,
             loss,
             barrier,
