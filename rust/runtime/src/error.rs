@@ -67,6 +67,12 @@ pub enum RunError {
         /// What is wrong.
         fault: PeerFault,
     },
+    /// More messages have come for one tag than the queue of an input holds. Values that were sent at several microsteps
+    /// of one instant come at one tag where the connection has `after`.
+    TagFull {
+        /// The input.
+        input: &'static str,
+    },
     /// A buffer cannot hold the longest message.
     BufferTooSmall {
         /// What it is for.
@@ -114,6 +120,11 @@ impl fmt::Display for RunError {
             }
             Self::Listen(error) => write!(f, "no TCP port can be listened on for other federates: {error}"),
             Self::Peer { federate, fault } => write!(f, "federate {federate} {fault}"),
+            Self::TagFull { input } => write!(
+                f,
+                "more messages for {input} have come for one time than its queue holds: raise the capacity of that \
+                 connection with `@capacity(n)`, or send less often at one time",
+            ),
             Self::BufferTooSmall { buffer, needed, found } => {
                 write!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least")
             }

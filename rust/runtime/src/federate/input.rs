@@ -33,11 +33,13 @@ pub(super) struct Held {
     input: Option<InputId>,
     /// Some of them may have room now.
     stale: bool,
+    /// A grant behind them reaches their earliest tag.
+    granted: bool,
 }
 
 impl Held {
     /// Nothing is held.
-    pub(super) const NONE: Self = Self { bytes: 0, earliest: Tag::FOREVER, input: None, stale: false };
+    pub(super) const NONE: Self = Self { bytes: 0, earliest: Tag::FOREVER, input: None, stale: false, granted: false };
 
     /// A tag has been begun, which takes its events out of their queues: there is room for others.
     ///
@@ -94,6 +96,14 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         self.held.input.filter(|_| choked)
     }
 
+    /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
+    /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
+    pub(super) fn overfull(&mut self) -> Option<InputId> {
+        let due = !self.held.stale && self.held.granted && !self.machine.awaits_stop_tag() && !self.engine.is_in_tag();
+        let nothing_before = self.engine.next_tag().is_none_or(|next| next >= self.held.earliest);
+        self.held.input.filter(|_| due && nothing_before)
+    }
+
     /// Handles the messages in the input buffer that have not been looked at; bounded by its size.
     fn handle_messages(&mut self) -> Result<(), RunError> {
         if self.held.stale {
@@ -106,6 +116,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                 Turn::Partly(tag) => {
                     let wire = lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 };
                     self.machine.handle_message(now, Message::TagGrant(wire))?;
+                    self.held.granted = true;
                     self.held.hold(length, Tag::FOREVER, None);
                 }
                 Turn::PartlyAbsent(port, tag) => {

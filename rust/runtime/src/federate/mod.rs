@@ -273,6 +273,12 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
             return Err(RunError::InputFull { input: name });
         }
+        if advance == Advance::NotGranted
+            && let Some(InputId(input)) = self.overfull()
+        {
+            let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
+            return Err(RunError::TagFull { input: name });
+        }
         let has_ended = self.machine.phase() == Phase::Ended && self.link.buffers.output.is_empty();
         Ok((!has_ended).then_some(advance))
     }

@@ -68,6 +68,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// Begins the next tag, if it is due and granted; else says what it waits for.
     fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
+        // Asked first: who leaves now has left all its events behind.
+        let sources = self.platform.outside().mailbox().links() > 0 || self.peers.can_receive();
+        self.machine.set_physical_sources(sources);
         let env = Output::new(
             self.platform,
             &mut self.link,
