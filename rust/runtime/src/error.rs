@@ -67,8 +67,8 @@ pub enum RunError {
         /// What is wrong.
         fault: PeerFault,
     },
-    /// More messages have come for one tag than the queue of an input holds. Values that were sent at several microsteps
-    /// of one instant come at one tag where the connection has `after`.
+    /// More messages have come for one tag than the queue of an input holds. Values that were sent at several
+    /// microsteps of one instant come at one tag where the connection has `after`.
     TagFull {
         /// The input.
         input: &'static str,

@@ -50,6 +50,12 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Run random federations in virtual time and check them; `--help` after it says what can be chosen.
+    Simulate {
+        /// What is handed on to the program that does it.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<String>,
+    },
     /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
     #[command(alias = "golden")]
     Bless,
@@ -94,6 +100,7 @@ fn main() -> ExitCode {
             report.finish()
         }
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
+        Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless => bless::run(&repository),
         Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }
@@ -102,6 +109,16 @@ fn main() -> ExitCode {
 /// Millions of states need the optimizer.
 fn model_check(repository: &Path, arguments: &[String]) -> ExitCode {
     let run = ["run", "--quiet", "--release", "--package", "lf-model-check", "--"];
+    if process::succeeds(process::cargo(repository).args(run).args(arguments)) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Thousands of federations need the optimizer.
+fn simulate(repository: &Path, arguments: &[String]) -> ExitCode {
+    let run = ["run", "--quiet", "--release", "--package", "lf-simulator", "--"];
     if process::succeeds(process::cargo(repository).args(run).args(arguments)) {
         ExitCode::SUCCESS
     } else {

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! All end as they must: in order and at one tag, or, where something went wrong, as the RTI was told to see to.
+
+use lf_coordination::rti::Outcome;
+use lf_model::ModelError;
+use lf_model::time::Tag;
+use lf_runtime::RunError;
+
+use super::Violation;
+use crate::run::{End, Report};
+use crate::scenario::Scenario;
+
+/// A receive buffer beyond this holds all that can come within the RTI's window.
+const AMPLE: usize = 1 << 15;
+
+/// Checks how all have ended. Nothing, when the program itself is at fault: when it breaks one of its capacities.
+pub(crate) fn ends(scenario: &Scenario, report: &Report) -> Option<Violation> {
+    if own_fault(report) {
+        return None;
+    }
+    stop_tags(scenario, report).or_else(|| results(scenario, report))
+}
+
+/// Whether a queue inside a federate was too small, which is so federated or not.
+pub(crate) fn own_fault(report: &Report) -> bool {
+    report.ends.iter().any(|end| {
+        matches!(end, End::Ended(Err(RunError::Model(ModelError::ActionFull { .. } | ModelError::DelayFull { .. }))))
+    })
+}
+
+/// Whether some input's queue and buffer may be too small for what comes.
+fn is_tight(scenario: &Scenario) -> bool {
+    let given = scenario.connections.iter().any(|connection| connection.capacity.is_some());
+    given && scenario.conditions.receive_spare < AMPLE
+}
+
+/// With a timeout or a granted stop, every federate's last tag is that.
+fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
+    let expected = report.stop_tag(scenario)?;
+    let early = scenario.target.timeout.is_none();
+    for (federate, trace) in report.traces.iter().enumerate() {
+        if report.left_before_stop(federate) {
+            continue;
+        }
+        for record in trace.iter().filter(|record| record.last_tag) {
+            let stopped = record.tag;
+            // Without a timeout, who has nothing to do ends before the others stop.
+            if stopped > expected || (stopped < expected && !early) {
+                return Some(Violation::StopTag { federate, stopped, expected });
+            }
+        }
+    }
+    let asked = report.stops.iter().copied().min().unwrap_or(Tag::FOREVER);
+    let granted = report.granted_stop()?;
+    (granted < asked).then_some(Violation::StopTag { federate: 0, stopped: granted, expected: asked })
+}
+
+fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
+    let rti_is_struck = report.struck.iter().any(|(participant, _)| *participant == 0);
+    let stop_all = scenario.conditions.rti.stop_all_after_loss && !report.struck.is_empty();
+    let mut full = false;
+    for (federate, end) in report.ends.iter().enumerate() {
+        let End::Ended(Err(error)) = end else { continue };
+        if let RunError::InputFull { .. } | RunError::TagFull { .. } = error {
+            let burst = report.bursts[federate].iter().zip(&report.capacities[federate]).any(|(most, it)| most > it);
+            let is_full = matches!(error, RunError::InputFull { .. });
+            if !(burst || is_full && is_tight(scenario)) {
+                return Some(Violation::InputFull { federate, how: error.to_string() });
+            }
+            full = true;
+        }
+    }
+    for (federate, end) in report.ends.iter().enumerate() {
+        let struck = report.struck.iter().any(|(participant, _)| *participant == federate + 1);
+        let End::Ended(Err(error)) = end else { continue };
+        if !(struck || rti_is_struck || stop_all || full) {
+            return Some(Violation::End { federate: Some(federate), how: error.to_string() });
+        }
+    }
+    match &report.rti {
+        Some(Outcome::Complete) | None => None,
+        Some(outcome) if report.struck.is_empty() && !full => {
+            Some(Violation::End { federate: None, how: format!("{outcome:?}") })
+        }
+        Some(_) => None,
+    }
+}

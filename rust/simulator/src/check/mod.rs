@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What must hold in every run. The checks stand outside the code that they check: they see bytes, records of
+//! reactions and ends, and no state of any machine.
+
+mod ends;
+mod traces;
+mod wire;
+
+use std::fmt;
+
+use lf_model::time::Tag;
+
+pub(crate) use ends::{ends, own_fault};
+pub(crate) use traces::{Difference, Expected, traces};
+pub(crate) use wire::{Counts, Seen, Watch};
+
+/// What was violated, where.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Violation {
+    /// A federate handled an event after one with a later tag.
+    TagOrder { federate: usize, before: Tag, after: Tag },
+    /// A federate did something else than the same program does unfederated.
+    Trace { federate: usize, difference: Difference },
+    /// A message came for a tag that had been granted before.
+    GrantViolated { federate: usize, grant: &'static str, granted: Tag, message: Tag },
+    /// A grant was for an earlier tag than the one before it.
+    GrantOrder { federate: usize, granted: Tag, before: Tag },
+    /// Nobody will ever do anything again, though not all have ended.
+    Deadlock { waiting: Vec<usize>, now_ns: u64 },
+    /// They go on and on, and do not end.
+    NoEnd { running: Vec<usize>, now_ns: u64, turns: u64 },
+    /// Not all stopped at one tag.
+    StopTag { federate: usize, stopped: Tag, expected: Tag },
+    /// Somebody ended otherwise than it must. The RTI is nobody.
+    End { federate: Option<usize>, how: String },
+    /// The queue of an input and a receive buffer could not hold what came, though they were sized for it.
+    InputFull { federate: usize, how: String },
+    /// The bytes on a connection are no messages.
+    Bytes { federate: usize, error: String },
+    /// A queue held more than the plan gives it.
+    Capacity { federate: usize, most: usize, capacity: usize },
+    /// The program cannot be run at all.
+    Program(String),
+}
+
+impl Violation {
+    /// The name of the invariant.
+    pub(crate) fn invariant(&self) -> &'static str {
+        match self {
+            Self::TagOrder { .. } => "tag-order",
+            Self::Trace { .. } => "same-trace-as-unfederated",
+            Self::GrantViolated { .. } => "no-message-after-grant",
+            Self::GrantOrder { .. } => "grants-in-order",
+            Self::Deadlock { .. } => "no-deadlock",
+            Self::NoEnd { .. } => "progress",
+            Self::StopTag { .. } => "one-stop-tag",
+            Self::End { .. } => "expected-end",
+            Self::InputFull { .. } => "memory-suffices",
+            Self::Bytes { .. } => "well-formed-bytes",
+            Self::Capacity { .. } => "within-capacity",
+            Self::Program(_) => "program",
+        }
+    }
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.invariant())?;
+        match self {
+            Self::TagOrder { federate, before, after } => {
+                write!(f, "f{federate} handled an event at {after} after one at {before}")
+            }
+            Self::Trace { federate, difference } => write!(f, "f{federate} {difference}"),
+            Self::GrantViolated { federate, grant, granted, message } => {
+                write!(f, "f{federate} was sent a message with tag {message} after {grant} {granted}")
+            }
+            Self::GrantOrder { federate, granted, before } => {
+                write!(f, "f{federate} was granted {granted} after {before}")
+            }
+            Self::Deadlock { waiting, now_ns } => {
+                write!(f, "at {now_ns} ns nobody can go on, and these wait (0 is the RTI, 1 is f0): {waiting:?}")
+            }
+            Self::NoEnd { running, now_ns, turns } => {
+                write!(f, "at {now_ns} ns, after {turns} turns, these still run (0 is the RTI, 1 is f0): {running:?}")
+            }
+            Self::StopTag { federate, stopped, expected } => {
+                write!(f, "f{federate} stopped at {stopped}, and the stop was to be at {expected}")
+            }
+            Self::End { federate: Some(federate), how } => write!(f, "f{federate} ended: {how}"),
+            Self::End { federate: None, how } => write!(f, "the RTI ended: {how}"),
+            Self::InputFull { federate, how } => write!(f, "f{federate}: {how}"),
+            Self::Bytes { federate, error } => write!(f, "on the connection of f{federate}: {error}"),
+            Self::Capacity { federate, most, capacity } => {
+                write!(f, "a queue of f{federate} held {most} events, and is to hold {capacity}")
+            }
+            Self::Program(error) => f.write_str(error),
+        }
+    }
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The trace of every federate is that of the same program unfederated.
+//!
+//! Reactions of one instance are ordered, those of different instances at one tag need not be. So traces are compared
+//! instance by instance.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use lf_model::time::Tag;
+
+use super::Violation;
+use crate::program::{InstanceId, Record};
+
+/// Where two traces part.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) enum Difference {
+    /// It did this, and unfederated the program does that.
+    Other { found: Record, expected: Record },
+    /// Unfederated the program does not do this.
+    More(Record),
+    /// Unfederated the program does this too.
+    Less(Record),
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Other { found, expected } => write!(
+                f,
+                "ran reaction {} at {} (seeing {:x}), and unfederated it is reaction {} at {} (seeing {:x})",
+                found.reaction, found.tag, found.digest, expected.reaction, expected.tag, expected.digest
+            ),
+            Self::More(record) => {
+                write!(f, "ran reaction {} at {}, which unfederated does not run", record.reaction, record.tag)
+            }
+            Self::Less(record) => {
+                write!(f, "did not run reaction {} at {}, which unfederated runs", record.reaction, record.tag)
+            }
+        }
+    }
+}
+
+/// How much of a federate's trace is to be as unfederated.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Expected {
+    /// Only what is before this tag.
+    pub(crate) before: Tag,
+    /// It ended early, so something may be missing at the end.
+    pub(crate) prefix: bool,
+}
+
+/// Compares the traces of all federates with that of the same program unfederated.
+pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Expected]) -> Option<Violation> {
+    let last = alone.iter().find(|record| record.last_tag).map(|record| record.tag);
+    let alone = by_instance(alone);
+    for (federate, (trace, expected)) in federates.iter().zip(expected).enumerate() {
+        if let Some(violation) = tag_order(federate, trace) {
+            return Some(violation);
+        }
+        let ended_together = trace.iter().all(|record| !record.last_tag || Some(record.tag) == last);
+        let found = by_instance(trace);
+        let of_this = alone.keys().filter(|instance| instance.federate == federate);
+        let instances: BTreeSet<_> = found.keys().chain(of_this).collect();
+        for instance in instances {
+            let records = |all: &BTreeMap<InstanceId, Vec<Record>>| all.get(instance).cloned().unwrap_or_default();
+            if let Some(difference) = compare(&records(&found), &records(&alone), *expected, ended_together) {
+                return Some(Violation::Trace { federate, difference });
+            }
+        }
+    }
+    None
+}
+
+fn by_instance(trace: &[Record]) -> BTreeMap<InstanceId, Vec<Record>> {
+    let mut instances: BTreeMap<InstanceId, Vec<Record>> = BTreeMap::new();
+    for record in trace {
+        instances.entry(record.instance).or_default().push(*record);
+    }
+    instances
+}
+
+fn tag_order(federate: usize, trace: &[Record]) -> Option<Violation> {
+    let pairs = trace.iter().zip(trace.iter().skip(1));
+    let (before, after) =
+        pairs.map(|(before, after)| (before.tag, after.tag)).find(|(before, after)| before > after)?;
+    Some(Violation::TagOrder { federate, before, after })
+}
+
+/// A federate that has no events any more ends by itself, at a tag of its own: what it does there is compared without
+/// the tag and what follows from it.
+fn compare(found: &[Record], other: &[Record], expected: Expected, ended_together: bool) -> Option<Difference> {
+    let counts = |record: &&Record| record.tag < expected.before && (ended_together || !record.last_tag);
+    let mut found = found.iter().filter(counts);
+    let mut other = other.iter().filter(counts);
+    loop {
+        match (found.next(), other.next()) {
+            (None, None) => return None,
+            (None, Some(_)) if expected.prefix => return None,
+            (None, Some(expected)) => return Some(Difference::Less(*expected)),
+            (Some(found), None) => return Some(Difference::More(*found)),
+            (Some(found), Some(expected)) if !same(found, expected) => {
+                return Some(Difference::Other { found: *found, expected: *expected });
+            }
+            (Some(_), Some(_)) => {}
+        }
+    }
+}
+
+fn same(found: &Record, expected: &Record) -> bool {
+    (found.tag, found.reaction, found.digest) == (expected.tag, expected.reaction, expected.digest)
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The command line.
+
+use std::ops::Range;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Parser;
+
+use crate::scenario::{Scenario, source};
+use crate::shrink::{cut, shrink};
+use crate::trial::{Trial, print_messages, try_scenario};
+use crate::workers::{all, try_safely, worker};
+
+/// So many violations are made smaller at most.
+const SHRUNK_MAX: usize = 3;
+
+/// Runs random federations in virtual time, and checks them.
+#[derive(Parser)]
+#[command(name = "cargo xtask simulate", bin_name = "cargo xtask simulate")]
+struct Arguments {
+    /// The seeds to run: `A..B`, B not included.
+    #[arg(long, value_name = "A..B", default_value = "0..1000", value_parser = range)]
+    seeds: Range<u64>,
+    /// Run this seed only, and tell all about it.
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// With --seed: leave out what was left out to make the scenario smaller, as a list of numbers.
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    cuts: Vec<usize>,
+    /// With --seed: make the scenario smaller as long as it violates the same invariant.
+    #[arg(long)]
+    shrink: bool,
+    /// With --seed: print all messages.
+    #[arg(long)]
+    messages: bool,
+    /// How many processes run at once.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    jobs: usize,
+    /// Run the seeds in this process, and print what came of them for another process.
+    #[arg(long, hide = true)]
+    worker: bool,
+}
+
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let wrong = || format!("\"{text}\" is not two numbers with `..` between them, as 0..1000");
+    let (start, end) = text.split_once("..").ok_or_else(wrong)?;
+    let number = |text: &str| text.parse::<u64>().map_err(|_| wrong());
+    Ok(number(start)?..number(end)?)
+}
+
+/// Runs the simulator with this process's command line.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if arguments.worker {
+        worker(arguments.seeds);
+        return ExitCode::SUCCESS;
+    }
+    match arguments.seed {
+        Some(seed) => one(seed, &arguments),
+        None => many(&arguments),
+    }
+}
+
+fn one(seed: u64, arguments: &Arguments) -> ExitCode {
+    let (whole, first) = try_safely(seed);
+    let Some(mut scenario) = cut(&whole, &arguments.cuts) else {
+        eprintln!("error: --cuts names a reduction that this scenario does not have");
+        return ExitCode::from(2);
+    };
+    let mut trial = if arguments.cuts.is_empty() { first } else { try_scenario(&scenario) };
+    let mut cuts = arguments.cuts.clone();
+    if let Some(violation) = trial.violation.as_ref().filter(|_| arguments.shrink) {
+        let (smaller, more) = shrink(&scenario, violation);
+        scenario = smaller;
+        cuts.extend(more);
+        trial = try_scenario(&scenario);
+    }
+    describe(&scenario, &trial, seed, &cuts);
+    if arguments.messages {
+        print_messages(&scenario);
+    }
+    if trial.violation.is_some() { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Prints all that a run follows from, and what came of it.
+fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
+    println!("{}", source(scenario, true));
+    println!("{:#?}", scenario.conditions);
+    println!("faults: {:?}", scenario.faults);
+    println!("{}", trial.coverage);
+    println!("{} reactions, {} messages, hash of the run {:016x}", trial.events, trial.messages, trial.digest);
+    let cuts: Vec<_> = cuts.iter().map(usize::to_string).collect();
+    let cuts = if cuts.is_empty() { String::new() } else { format!(" --cuts {}", cuts.join(",")) };
+    match &trial.violation {
+        Some(violation) => println!("VIOLATION of {violation}"),
+        None => println!("nothing is violated"),
+    }
+    println!("repeat with: cargo xtask simulate --seed {seed}{cuts}");
+}
+
+fn many(arguments: &Arguments) -> ExitCode {
+    let started = Instant::now();
+    let summary = match all(arguments.seeds.clone(), arguments.jobs) {
+        Ok(summary) => summary,
+        Err(error) => {
+            eprintln!("error: cannot start worker processes: {error}");
+            return ExitCode::FAILURE;
+        }
+    };
+    eprintln!();
+    let seconds = started.elapsed().as_secs_f64();
+    println!("{}", summary.coverage);
+    for (seed, violation) in summary.violations.iter().take(20) {
+        println!("VIOLATION in seed {seed}: {violation}");
+    }
+    println!(
+        "{} federations, {} reactions, {} messages in {seconds:.1} s; {} violations",
+        summary.seeds,
+        summary.events,
+        summary.messages,
+        summary.violations.len()
+    );
+    for (seed, _) in summary.violations.iter().take(SHRUNK_MAX) {
+        println!("\nseed {seed}, made smaller:");
+        let program = std::env::current_exe().unwrap_or_default();
+        let _ = std::process::Command::new(program).args(["--shrink", "--seed", &seed.to_string()]).status();
+    }
+    if summary.violations.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

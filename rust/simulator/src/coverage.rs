@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the runs had in them, so that it shows that no feature is only thought to be tried.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use lf_runtime::RunError;
+
+use crate::check;
+use crate::run::{End, Report};
+use crate::scenario::{FaultKind, Reactor, Scenario, has_cycle};
+
+/// How many runs had what.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Coverage(pub(crate) BTreeMap<String, u64>);
+
+impl Coverage {
+    /// Counts what a run had.
+    pub(crate) fn count(&mut self, scenario: &Scenario, report: &Report) {
+        self.count_program(scenario);
+        let counts = &report.counts;
+        let asked = report.granted.iter().filter(|granted| granted.is_some()).count();
+        let failed = |wanted: fn(&RunError) -> bool| {
+            report.ends.iter().any(|end| matches!(end, End::Ended(Err(error)) if wanted(error)))
+        };
+        let struck = |kind| report.struck.iter().any(|(_, one)| *one == kind);
+        let stop_all = scenario.conditions.rti.stop_all_after_loss;
+        for (name, has) in [
+            ("run: started", report.started().is_some()),
+            ("run: PTAG", counts.provisional > 0),
+            ("run: absent", counts.absent > 0),
+            ("run: DNET", counts.dnet > 0),
+            ("run: stop granted", asked > 0),
+            ("run: stop asked for by several", counts.stop_requests > 1),
+            ("run: RTI's memory of transit full (fog)", report.noted.fog),
+            ("run: message late at the RTI", report.noted.late),
+            ("run: message to one that has left", report.noted.dropped),
+            ("run: socket full", report.refused_writes > 0),
+            ("run: queue full", report.fullest_percent >= 100),
+            ("run: InputFull", failed(|error| matches!(error, RunError::InputFull { .. }))),
+            ("run: more messages for a tag than a queue holds", failed(|it| matches!(it, RunError::TagFull { .. }))),
+            ("run: own capacity too small", check::own_fault(report)),
+            ("run: physical events", report.played.values().any(|events| !events.is_empty())),
+            ("fault: vanished, others go on", struck(FaultKind::Vanish) && !stop_all),
+            ("fault: vanished, all stop", struck(FaultKind::Vanish) && stop_all),
+            ("fault: connection broke, others go on", struck(FaultKind::Break) && !stop_all),
+            ("fault: connection broke, all stop", struck(FaultKind::Break) && stop_all),
+            ("fault: interrupted", struck(FaultKind::Interrupt)),
+            ("fault: of the RTI", report.struck.iter().any(|(participant, _)| *participant == 0)),
+        ] {
+            self.add(name, u64::from(has));
+        }
+    }
+
+    fn count_program(&mut self, scenario: &Scenario) {
+        let connections = &scenario.connections;
+        let conditions = &scenario.conditions;
+        let any = |wanted: fn(&Reactor) -> bool| {
+            scenario.federates.iter().any(|federate| wanted(federate) || federate.children.iter().any(wanted))
+        };
+        for (name, has) in [
+            ("program: 2 to 4 federates", scenario.federates.len() <= 4),
+            ("program: 5 to 8 federates", (5..=8).contains(&scenario.federates.len())),
+            ("program: 9 to 12 federates", scenario.federates.len() > 8),
+            ("program: cycle of federates", has_cycle(scenario.federates.len(), connections, false)),
+            ("program: cycle without delay", has_cycle(scenario.federates.len(), connections, true)),
+            ("program: after 0", connections.iter().any(|one| one.after == Some(0))),
+            ("program: after some ns", connections.iter().any(|one| one.after.is_some_and(|ns| ns > 0 && ns < 1001))),
+            ("program: after more", connections.iter().any(|one| one.after.is_some_and(|ns| ns > 1000))),
+            ("program: small @capacity", connections.iter().any(|one| one.capacity.is_some_and(|n| n <= 4))),
+            ("program: contained reactors", any(|reactor| !reactor.children.is_empty())),
+            ("program: physical action", any(|reactor| reactor.actions.iter().any(|action| action.physical))),
+            ("program: slow reaction", any(|it| it.reactions.iter().any(|one| one.script.work_ns >= 500_000))),
+            ("program: ends by timeout", scenario.target.timeout.is_some()),
+            ("program: fast", scenario.target.fast),
+            ("program: keepalive", scenario.target.keepalive),
+            ("world: clocks synchronized", scenario.target.clock_sync.is_some()),
+            ("world: clocks drift", conditions.hosts.iter().any(|host| host.clock_drift_ppb != 0)),
+            ("world: bytes in pieces", conditions.pieces),
+            ("world: a slow link", conditions.hosts.iter().any(|host| host.link.ns_per_byte >= 1000)),
+            ("world: sockets of 64 bytes", conditions.hosts.iter().any(|host| host.link.socket_bytes == 64)),
+            ("world: no DNET", !conditions.rti.dnet),
+        ] {
+            self.add(name, u64::from(has));
+        }
+    }
+
+    pub(crate) fn add(&mut self, name: &str, count: u64) {
+        *self.0.entry(name.to_owned()).or_default() += count;
+    }
+
+    pub(crate) fn merge(&mut self, other: &Self) {
+        for (name, count) in &other.0 {
+            self.add(name, *count);
+        }
+    }
+}
+
+impl fmt::Display for Coverage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, count) in &self.0 {
+            writeln!(f, "{count:>9}  {name}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The deterministic simulator: whole federations in virtual time.
+//!
+//! A seed stands for a random federation as LF source text, and for a world: clocks that differ and drift, a network
+//! with delays and pieces and small buffers, programs that vanish. The compiler makes a plan of the text, as for any
+//! program; here the plan is interpreted instead of emitted, with the model's own engine, ports and queues, and with
+//! reactions that do what a hash says. The real event loops of federates and RTI run it, all in one thread.
+//!
+//! What must hold is checked from outside: see `check`. The reference for what a program does is the same text with
+//! `main` for `federated`, run by the same engine; what chance decided (when physical actions happened, and which stop
+//! was granted) is taken over from the federated run.
+//!
+//! One seed is one run, bit for bit. A run that violates something is made smaller, and printed with the command that
+//! repeats it.
+#![forbid(unsafe_code)]
+
+mod check;
+mod command;
+mod coverage;
+mod program;
+mod random;
+mod run;
+mod scenario;
+mod shrink;
+mod trial;
+mod workers;
+mod world;
+
+pub use command::main;
+
+/// Runs the scenarios of these seeds, and gives the hash of each run, or what was violated.
+///
+/// # Errors
+/// What the first run violated, with the command that repeats it.
+pub fn try_seeds(seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
+    seeds
+        .map(|seed| {
+            let (_, trial) = trial::try_seed(seed);
+            match trial.violation {
+                None => Ok(trial.digest),
+                Some(violation) => {
+                    Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate --seed {seed}"))
+                }
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The queues of a program: the model's own, each with the very capacity from the plan.
+//!
+//! Generated code has one type per capacity. Here the capacity is known only when the program runs, so the smallest of
+//! a few types is chosen that holds as much, and the queues of connections are not filled beyond their capacity.
+
+use std::collections::VecDeque;
+
+use lf_model::time::Tag;
+use lf_model::{
+    ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, PhysicalAction, PhysicalActionQueue,
+    PhysicalInbox, Port, PortId, QueuedPort, Readable, Timer, TriggerCell, TriggerId, Undelivered,
+};
+
+use super::value::Value;
+
+/// The greatest capacity that a queue can have here.
+pub(crate) const CAPACITY_MAX: usize = 1024;
+/// How many events of a physical action wait for the event loop at most.
+const INBOX: usize = 64;
+
+/// The memory of one trigger.
+pub(crate) enum Cell {
+    /// Startup and shutdown have none.
+    None,
+    Timer(Timer),
+    Logical(Box<dyn AnyLogical>),
+    Physical(Recorded),
+    /// A physical action whose events are known beforehand.
+    Replayed(Replayed),
+    Queued(Queued),
+}
+
+/// A logical action, whatever its capacity.
+pub(crate) trait AnyLogical: TriggerCell {
+    fn action(&self) -> &LogicalAction<Value>;
+    fn action_mut(&mut self) -> &mut LogicalAction<Value>;
+}
+
+impl<const N: usize> AnyLogical for LogicalActionQueue<Value, N> {
+    fn action(&self) -> &LogicalAction<Value> {
+        self
+    }
+    fn action_mut(&mut self) -> &mut LogicalAction<Value> {
+        self
+    }
+}
+
+/// A physical action, whatever its capacity.
+pub(crate) trait AnyPhysical: TriggerCell {
+    fn action(&self) -> &PhysicalAction<Value>;
+    fn action_mut(&mut self) -> &mut PhysicalAction<Value>;
+}
+
+impl<const N: usize> AnyPhysical for PhysicalActionQueue<Value, N> {
+    fn action(&self) -> &PhysicalAction<Value> {
+        self
+    }
+    fn action_mut(&mut self) -> &mut PhysicalAction<Value> {
+        self
+    }
+}
+
+/// A port with its queue, whatever its capacity.
+pub(crate) trait AnyQueue: TriggerCell {
+    fn port(&self) -> &Port<Value>;
+    fn port_mut(&mut self) -> &mut Port<Value>;
+    fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
+    fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full>;
+}
+
+impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
+    fn port(&self) -> &Port<Value> {
+        &self.port
+    }
+    fn port_mut(&mut self) -> &mut Port<Value> {
+        &mut self.port
+    }
+    fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        QueuedPort::deliver(self, tag, bytes)
+    }
+    fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full> {
+        QueuedPort::capture(self, tag, source)
+    }
+}
+
+/// Chooses the smallest type that has at least this capacity; `None` when there is none so large.
+macro_rules! by_capacity {
+    ($capacity:expr, $n:ident => $make:expr) => {
+        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024)
+    };
+    (@ $capacity:expr, $n:ident => $make:expr; $($number:literal)*) => {
+        match $capacity {
+            $(0..=$number => {
+                const $n: usize = $number;
+                Some($make)
+            })*
+            _ => None,
+        }
+    };
+}
+
+pub(crate) fn logical(id: TriggerId, capacity: usize) -> Option<Cell> {
+    let action: Option<Box<dyn AnyLogical>> =
+        by_capacity!(capacity, N => Box::new(LogicalActionQueue::<Value, N>::new(id)));
+    action.map(Cell::Logical)
+}
+
+pub(crate) fn physical(id: TriggerId, capacity: usize) -> Option<Cell> {
+    let inbox: &'static dyn Inbox<Value> = Box::leak(Box::new(PhysicalInbox::<Value, INBOX>::new()));
+    let action: Option<Box<dyn AnyPhysical>> =
+        by_capacity!(capacity, N => Box::new(PhysicalActionQueue::<Value, N>::new(id, inbox)));
+    action.map(|action| Cell::Physical(Recorded { action, happened: Vec::new() }))
+}
+
+pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
+    let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(QueuedPort::<Value, N>::new(port)));
+    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0 }))
+}
+
+impl Cell {
+    pub(crate) fn as_trigger(&mut self) -> Option<&mut dyn TriggerCell> {
+        match self {
+            Self::None => None,
+            Self::Timer(timer) => Some(timer),
+            Self::Logical(action) => Some(&mut **action),
+            Self::Physical(recorded) => Some(recorded),
+            Self::Replayed(replayed) => Some(replayed),
+            Self::Queued(queued) => Some(queued),
+        }
+    }
+}
+
+/// A queue that counts what is in it.
+pub(crate) struct Queued {
+    pub(crate) queue: Box<dyn AnyQueue>,
+    pub(crate) capacity: usize,
+    pending: usize,
+    /// The most that there ever was in it.
+    pub(crate) most: usize,
+}
+
+impl Queued {
+    pub(crate) fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        if self.pending == self.capacity {
+            return Err(Undelivered::Full(Full { capacity: self.capacity }));
+        }
+        self.queue.deliver(tag, bytes)?;
+        self.count();
+        Ok(())
+    }
+
+    pub(crate) fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full> {
+        if self.pending == self.capacity {
+            return Err(Full { capacity: self.capacity });
+        }
+        self.queue.capture(tag, source)?;
+        self.count();
+        Ok(())
+    }
+
+    fn count(&mut self) {
+        self.pending += 1;
+        self.most = self.most.max(self.pending);
+    }
+}
+
+impl TriggerCell for Queued {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        let next = self.queue.activate(tag);
+        if self.queue.port().is_present() {
+            self.pending = self.pending.saturating_sub(1);
+        }
+        next
+    }
+    fn clear(&mut self) {
+        self.queue.clear();
+    }
+    fn pending(&self) -> Option<Tag> {
+        self.queue.pending()
+    }
+    fn has_room(&self) -> bool {
+        self.pending < self.capacity
+    }
+}
+
+/// A physical action that keeps a record of when its events happened.
+pub(crate) struct Recorded {
+    pub(crate) action: Box<dyn AnyPhysical>,
+    pub(crate) happened: Vec<(Tag, Option<Value>)>,
+}
+
+impl TriggerCell for Recorded {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        let next = self.action.activate(tag);
+        self.happened.push((tag, self.action.action().value().copied()));
+        next
+    }
+    fn clear(&mut self) {
+        self.action.clear();
+    }
+    fn pending(&self) -> Option<Tag> {
+        self.action.pending()
+    }
+    fn has_room(&self) -> bool {
+        self.action.has_room()
+    }
+    fn drain(&mut self, timing: &ActionTiming, bounds: &Bounds) {
+        self.action.drain(timing, bounds);
+    }
+}
+
+/// A physical action whose events happen when they happened before.
+pub(crate) struct Replayed {
+    pub(crate) events: VecDeque<(Tag, Option<Value>)>,
+    #[expect(clippy::option_option, reason = "an event has a value or none")]
+    pub(crate) present: Option<Option<Value>>,
+}
+
+impl TriggerCell for Replayed {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        let is_due = self.events.front().is_some_and(|(at, _)| *at == tag);
+        self.present = if is_due { self.events.pop_front().map(|(_, value)| value) } else { None };
+        TriggerCell::pending(self)
+    }
+    fn clear(&mut self) {
+        self.present = None;
+    }
+    fn pending(&self) -> Option<Tag> {
+        self.events.front().map(|(tag, _)| *tag)
+    }
+}

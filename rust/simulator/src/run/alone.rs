@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The same program unfederated: what all federates are to do.
+
+use lf_compiler::plan::Plan;
+use lf_model::time::{Instant, Interval, Tag};
+use lf_model::{Env, ModelError, Outgoing, Outside, Program as _, Progress, SendError, Settings};
+
+use super::federate::EngineMemory;
+use crate::program::{Played, Record, Scripted};
+use crate::scenario::Scenario;
+use crate::world::Side;
+
+/// So many tags are a sign that a program does not end.
+const TAGS_MAX: u32 = 1_000_000;
+
+/// What the federated run decided: chance, as far as the program is concerned.
+pub(crate) struct Decided<'a> {
+    pub(crate) start: Instant,
+    /// The stop that was granted.
+    pub(crate) stop: Option<Tag>,
+    /// When physical actions happened.
+    pub(crate) played: &'a Played,
+    /// From this tag on nothing counts.
+    pub(crate) until: Tag,
+}
+
+/// Runs the program with this plan, and gives what its reactions saw; nothing if a connection with `after` had to hold
+/// more than it can.
+pub(crate) fn run_alone(
+    scenario: &Scenario,
+    plan: &Plan,
+    decided: &Decided<'_>,
+) -> Result<Option<Vec<Record>>, String> {
+    let side = Side::keep(0, 0);
+    let main = &plan.federates[0];
+    let mut program =
+        Scripted::new(scenario, plan, main, side, Some(decided.played)).map_err(|error| error.to_string())?;
+    let settings = Settings {
+        federated: false,
+        timeout: plan.target.timeout_ns.map(Interval::from_nanos),
+        keepalive: false,
+        fast: true,
+        workers: 1,
+    };
+    let tables = program.tables();
+    let mut memory = EngineMemory::new(tables);
+    let mut engine = memory.engine(tables, settings);
+    let mut world = Still(side);
+    engine.start(decided.start);
+    if let Some(stop) = decided.stop {
+        engine.set_stop_tag(stop);
+    }
+    for _ in 0..TAGS_MAX {
+        if engine.is_done() {
+            return Ok(Some(program.trace));
+        }
+        engine.drain_physical(&mut program, &world);
+        let Some(tag) = engine.next_tag() else {
+            engine.stop_if_idle(&world);
+            continue;
+        };
+        if tag >= decided.until {
+            return Ok(Some(program.trace));
+        }
+        engine.begin(&mut program, tag).map_err(|error| error.to_string())?;
+        match engine.advance(&mut program, &mut world, None) {
+            // The values that federates hold in their buffers are all in one queue here.
+            Progress::Failed(ModelError::DelayFull { .. }) => return Ok(None),
+            Progress::Failed(error) => return Err(error.to_string()),
+            Progress::Complete | Progress::OutputFull { .. } | Progress::LevelLimit { .. } => {}
+        }
+    }
+    Err(format!("unfederated the program goes on after {TAGS_MAX} tags"))
+}
+
+/// The world of a program without neighbors, in which time does not matter.
+struct Still(&'static Side);
+
+impl Env for Still {
+    fn outside(&self) -> &'static dyn Outside {
+        self.0
+    }
+
+    fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
+        Ok(())
+    }
+}

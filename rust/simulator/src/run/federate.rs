@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A federate with its memory: what generated code has in statics.
+
+use std::net::SocketAddrV4;
+
+use lf_compiler::plan::{self, Plan};
+use lf_model::time::{Interval, Tag};
+use lf_model::{Engine, Program as _, Settings, Storage, Tables};
+use lf_runtime::{
+    AwaitedInput, Buffers, ClockSync, DELAY_NONE, FederateLoop, Federation, Join, RunError, buffer_bytes,
+};
+
+use super::rti::{FEDERATION_ID, PORT};
+use crate::program::{BuildError, Scripted};
+use crate::scenario::Scenario;
+use crate::world::{Virtual, address_of};
+
+/// A federate's event loop.
+pub(super) type Member<'a> = FederateLoop<'a, 'a, Virtual>;
+
+/// The memory of an engine, in one of two sizes.
+pub(super) enum EngineMemory {
+    Small(Box<Storage<64, 2, 4, 4>>),
+    Large(Box<Storage<2048, 64, 64, 64>>),
+}
+
+impl EngineMemory {
+    pub(super) fn new(tables: &Tables) -> Self {
+        if tables.triggers.len() <= 64 && tables.reactions.len() <= 128 && tables.ports.len() <= 128 {
+            Self::Small(Box::default())
+        } else {
+            Self::Large(Box::default())
+        }
+    }
+
+    pub(super) fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_> {
+        match self {
+            Self::Small(storage) => Engine::new(tables, storage, settings),
+            Self::Large(storage) => Engine::new(tables, storage, settings),
+        }
+    }
+}
+
+/// All that a federate needs.
+pub(super) struct FederateMemory {
+    pub(super) program: Scripted,
+    platform: Virtual,
+    engine: EngineMemory,
+    settings: Settings,
+    federation: Federation,
+    input: Vec<u8>,
+    output: Vec<u8>,
+    /// What is known of awaited inputs.
+    known: Vec<Tag>,
+}
+
+impl FederateMemory {
+    pub(super) fn new(
+        scenario: &Scenario,
+        plan: &Plan,
+        federate: &plan::Federate,
+        platform: Virtual,
+    ) -> Result<Self, BuildError> {
+        let program = Scripted::new(scenario, plan, federate, platform.side, None)?;
+        let tables = program.tables();
+        let target = &plan.target;
+        let settings = Settings {
+            federated: true,
+            timeout: target.timeout_ns.map(Interval::from_nanos),
+            keepalive: target.keepalive,
+            fast: target.fast,
+            workers: 1,
+        };
+        let federation = federation(plan, federate, tables);
+        Ok(Self {
+            program,
+            platform,
+            engine: EngineMemory::new(tables),
+            settings,
+            input: vec![0; federation.input_bytes + scenario.conditions.receive_spare],
+            output: vec![0; federation.output_bytes + scenario.conditions.send_spare],
+            known: vec![Tag::NEVER; federation.awaited.len()],
+            federation,
+        })
+    }
+
+    /// The federate begins.
+    pub(super) fn begin(&mut self) -> Result<Member<'_>, RunError> {
+        let tables = self.program.tables();
+        let engine = self.engine.engine(tables, self.settings);
+        let join = Join { federation_id: FEDERATION_ID, rti: SocketAddrV4::new(address_of(0), PORT) };
+        let buffers = Buffers::new(&mut self.input, &mut self.output);
+        FederateLoop::new(
+            &mut self.platform,
+            &mut self.program,
+            engine,
+            &self.federation,
+            &join,
+            buffers,
+            &mut self.known,
+        )
+    }
+}
+
+/// The part in the federation, as generated code has it.
+fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federation {
+    let longest_input = tables.inputs.iter().map(|input| input.max_len).max().unwrap_or(0);
+    let longest_output = tables.outputs.iter().map(|output| output.max_len).max().unwrap_or(0);
+    let neighbors = federate.upstream.len() + federate.downstream.len();
+    let upstream: Vec<_> =
+        federate.upstream.iter().map(|it| (it.federate, it.delay_ns.unwrap_or(DELAY_NONE))).collect();
+    let awaited: Vec<_> = (0..).zip(tables.inputs).filter(|(_, input)| input.awaited).collect();
+    let awaited: Vec<_> =
+        awaited.iter().map(|(port, input)| AwaitedInput { port: *port, level: input.level }).collect();
+    Federation {
+        id: federate.id,
+        federation_id: "simulated",
+        federates: u16::try_from(plan.federates.len()).unwrap_or(u16::MAX),
+        rti_host: "10.0.0.1",
+        rti_port: PORT,
+        upstream: upstream.leak(),
+        downstream: federate.downstream.clone().leak(),
+        peers_in: &[],
+        peers_out: &[],
+        peer_input_bytes: 0,
+        peer_output_bytes: 0,
+        awaited: awaited.leak(),
+        clock_sync: match plan.target.clock_sync {
+            plan::ClockSync::Off => ClockSync::Off,
+            plan::ClockSync::Init => ClockSync::Init { trials: plan.target.clock_sync_trials },
+        },
+        authentication: plan.target.authentication,
+        physical_delay: federate.physical_delay_ns.map(Interval::from_nanos),
+        advance_interval: Interval::from_nanos(plan.target.advance_interval_ns),
+        input_bytes: buffer_bytes(longest_input, neighbors),
+        output_bytes: buffer_bytes(longest_output, neighbors),
+    }
+}

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One run of a scenario: the RTI and all federates, each with the event loop that it has anywhere else, in one thread
+//! and in virtual time.
+
+mod alone;
+mod federate;
+mod rti;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use lf_compiler::plan::{Federate, Plan};
+use lf_coordination::rti::{Notice, Outcome};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_runtime::{RunError, Turn};
+
+pub(crate) use alone::{Decided, run_alone};
+
+use crate::check::{Counts, Seen, Violation};
+use crate::program::{BuildError, Played, Record};
+use crate::random::combine;
+use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::world::World;
+use federate::{FederateMemory, Member};
+use rti::{Centre, RtiBuffers, RtiMemory};
+
+/// So many turns in a federation are a sign that it does not end.
+const TURNS_MAX: u64 = 400_000;
+/// So much virtual time is a sign that it does not end.
+const TIME_MAX_NS: u64 = 200_000_000_000;
+
+/// How a federate ended.
+#[derive(Clone, Debug)]
+pub(crate) enum End {
+    Ended(Result<(), RunError>),
+    /// It vanished, or the run was over before it was.
+    Gone,
+}
+
+/// What the RTI told.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Noted {
+    started: Option<Instant>,
+    pub(crate) fog: bool,
+    pub(crate) late: bool,
+    pub(crate) dropped: bool,
+}
+
+/// How a run went.
+#[derive(Debug)]
+pub(crate) struct Report {
+    /// The RTI's outcome, if it came to its end.
+    pub(crate) rti: Option<Outcome>,
+    pub(crate) ends: Vec<End>,
+    pub(crate) traces: Vec<Vec<Record>>,
+    /// The stops that reactions asked for.
+    pub(crate) stops: Vec<Tag>,
+    /// When physical actions happened.
+    pub(crate) played: Played,
+    pub(crate) noted: Noted,
+    /// What went wrong, with whom, as it had been planned.
+    pub(crate) struck: Vec<(usize, FaultKind)>,
+    /// By federate: the stop that it was granted, and before which tag all that it sent has come to the RTI.
+    pub(crate) granted: Vec<Option<Tag>>,
+    pub(crate) announced: Vec<Tag>,
+    /// By federate: whether it has named a tag to stop at.
+    has_named: Vec<bool>,
+    /// By federate and input: the capacity of its queue, and the most messages that came for one tag.
+    pub(crate) capacities: Vec<Vec<usize>>,
+    pub(crate) bursts: Vec<Vec<usize>>,
+    pub(crate) counts: Counts,
+    pub(crate) refused_writes: u64,
+    pub(crate) fullest_percent: usize,
+    /// A hash of all that happened.
+    pub(crate) digest: u64,
+    pub(crate) violation: Option<Violation>,
+}
+
+impl Report {
+    pub(crate) fn started(&self) -> Option<Instant> {
+        self.noted.started
+    }
+
+    /// The last tag of all, where there is one that follows from the program and the granted stop.
+    pub(crate) fn stop_tag(&self, scenario: &Scenario) -> Option<Tag> {
+        let timeout = scenario.target.timeout.and_then(|ns| Some(self.started()? + Interval::from_nanos(ns)));
+        [timeout.map(Tag::at), self.granted_stop()].into_iter().flatten().min()
+    }
+
+    /// Whether a federate had come to its own end before the others agreed to stop.
+    pub(crate) fn left_before_stop(&self, federate: usize) -> bool {
+        self.granted_stop().is_some() && (self.granted[federate].is_none() || !self.has_named[federate])
+    }
+
+    /// The stop that was granted, if one was.
+    pub(crate) fn granted_stop(&self) -> Option<Tag> {
+        self.granted.iter().flatten().copied().min()
+    }
+}
+
+/// A participant, before, while and after it takes part.
+enum Participant<'a> {
+    NotYet(Seat<'a>),
+    Rti(Box<Centre<'a>>),
+    Federate(Box<Member<'a>>),
+    Gone,
+}
+
+/// The memory that a participant will use.
+enum Seat<'a> {
+    Rti(&'a mut RtiMemory<'a>),
+    Federate(&'a mut FederateMemory),
+}
+
+/// What a turn of any participant came to.
+enum Step {
+    Wait(lf_coordination::Deadline),
+    Outcome(Outcome),
+    End(Result<(), RunError>),
+}
+
+impl Participant<'_> {
+    fn turn(&mut self) -> Step {
+        if let Self::NotYet(_) = self {
+            let Self::NotYet(seat) = std::mem::replace(self, Self::Gone) else { return Step::End(Ok(())) };
+            let made = match seat {
+                Seat::Rti(memory) => memory.begin().map(|made| Participant::Rti(Box::new(made))),
+                Seat::Federate(memory) => memory.begin().map(|made| Participant::Federate(Box::new(made))),
+            };
+            match made {
+                Ok(made) => *self = made,
+                Err(error) => return Step::End(Err(error)),
+            }
+        }
+        match self {
+            Self::Rti(rti) => {
+                rti.wait(lf_coordination::Deadline::Now);
+                match rti.turn() {
+                    Turn::Wait(until) => Step::Wait(until),
+                    Turn::Ended(outcome) => Step::Outcome(outcome),
+                }
+            }
+            Self::Federate(federate) => {
+                federate.wait(lf_coordination::Deadline::Now);
+                match federate.turn() {
+                    Turn::Wait(until) => Step::Wait(until),
+                    Turn::Ended(result) => Step::End(result),
+                }
+            }
+            Self::NotYet(_) | Self::Gone => Step::End(Ok(())),
+        }
+    }
+}
+
+/// Runs a scenario whose federation has this plan. `prints`: all messages are printed.
+pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Report, BuildError> {
+    let mut world = World::new(&scenario.conditions, combine(scenario.seed, 11));
+    world.network.borrow_mut().watch.prints = prints;
+    let noted = Rc::new(RefCell::new(Noted::default()));
+    let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
+    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted)), &mut buffers);
+    let mut federates = Vec::new();
+    for (index, federate) in plan.federates.iter().enumerate() {
+        federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index + 1))?);
+    }
+    let mut stage = Stage {
+        participants: std::iter::once(Participant::NotYet(Seat::Rti(&mut rti)))
+            .chain(federates.iter_mut().map(|memory| Participant::NotYet(Seat::Federate(memory))))
+            .collect(),
+        ends: vec![End::Gone; plan.federates.len()],
+        outcome: None,
+        faults: scenario.faults.clone(),
+        first_fault: None,
+        struck: Vec::new(),
+        turns: 0,
+    };
+    stage.faults.sort_by_key(|fault| fault.at);
+    let violation = stage.play(&mut world, &noted);
+    let Stage { ends, outcome, struck, turns, participants, .. } = stage;
+    drop(participants);
+    let network = world.network.borrow();
+    let watch = &network.watch;
+    let mut report = Report {
+        rti: outcome,
+        ends,
+        traces: Vec::new(),
+        stops: Vec::new(),
+        played: Played::new(),
+        noted: noted.borrow().clone(),
+        struck,
+        granted: watch.seen.iter().map(|seen| seen.stop).collect(),
+        capacities: plan.federates.iter().map(capacities).collect(),
+        bursts: watch.seen.iter().map(Seen::bursts).collect(),
+        has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
+        announced: watch.seen.iter().map(|seen| seen.announced).collect(),
+        counts: watch.counts,
+        refused_writes: network.refused_writes,
+        fullest_percent: 0,
+        digest: combine(watch.digest, turns),
+        violation: watch.violation.clone().or(violation),
+    };
+    for (federate, memory) in federates.into_iter().enumerate() {
+        report.take(federate, memory);
+    }
+    Ok(report)
+}
+
+impl Report {
+    /// Takes over what a federate's program has kept.
+    fn take(&mut self, federate: usize, memory: FederateMemory) {
+        let program = memory.program;
+        for (most, capacity) in program.high_water() {
+            self.fullest_percent = self.fullest_percent.max(100 * most / capacity.max(1));
+            if most > capacity {
+                self.violation.get_or_insert(Violation::Capacity { federate, most, capacity });
+            }
+        }
+        for (path, events) in program.physical_events() {
+            self.played.insert(path.to_owned(), events.to_vec());
+        }
+        for record in &program.trace {
+            self.digest = combine(self.digest, record.digest);
+        }
+        self.stops.extend(&program.stops);
+        self.traces.push(program.trace);
+    }
+}
+
+fn capacities(federate: &Federate) -> Vec<usize> {
+    federate.inputs.iter().map(|input| federate.triggers[input.trigger.0].capacity).collect()
+}
+
+fn note_into(noted: Rc<RefCell<Noted>>) -> Box<dyn FnMut(Notice<'_>)> {
+    Box::new(move |notice| {
+        let mut noted = noted.borrow_mut();
+        match notice {
+            Notice::Started(start) => noted.started = Some(start),
+            Notice::InTransitFull(_) => noted.fog = true,
+            Notice::Late { .. } => noted.late = true,
+            Notice::Dropped { .. } => noted.dropped = true,
+            _ => {}
+        }
+    })
+}
+
+/// All participants, and what has become of them.
+struct Stage<'a> {
+    participants: Vec<Participant<'a>>,
+    ends: Vec<End>,
+    outcome: Option<Outcome>,
+    /// In order of time, which counts from the start.
+    faults: Vec<Fault>,
+    /// From when their times count.
+    first_fault: Option<u64>,
+    struck: Vec<(usize, FaultKind)>,
+    turns: u64,
+}
+
+impl Stage<'_> {
+    /// Turn by turn, until all have ended or nobody can go on.
+    fn play(&mut self, world: &mut World, noted: &RefCell<Noted>) -> Option<Violation> {
+        loop {
+            if self.first_fault.is_none() && noted.borrow().started.is_some() {
+                self.first_fault = Some(world.now);
+            }
+            let fault_at = self.next_fault(world);
+            let Some(participant) = world.next_turn(fault_at) else {
+                if self.strike_next(world) {
+                    continue;
+                }
+                let waiting = self.left(world);
+                let now_ns = world.now;
+                return (!waiting.is_empty()).then_some(Violation::Deadlock { waiting, now_ns });
+            };
+            self.turns += 1;
+            if self.turns > TURNS_MAX || world.now > TIME_MAX_NS {
+                return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
+            }
+            match self.participants[participant].turn() {
+                Step::Wait(until) => {
+                    let until = world.sides[participant].virtual_time(until);
+                    world.after_turn(participant, until);
+                }
+                Step::Outcome(outcome) => {
+                    self.outcome = Some(outcome);
+                    self.leave(world, participant);
+                }
+                Step::End(result) => {
+                    if participant > 0 {
+                        self.ends[participant - 1] = End::Ended(result);
+                    }
+                    self.leave(world, participant);
+                }
+            }
+        }
+    }
+
+    fn leave(&mut self, world: &mut World, participant: usize) {
+        self.participants[participant] = Participant::Gone;
+        world.end(participant);
+    }
+
+    fn left(&self, world: &World) -> Vec<usize> {
+        (0..self.participants.len()).filter(|participant| !world.has_ended(*participant)).collect()
+    }
+
+    /// When the next thing goes wrong, in virtual time.
+    fn next_fault(&self, world: &World) -> Option<u64> {
+        let fault = self.faults.iter().find(|fault| !world.has_ended(fault.participant))?;
+        Some(self.first_fault?.saturating_add(fault.at.max(0).unsigned_abs()))
+    }
+
+    /// Lets the next thing go wrong. `false` when there is none.
+    fn strike_next(&mut self, world: &mut World) -> bool {
+        let Some(at) = self.next_fault(world) else { return false };
+        let Some(index) = self.faults.iter().position(|fault| !world.has_ended(fault.participant)) else {
+            return false;
+        };
+        let Fault { participant, kind, .. } = self.faults.remove(index);
+        self.struck.push((participant, kind));
+        if kind == FaultKind::Vanish {
+            self.participants[participant] = Participant::Gone;
+        }
+        world.strike(participant, kind, at);
+        true
+    }
+}

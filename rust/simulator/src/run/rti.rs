@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI with its memory.
+
+use lf_compiler::plan::{ClockSync as PlannedSync, Plan};
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathWords, RtiStorage, Slot};
+use lf_model::Payload as _;
+use lf_model::time::{Interval, Tag};
+use lf_runtime::platform::Platform as _;
+use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes};
+
+use crate::program::Value;
+use crate::scenario::Scenario;
+use crate::world::Virtual;
+
+pub(super) const FEDERATION_ID: &[u8] = b"simulated";
+/// Where the RTI listens.
+pub(super) const PORT: u16 = 15045;
+/// Connections beyond one per federate.
+const SPARE_CONNECTIONS: usize = 2;
+
+type Notices = Box<dyn FnMut(Notice<'_>)>;
+/// The RTI's event loop.
+pub(super) type Centre<'a> = RtiLoop<'a, 'a, Virtual, Notices>;
+
+/// The buffers of all connections of an RTI, in and out.
+pub(super) struct RtiBuffers(Vec<(Vec<u8>, Vec<u8>)>);
+
+impl RtiBuffers {
+    pub(super) fn new(scenario: &Scenario, federates: usize) -> Self {
+        let bytes = buffer_bytes(Value::MAX_LEN, federates) + scenario.conditions.rti.spare;
+        Self((0..federates + SPARE_CONNECTIONS).map(|_| (vec![0; bytes], vec![0; bytes])).collect())
+    }
+}
+
+/// All that an RTI needs.
+pub(super) struct RtiMemory<'a> {
+    platform: Virtual,
+    notices: Notices,
+    config: Config<'static>,
+    slots: Vec<Slot>,
+    nodes: Vec<Node>,
+    connections: Vec<Connection>,
+    paths: Vec<PathWords>,
+    upstream: Vec<PathWords>,
+    in_transit: Vec<Tag>,
+    inlets: Vec<Inlet<'a>>,
+    outgoings: Vec<Outgoing<'a>>,
+}
+
+impl<'a> RtiMemory<'a> {
+    pub(super) fn new(
+        scenario: &Scenario,
+        plan: &Plan,
+        platform: Virtual,
+        notices: Notices,
+        buffers: &'a mut RtiBuffers,
+    ) -> Self {
+        let conditions = &scenario.conditions.rti;
+        let count = plan.federates.len();
+        let connections = buffers.0.len();
+        let config = Config {
+            clock_sync: match plan.target.clock_sync {
+                PlannedSync::Off => ClockSync::Off,
+                PlannedSync::Init => ClockSync::Init { trials: plan.target.clock_sync_trials.into() },
+            },
+            authentication: plan.target.authentication,
+            start_time_multiple: conditions.start_time_multiple.map(Interval::from_nanos),
+            dnet: conditions.dnet,
+            after_loss: if conditions.stop_all_after_loss { AfterLoss::StopAll } else { AfterLoss::GoOn },
+            ..Config::new(FEDERATION_ID, Value::MAX_LEN)
+        };
+        let buffers = buffers.0.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output)));
+        let (inlets, outgoings) = buffers.unzip();
+        Self {
+            platform,
+            notices,
+            config,
+            slots: vec![Slot::default(); count],
+            nodes: vec![Node::default(); count],
+            connections: vec![Connection::default(); connections],
+            paths: vec![PathWords::default(); 2 * count * count],
+            upstream: vec![PathWords::default(); count * count],
+            in_transit: vec![Tag::NEVER; count * conditions.in_transit],
+            inlets,
+            outgoings,
+        }
+    }
+
+    /// The RTI begins.
+    pub(super) fn begin(&'a mut self) -> Result<Centre<'a>, RunError> {
+        let listener = self.platform.listen(PORT).map_err(|error| RunError::RtiUnreachable {
+            address: std::net::SocketAddrV4::new(crate::world::address_of(0), PORT),
+            last: Some(error),
+        })?;
+        let setup = RtiSetup {
+            config: self.config,
+            storage: RtiStorage {
+                slots: &mut self.slots,
+                nodes: &mut self.nodes,
+                connections: &mut self.connections,
+                paths: &mut self.paths,
+                upstream: &mut self.upstream,
+                in_transit: &mut self.in_transit,
+            },
+            inlets: &mut self.inlets,
+            outgoings: &mut self.outgoings,
+        };
+        RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices)
+    }
+}

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The time of one participant, and the threads that its program starts.
+//!
+//! A participant's time runs ahead of the world's while its event loop computes. What its threads do meanwhile happens
+//! on the way, each at its time, so that the loop finds it when it looks.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use lf_coordination::Deadline;
+use lf_coordination::clock_sync::ClockCorrection;
+use lf_model::prelude::Asap;
+use lf_model::time::Instant;
+use lf_model::{Mailbox, Outside, PhysicalActionRef, PhysicalLink};
+
+use crate::program::{Shape, Value};
+use crate::random::combine;
+
+/// Where every participant's clock stands at the beginning, before its own offset.
+const EPOCH_NS: i64 = 1_000_000_000_000;
+/// What a thread's events can cause.
+const ENERGY: u64 = 4;
+
+/// What the threads of a participant share with its event loop: its clock, and the way to its program.
+#[derive(Debug)]
+pub(crate) struct Side {
+    /// Virtual time, as far as this participant has come.
+    time: AtomicU64,
+    clock_offset: i64,
+    clock_drift_ppb: i64,
+    correction: Mutex<ClockCorrection>,
+    mailbox: Mailbox,
+    woken: AtomicBool,
+    threads: Mutex<Vec<Thread>>,
+}
+
+/// A thread of a program, which schedules a physical action at times that are known beforehand.
+#[derive(Debug)]
+pub(crate) struct Thread {
+    link: PhysicalLink,
+    action: PhysicalActionRef<Value>,
+    origin: u64,
+    /// First after its start, then in virtual time.
+    times: VecDeque<u64>,
+}
+
+impl Thread {
+    pub(crate) fn new(link: PhysicalLink, action: PhysicalActionRef<Value>, origin: u64, times: &[i64]) -> Self {
+        Self { link, action, origin, times: times.iter().map(|ns| ns.unsigned_abs()).collect() }
+    }
+
+    fn act(&mut self) {
+        self.times.pop_front();
+        let value = Value::new(combine(self.origin, self.times.len() as u64), ENERGY, Shape::Fixed(1));
+        // An inbox that is full refuses it, and then it does not happen in any of the runs.
+        let _ = self.link.schedule_physical_with_v(&self.action, Some(value), Asap);
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Side {
+    /// A participant whose clock is ahead by `clock_offset` at the beginning, and gains so much.
+    pub(crate) fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
+        Box::leak(Box::new(Self {
+            time: AtomicU64::new(0),
+            clock_offset,
+            clock_drift_ppb,
+            correction: Mutex::new(ClockCorrection::NONE),
+            mailbox: Mailbox::new(),
+            woken: AtomicBool::new(false),
+            threads: Mutex::new(Vec::new()),
+        }))
+    }
+
+    /// Virtual time, as far as this participant has come.
+    pub(crate) fn now(&self) -> u64 {
+        self.time.load(Ordering::Relaxed)
+    }
+
+    /// Takes so much of virtual time, in which the event loop sees nothing.
+    pub(crate) fn compute(&self, ns: u64) {
+        self.advance_to(self.now().saturating_add(ns));
+    }
+
+    /// Goes on to this virtual time, if it is later; threads act on the way.
+    pub(crate) fn advance_to(&self, time: u64) {
+        while let Some(at) = self.next_act().filter(|at| *at <= time) {
+            self.time.fetch_max(at, Ordering::Relaxed);
+            let mut threads = lock(&self.threads);
+            let due = threads.iter().position(|thread| thread.times.front() == Some(&at));
+            if let Some(index) = due {
+                threads[index].act();
+                if threads[index].times.is_empty() {
+                    threads.remove(index);
+                }
+            }
+        }
+        self.time.fetch_max(time, Ordering::Relaxed);
+    }
+
+    /// When a thread acts next.
+    pub(crate) fn next_act(&self) -> Option<u64> {
+        lock(&self.threads).iter().filter_map(|thread| thread.times.front().copied()).min()
+    }
+
+    /// A thread begins now.
+    pub(crate) fn start(&self, mut thread: Thread) {
+        let now = self.now();
+        for time in &mut thread.times {
+            *time += now;
+        }
+        if !thread.times.is_empty() {
+            lock(&self.threads).push(thread);
+        }
+    }
+
+    /// The program is no more, and its threads are not either.
+    pub(crate) fn end(&self) {
+        lock(&self.threads).clear();
+    }
+
+    /// Whether the event loop was woken since the last call.
+    pub(crate) fn take_woken(&self) -> bool {
+        self.woken.swap(false, Ordering::Relaxed)
+    }
+
+    pub(crate) fn set_correction(&self, correction: ClockCorrection) {
+        *lock(&self.correction) = correction;
+    }
+
+    /// What its clock shows.
+    pub(crate) fn local(&self) -> Instant {
+        self.local_at(self.now())
+    }
+
+    fn local_at(&self, time: u64) -> Instant {
+        let time = i64::try_from(time).unwrap_or(i64::MAX);
+        let drift = i128::from(time) * i128::from(self.clock_drift_ppb) / 1_000_000_000;
+        Instant(EPOCH_NS + self.clock_offset + time + i64::try_from(drift).unwrap_or(0))
+    }
+
+    /// The virtual time at which its clock shows a deadline; `None` for never.
+    pub(crate) fn virtual_time(&self, deadline: Deadline) -> Option<u64> {
+        let now = self.now();
+        let at = match deadline {
+            Deadline::Now => return Some(now),
+            Deadline::Never => return None,
+            Deadline::At(at) => at,
+        };
+        let mut time = now;
+        // A clock that gains or loses a little is there after a few steps.
+        loop {
+            let left = at.as_nanos().saturating_sub(self.local_at(time).as_nanos());
+            match u64::try_from(left) {
+                Ok(left) if left > 0 => time = time.saturating_add(left),
+                _ => return Some(time),
+            }
+            if time > u64::MAX / 4 {
+                return None;
+            }
+        }
+    }
+}
+
+impl Outside for Side {
+    fn physical_time(&self) -> Instant {
+        lock(&self.correction).physical(self.local())
+    }
+
+    fn wake(&self) {
+        self.woken.store(true, Ordering::Relaxed);
+    }
+
+    fn mailbox(&self) -> &Mailbox {
+        &self.mailbox
+    }
+}
