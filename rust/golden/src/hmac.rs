@@ -20,7 +20,7 @@ mod tests {
     fn the_recorded_proof_comes_out() {
         let bytes = [101, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8];
         let proof = super::hmac("a secret federation", &bytes);
-        let hex: String = proof.iter().map(|byte| format!("{byte:02x}")).collect();
+        let hex = proof.map(|byte| format!("{byte:02x}")).concat();
         assert_eq!(hex, "6e50e87dfc94fb250a17d907a91ca4f1e951324a5115dd1d34f7f3cd6e868afa");
     }
 }
