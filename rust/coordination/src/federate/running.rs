@@ -203,11 +203,16 @@ impl Federate<'_> {
     /// A PTAG: nothing can come any more before this tag, but at it something may, from federates that are in a cycle
     /// without delay with this one, and that may be waiting for it likewise.
     fn handle_provisional_grant(&mut self, tag: Tag) {
-        self.provisional = self.provisional.max(Some(tag));
         self.net.grant(tag.before());
+        if tag != Tag::FOREVER {
+            self.provisional = self.provisional.max(Some(tag));
+        }
         if tag > self.current {
             // A federate that waits within an earlier tag learns what it waits for from what comes at the later one.
-            self.summons = self.summons.max(Some(tag).filter(|tag| *tag != Tag::FOREVER));
+            // A PTAG of for ever calls to no tag, and one that comes after a later one does not any more.
+            if self.provisional == Some(tag) {
+                self.summons = Some(tag);
+            }
         } else if tag == self.current && self.open {
             self.confirm = true;
         } else {
