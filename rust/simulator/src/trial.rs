@@ -38,11 +38,12 @@ pub(crate) fn try_scenario(scenario: &Scenario) -> Trial {
     judge(scenario, compile_text(&source(scenario, true)).map_err(|error| error.1))
 }
 
-/// Runs a scenario once more, and prints all messages.
+/// Runs a scenario once more, and prints all messages, what the RTI has to tell, and how all end.
 pub(crate) fn print_messages(scenario: &Scenario) {
-    if let Ok(plan) = compile_text(&source(scenario, true)) {
-        // Its outcome is known.
-        let _ = run(scenario, &plan, true);
+    let Ok(plan) = compile_text(&source(scenario, true)) else { return };
+    let Ok(report) = run(scenario, &plan, true) else { return };
+    for (federate, end) in report.ends.iter().enumerate() {
+        println!("f{federate}: {end:?}");
     }
 }
 

@@ -158,7 +158,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
     world.network.borrow_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
-    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted)), &mut buffers);
+    let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted), prints), &mut buffers);
     let mut federates = Vec::new();
     for (index, federate) in plan.federates.iter().enumerate() {
         federates.push(FederateMemory::new(scenario, plan, federate, world.platform(index + 1))?);
@@ -230,8 +230,11 @@ fn capacities(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| federate.triggers[input.trigger.0].capacity).collect()
 }
 
-fn note_into(noted: Rc<RefCell<Noted>>) -> Box<dyn FnMut(Notice<'_>)> {
+fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_>)> {
     Box::new(move |notice| {
+        if prints {
+            println!("RTI: {notice}");
+        }
         let mut noted = noted.borrow_mut();
         match notice {
             Notice::Started(start) => noted.started = Some(start),
