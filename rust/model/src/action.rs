@@ -52,8 +52,10 @@ pub struct LogicalAction<T, S: VecStorage<Event<Option<T>>> + ?Sized = View<Opti
     id: TriggerId,
     present: bool,
     value: Option<T>,
-    /// The tag of the event that was scheduled last.
+    /// The tag of the event that was scheduled last, and of the one before it. What comes after the stop never happens
+    /// but counts here: the spacing must not depend on when the stop becomes known.
     last: Option<Tag>,
+    before: Option<Tag>,
     /// The tag of the event that happened last.
     happened: Option<Tag>,
     queue: Queue<Option<T>, S>,
@@ -62,7 +64,7 @@ pub struct LogicalAction<T, S: VecStorage<Event<Option<T>>> + ?Sized = View<Opti
 impl<T, const N: usize> LogicalActionQueue<T, N> {
     /// An action with nothing pending.
     pub const fn new(id: TriggerId) -> Self {
-        Self { id, present: false, value: None, last: None, happened: None, queue: Queue::new() }
+        Self { id, present: false, value: None, last: None, before: None, happened: None, queue: Queue::new() }
     }
 }
 
@@ -86,8 +88,9 @@ impl<T> LogicalAction<T> {
                 return Ok(());
             }
         };
-        if tag <= bounds.stop && tag.is_finite() {
-            self.last = Some(self.queue.insert(tag, value)?);
+        if tag.is_finite() {
+            let tag = if tag <= bounds.stop { self.queue.insert(tag, value)? } else { tag };
+            self.before = self.last.replace(tag);
         }
         Ok(())
     }
@@ -111,8 +114,11 @@ impl<T> LogicalAction<T> {
             Policy::Replace if self.queue.contains(last) => Place::Into(last),
             Policy::Defer | Policy::Replace => Place::At(intended.max(earliest_after(last))),
             Policy::Update => {
-                self.queue.remove(last);
-                match self.queue.last_tag().max(self.happened) {
+                if self.happened < Some(last) {
+                    self.queue.remove(last);
+                    self.last = self.before;
+                }
+                match self.last {
                     Some(before) if early(before) => Place::At(intended.max(earliest_after(before))),
                     _ => Place::At(intended),
                 }

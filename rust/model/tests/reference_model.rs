@@ -235,6 +235,17 @@ proptest! {
         prop_assert_eq!(run_whole(&plan), reference::run(&plan, TAGS_MAX));
     }
 
+    /// What happens before the stop does not depend on when the stop becomes known.
+    #[test]
+    fn what_would_come_after_the_stop_changes_nothing_before_it(plan in quiet_plan(), timeout in 0..60i64) {
+        let late = run_whole(&Plan { timeout: None, ..plan.clone() });
+        let early = run_whole(&Plan { timeout: Some(timeout), ..plan });
+        let Some(last) = early.trace.last().map(|step| step.0).filter(|_| !late.failed) else { return Ok(()) };
+        // At the stop itself more may happen.
+        let before = |outcome: &Outcome| outcome.trace.iter().copied().filter(|step| step.0 < last).collect::<Vec<_>>();
+        prop_assert_eq!(before(&early), before(&late));
+    }
+
     /// A tag that runs in pieces leaves the same trace as one for which all messages were there from the beginning.
     #[test]
     fn tags_in_pieces_are_as_whole_ones(plan in quiet_plan(), pieces in pieces()) {

@@ -2,7 +2,7 @@
 //! The reference model, and what it shares with the program that the engine runs.
 pub mod program;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 pub const TIMERS: usize = 3;
 pub const ACTIONS: usize = 4;
@@ -103,6 +103,8 @@ pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
 #[derive(Default)]
 struct Action {
     pending: BTreeMap<TagPair, Option<u32>>,
+    /// What will not happen, because it comes after the stop.
+    beyond: BTreeSet<TagPair>,
     last: Option<TagPair>,
     happened: Option<TagPair>,
 }
@@ -250,7 +252,8 @@ impl Reference<'_> {
                     }
                     3 => {
                         action.pending.remove(&last);
-                        let latest = action.pending.keys().last().copied();
+                        action.beyond.remove(&last);
+                        let latest = action.pending.keys().chain(&action.beyond).max().copied();
                         if let Some(before) = latest.max(action.happened)
                             && close(before)
                         {
@@ -262,6 +265,8 @@ impl Reference<'_> {
             }
         }
         if tag > self.stop {
+            action.beyond.insert(tag);
+            action.last = Some(tag);
             return;
         }
         if action.pending.len() == ACTION_CAPACITY {
