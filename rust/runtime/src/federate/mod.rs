@@ -30,8 +30,11 @@ pub(crate) use peers::Peers;
 pub use peers::{Inbound, Outbound};
 use tags::Advance;
 
-/// How long a federate that has failed tries to tell the RTI.
+/// How long a federate that has failed tries to tell the RTI, and any federate tries to tell its peers.
 const LAST_WORDS: Interval = Interval::from_secs(1);
+/// How long a federate that has resigned waits until the RTI has read all of it. The RTI may read slowly, because a
+/// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
+const RESIGNATION: Interval = Interval::from_secs(60);
 
 /// What a federate is told when it is started, and not when it is built.
 #[derive(Clone, Copy, Debug)]
@@ -130,7 +133,7 @@ pub struct FederateLoop<'a, 's, P> {
 enum Stage {
     /// It takes part in the federation.
     Taking,
-    /// It says its last words, until the time at the latest; then it ends with this result.
+    /// It says its last words, from this time on and for a limited time; then it ends with this result.
     Leaving(Instant, Result<(), RunError>),
     /// It has ended.
     Ended(Result<(), RunError>),
@@ -214,14 +217,19 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
                     Err(error)
                 }
             };
-            self.stage = Stage::Leaving(self.platform.now() + LAST_WORDS, result);
+            self.stage = Stage::Leaving(self.platform.now(), result);
         }
-        if let Stage::Leaving(until, result) = &self.stage {
-            let (until, result) = (*until, result.clone());
-            let direct = self.peers.take_leave(self.platform) && self.platform.now() < until;
+        if let Stage::Leaving(since, result) = &self.stage {
+            let (last_words, result) = (*since + LAST_WORDS, result.clone());
+            let resigned = result.is_ok() && !self.platform.interrupted();
+            let until = if resigned { *since + RESIGNATION } else { last_words };
+            let direct = self.peers.take_leave(self.platform) && self.platform.now() < last_words;
+            if !direct {
+                self.peers.close(self.platform);
+            }
             if self.take_leave(until) || direct {
                 self.peers.set_interest(self.platform, false);
-                return Turn::Wait(Deadline::At(until));
+                return Turn::Wait(Deadline::At(if direct { last_words } else { until }));
             }
             self.link.close(self.platform);
             self.peers.close(self.platform);
@@ -346,7 +354,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// there is nothing more to wait for.
     ///
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
-    /// the RTI's last words are read, but not for longer than [`LAST_WORDS`].
+    /// the RTI's last words are read, but not for longer than [`LAST_WORDS`] after an error, and [`RESIGNATION`] after
+    /// a resignation.
     fn take_leave(&mut self, until: Instant) -> bool {
         if !self.link.is_open() || self.platform.now() >= until {
             return false;
