@@ -93,7 +93,8 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     trial.events = report.traces.iter().map(|trace| trace.len() as u64).sum();
     trial.messages = report.counts.messages;
     trial.digest = report.digest;
-    trial.violation = report.violation.clone().or_else(|| check::ends(scenario, &report));
+    let violation = report.violation.clone().filter(|found| !check::is_endless(scenario, &report, found));
+    trial.violation = violation.or_else(|| check::ends(scenario, &report));
     if trial.violation.is_none() && !check::own_fault(&report) {
         trial.violation = same_as_alone(scenario, &report);
     }

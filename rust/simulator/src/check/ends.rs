@@ -28,6 +28,21 @@ pub(crate) fn own_fault(report: &Report) -> bool {
     })
 }
 
+/// Whether a run does not end because nothing is to end it: the program ends by a stop only, and a queue was too small
+/// in a federate that was to ask for it.
+pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Violation) -> bool {
+    let asks = |federate: usize| scenario.federates[federate].reactions.iter().any(|one| one.script.stop_at.is_some());
+    let is_full = |end: &End| {
+        let End::Ended(Err(error)) = end else { return false };
+        matches!(error, RunError::Model(_) | RunError::InputFull { .. } | RunError::TagFull { .. })
+    };
+    let has_lost_its_end = || (0..).zip(&report.ends).any(|(federate, end)| asks(federate) && is_full(end));
+    matches!(violation, Violation::NoEnd { .. })
+        && scenario.target.timeout.is_none()
+        && report.granted_stop().is_none()
+        && has_lost_its_end()
+}
+
 /// Whether some input's queue and buffer may be too small for what comes.
 fn is_tight(scenario: &Scenario) -> bool {
     let given = scenario.connections.iter().any(|connection| connection.capacity.is_some());

@@ -10,7 +10,7 @@ use std::fmt;
 
 use lf_model::time::Tag;
 
-pub(crate) use ends::{ends, own_fault};
+pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use traces::{Difference, Expected, traces};
 pub(crate) use wire::{Counts, Seen, Watch};
 

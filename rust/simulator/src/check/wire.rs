@@ -137,20 +137,20 @@ impl Watch {
             self.taps[connection].to_rti.extend_from_slice(bytes);
         } else {
             self.taps[connection].from_rti.extend_from_slice(bytes);
-            self.follow(connection, 1);
+            self.follow(connection, 1, now);
         }
     }
 
     /// So many bytes of a direction were read.
-    pub(crate) fn read(&mut self, connection: usize, direction: usize, count: usize) {
+    pub(crate) fn read(&mut self, connection: usize, direction: usize, count: usize, now: u64) {
         if direction == 0 {
             self.taps[connection].read += count;
-            self.follow(connection, 0);
+            self.follow(connection, 0, now);
         }
     }
 
     /// Looks at the whole messages.
-    fn follow(&mut self, connection: usize, direction: usize) {
+    fn follow(&mut self, connection: usize, direction: usize, now: u64) {
         let tap = &mut self.taps[connection];
         let federate = tap.federate;
         let bytes = std::mem::take(if direction == 0 { &mut tap.to_rti } else { &mut tap.from_rti });
@@ -163,7 +163,7 @@ impl Watch {
                     self.counts.messages += 1;
                     if self.prints {
                         let way = if direction == 0 { "->" } else { "<-" };
-                        println!("f{federate} {way} RTI {message:?}");
+                        println!("{now:12} f{federate} {way} RTI {message:?}");
                     }
                     if direction == 0 {
                         self.hear_federate(federate, &message);

@@ -157,7 +157,7 @@ impl Scripted {
         self.trace.push(Record { tag, instance: body.id, reaction: body.number, digest, last_tag });
         if body.script.work_ns > 0 {
             let work = combine(digest, 2) % body.script.work_ns.unsigned_abs();
-            self.side.compute(work);
+            self.side.work(work);
         }
         for (position, effect) in (0..).zip(&body.effects) {
             let choice = combine(digest, 100 + position);

@@ -11,7 +11,7 @@ use crate::scenario::Scenario;
 use crate::world::Side;
 
 /// So many tags are a sign that a program does not end.
-const TAGS_MAX: u32 = 1_000_000;
+const TAGS_MAX: u32 = 10_000_000;
 
 /// What the federated run decided: chance, as far as the program is concerned.
 pub(crate) struct Decided<'a> {

@@ -26,7 +26,7 @@ use rti::{Centre, RtiBuffers, RtiMemory};
 
 /// So many turns in a federation are a sign that it does not end.
 const TURNS_MAX: u64 = 400_000;
-/// So much virtual time is a sign that it does not end.
+/// So much virtual time, beside that in which reactions work, is a sign that it does not end.
 const TIME_MAX_NS: u64 = 200_000_000_000;
 
 /// How a federate ended.
@@ -276,7 +276,7 @@ impl Stage<'_> {
                 return (!waiting.is_empty()).then_some(Violation::Deadlock { waiting, now_ns });
             };
             self.turns += 1;
-            if self.turns > TURNS_MAX || world.now > TIME_MAX_NS {
+            if self.turns > TURNS_MAX || world.now > TIME_MAX_NS + world.worked() {
                 return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
             }
             match self.participants[participant].turn() {

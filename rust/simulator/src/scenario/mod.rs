@@ -99,11 +99,8 @@ pub(crate) struct Action {
 }
 
 impl Reactor {
-    /// Lets shutdown reactions have no effects, and actions no spacing.
+    /// Lets shutdown reactions have no effects.
     pub(crate) fn prepare_for_stop(&mut self) {
-        for action in &mut self.actions {
-            action.min_spacing = None;
-        }
         for reaction in self.reactions.iter_mut().filter(|one| one.triggers.contains(&Variable::Shutdown)) {
             reaction.effects.clear();
         }

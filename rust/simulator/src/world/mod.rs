@@ -60,6 +60,11 @@ impl World {
         Virtual { network, me, side: self.sides[me], interrupted }
     }
 
+    /// How much of virtual time reactions took, of all participants.
+    pub(crate) fn worked(&self) -> u64 {
+        self.sides.iter().map(|side| side.worked()).sum()
+    }
+
     /// The participant has something to do at this time, or when it is through with what it does.
     pub(crate) fn schedule(&mut self, participant: usize, at: u64) {
         if self.ended[participant] {

@@ -221,7 +221,7 @@ impl Network {
         let back = self.latency(self.links[connection].owners[0], 0);
         let link = &mut self.links[connection];
         link.pipes[1 - side].take(&mut target[..count]);
-        self.watch.read(connection, 1 - side, count);
+        self.watch.read(connection, 1 - side, count, now);
         if link.interests[1 - side].writable {
             // The news of the room travels back.
             self.wakes.push((link.owners[1 - side], now + back));

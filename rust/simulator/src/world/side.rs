@@ -27,6 +27,8 @@ const ENERGY: u64 = 4;
 pub(crate) struct Side {
     /// Virtual time, as far as this participant has come.
     time: AtomicU64,
+    /// How much of it reactions took.
+    worked: AtomicU64,
     clock_offset: i64,
     clock_drift_ppb: i64,
     correction: Mutex<ClockCorrection>,
@@ -67,6 +69,7 @@ impl Side {
     pub(crate) fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
         Box::leak(Box::new(Self {
             time: AtomicU64::new(0),
+            worked: AtomicU64::new(0),
             clock_offset,
             clock_drift_ppb,
             correction: Mutex::new(ClockCorrection::NONE),
@@ -79,6 +82,17 @@ impl Side {
     /// Virtual time, as far as this participant has come.
     pub(crate) fn now(&self) -> u64 {
         self.time.load(Ordering::Relaxed)
+    }
+
+    /// Takes so much of virtual time for a reaction, in which the event loop sees nothing.
+    pub(crate) fn work(&self, ns: u64) {
+        self.worked.fetch_add(ns, Ordering::Relaxed);
+        self.compute(ns);
+    }
+
+    /// How much of virtual time its reactions took.
+    pub(crate) fn worked(&self) -> u64 {
+        self.worked.load(Ordering::Relaxed)
     }
 
     /// Takes so much of virtual time, in which the event loop sees nothing.
