@@ -68,6 +68,52 @@ fn an_announcement_that_a_message_has_overtaken_holds_nothing_back() {
 }
 
 #[test]
+fn who_has_seen_more_messages_than_the_rti_remembers_keeps_nobody_waiting() {
+    // 0 → 1 → 2, and 0 → 2. The RTI remembers two tags for each.
+    let upstream = [vec![], vec![(0, 0)], vec![(1, DELAY_NONE), (0, DELAY_NONE)]];
+    let (mut world, connections) = started(config(), Sizes { in_transit: 2, ..Sizes::ample(3) }, &upstream);
+    let [source, middle, last] = connections[..] else { panic!("there are three") };
+    world.message(middle, &Message::NextEventTag(at(90)));
+    world.message(last, &Message::NextEventTag(at(90)));
+    world.message(source, &Message::NextEventTag(at(0)));
+    // All at one tag, as with several `after`: the last two do not fit.
+    for ns in [10, 20, 30, 50] {
+        world.message(source, &message(1, ns, b""));
+    }
+    world.message(source, &Message::NextEventTag(at(42)));
+    assert!(read(&mut world, middle).contains(&"TAG 42 0".to_owned()));
+    for (done, next) in [(10, 20), (20, 30), (30, 50)] {
+        world.message(middle, &Message::NextEventTag(at(done)));
+        world.message(middle, &Message::LatestTagComplete(at(done)));
+        world.message(middle, &Message::NextEventTag(at(next)));
+    }
+    for ns in [42, 43, 44] {
+        step(&mut world, source, 2, ns);
+    }
+    // That 0 is held for 2 must not keep 2 waiting: 1 has no event before 50, and had seen all when it said so.
+    assert_eq!(is_held(&world, source), Some(Awaited::Input(last)));
+    assert!(read(&mut world, last).contains(&format!("TAG 42 {}", u32::MAX)));
+    world.message(last, &Message::NextEventTag(at(42)));
+    world.message(last, &Message::LatestTagComplete(at(42)));
+    assert_eq!(is_held(&world, source), None);
+}
+
+#[test]
+fn an_event_that_is_not_announced_holds_nothing_back() {
+    // 0 → 1 → 2, and 2 has a message of 0 at 80. Nobody needs to know of what 1 does at 60 because of a message of 0 at
+    // 50, so 1 announces neither, as DNETs allow.
+    let upstream = [vec![], vec![(0, DELAY_NONE)], vec![(1, DELAY_NONE), (0, DELAY_NONE)]];
+    let (mut world, connections) = started(window(1), Sizes::ample(3), &upstream);
+    world.message(connections[1], &Message::NextEventTag(at(100)));
+    world.message(connections[0], &Message::NextEventTag(at(50)));
+    world.message(connections[0], &message(1, 50, b""));
+    world.message(connections[0], &message(2, 80, b""));
+    world.message(connections[1], &Message::LatestTagComplete(at(50)));
+    world.message(connections[1], &message(2, 60, b"unannounced"));
+    assert_eq!(is_held(&world, connections[1]), None);
+}
+
+#[test]
 fn a_receiver_that_leaves_holds_nobody_any_more() {
     for how in [Message::Resign, Message::Failed] {
         let (mut world, connections) = chain(window(1), Sizes::ample(2));

@@ -51,11 +51,13 @@ impl Rti<'_> {
             Grant::Final(tag) => {
                 outlet.send(connection, &Message::TagGrant(to_wire(tag)));
                 self.slots[federate].granted = tag;
+                self.in_transit(federate).grant(tag);
                 None
             }
             Grant::Provisional(tag) => {
                 outlet.send(connection, &Message::ProvisionalTagGrant(to_wire(tag)));
                 self.slots[federate].provisional = tag;
+                self.in_transit(federate).grant(tag);
                 Some(tag)
             }
         };

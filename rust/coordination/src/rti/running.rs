@@ -99,7 +99,7 @@ impl Rti<'_> {
             }
             Message::PortAbsent { federate: to, .. } => return self.forward(federate, to, message, outlet),
             Message::NextEventTag(tag) => {
-                self.slots[federate].announced = from_wire(tag);
+                self.in_transit(federate).announce(from_wire(tag));
                 self.on_next_event(federate, from_wire(tag), outlet);
                 self.note_idleness(self.graph.next_event(federate));
             }
@@ -155,7 +155,8 @@ impl Rti<'_> {
             return Ok(step);
         }
         if self.slots[to].completed < tag {
-            if self.in_transit(to).insert(tag) {
+            let granted = self.slots[to].granted.max(self.slots[to].provisional);
+            if self.in_transit(to).insert(tag, granted) {
                 outlet.notice(Notice::InTransitFull(id(to)));
             }
         } else {

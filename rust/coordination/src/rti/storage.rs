@@ -89,8 +89,6 @@ pub struct Slot {
     pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
-    /// Next event as it has announced itself: NEVER before it has.
-    pub(super) announced: Tag,
     /// Latest tag completed.
     pub(super) completed: Tag,
     /// Latest TAG sent.
@@ -120,7 +118,6 @@ impl Slot {
         pending: Pending::NONE,
         vacated: false,
         clock: None,
-        announced: Tag::NEVER,
         completed: Tag::NEVER,
         granted: Tag::NEVER,
         provisional: Tag::NEVER,

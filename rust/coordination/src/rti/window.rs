@@ -6,15 +6,17 @@
 //! at which u is. Nothing else holds a message back, however many are on their way: those that a connection's delay
 //! keeps there have tags later than u's.
 //!
-//! **Where u is.** A message tells its own tag, but not at which tag it was sent. What counts is the earlier one of the
-//! next event that u has announced, and of the first message that is on its way to u. Neither is later than the tag at
-//! which u sent what is now at the front of its connection: an LTC comes behind the messages of its tag, and only a
-//! message from elsewhere can make u do something before the event that it has announced.
+//! **Where u is.** A message tells its own tag, but not at which tag it was sent. What counts is u's next event, as for
+//! grants: what it has announced, or the first message on its way to it if that is earlier. This is not later than the
+//! tag at which u has sent what is now at the front of its connection. What it has announced alone could be, as it may
+//! leave out what nobody needs.
 //!
-//! **Nobody waits for ever.** Whoever is held is past a tag that another federate has still before it. So the federate
-//! with the earliest tag is never held; and all that it waits for is known, since those that are held have announced
-//! events beyond an even earlier tag, or have messages on their way that are. `PORT_ABSENT`, announcements and stops of
-//! a federate that is held wait with its message, which is harmless for the same reason.
+//! **Nobody waits for ever.** Whoever is held has its next event after that of its receiver. So the federate with the
+//! earliest next event is never held. All that it waits for is known, since the next events of those that are held are
+//! later; so it gets on, as long as it has something to do at what counts as its next event, for which see
+//! `in_transit`. A next event cannot come to be earlier than the tag of what is held, for that tag has been granted.
+//! `PORT_ABSENT`, announcements and stops of a federate that is held wait with its message, which is harmless for the
+//! same reason.
 //!
 //! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
 //! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
@@ -62,10 +64,8 @@ impl Rti<'_> {
     }
 
     /// A tag that is not later than that at which a federate has sent what is at the front of its connection.
-    fn position(&mut self, federate: usize) -> Tag {
-        let announced = self.slots[federate].announced;
-        let stop = self.stop_tag().unwrap_or(Tag::FOREVER);
-        announced.min(self.in_transit(federate).earliest()).min(stop)
+    fn position(&self, federate: usize) -> Tag {
+        self.graph.next_event(federate).min(self.stop_tag().unwrap_or(Tag::FOREVER))
     }
 
     /// Looks for what a federate says about a stop, or for its end, behind what it has to say before. Returns whether
