@@ -5,7 +5,8 @@
 //! queue. Therefore a message without room is held where it lies, and what comes behind it is looked at: messages for
 //! other queues and what the RTI says of the federation are taken out of their turn, and a grant counts at once up to
 //! just before the earliest message that is held. This changes nothing that the program sees, since events are ordered
-//! by tag and no tag is begun before all of its messages are in their queues.
+//! by tag and no tag is begun before all of its messages are in their queues. Nor does it change what the RTI is told:
+//! the earliest message that is held counts for the next event like those in the queues.
 //!
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
@@ -48,6 +49,11 @@ impl Held {
     /// an earlier one for the same input.
     pub(super) fn look_again(&mut self) {
         self.stale = self.input.is_some();
+    }
+
+    /// The earliest tag of a message that is held; FOREVER if none is.
+    pub(super) fn earliest(&self) -> Tag {
+        self.earliest
     }
 
     /// Whether [`FederateLoop::handle_messages`] is to be called though nothing has come.
