@@ -27,7 +27,7 @@ pub struct RtiStorage<'s> {
     /// Connections between federates: n × the most upstream federates that one may have, which n always suffices for.
     pub upstream: &'s mut [PathWords],
     /// Messages in transit: n × how many different tags of messages to one federate are remembered exactly, at least 1.
-    /// See the argument in the module `in_transit`: in cycles, as many as can be outstanding within the delays.
+    /// See the argument in the module `in_transit`: in cycles without delay, as many as can be outstanding.
     pub in_transit: &'s mut [Tag],
 }
 
