@@ -117,7 +117,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
             // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is
             // not sent.
-            self.silent = self.machine.next_event(now, Tag::FOREVER) && has_no_source;
+            // What still waits for room has just got some, and is about to be an event.
+            let next = self.held.earliest();
+            self.silent = self.machine.next_event(now, next) && has_no_source && next == Tag::FOREVER;
             if !self.silent {
                 return Deadline::Never;
             }

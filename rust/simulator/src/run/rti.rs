@@ -66,6 +66,7 @@ impl<'a> RtiMemory<'a> {
             authentication: plan.target.authentication,
             start_time_multiple: conditions.start_time_multiple.map(Interval::from_nanos),
             dnet: conditions.dnet,
+            window: conditions.window,
             after_loss: if conditions.stop_all_after_loss { AfterLoss::StopAll } else { AfterLoss::GoOn },
             ..Config::new(FEDERATION_ID, Value::MAX_LEN)
         };

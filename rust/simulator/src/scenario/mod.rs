@@ -215,6 +215,8 @@ pub(crate) struct RtiConditions {
     pub(crate) start_time_multiple: Option<Nanos>,
     /// Tags in transit that are remembered per federate.
     pub(crate) in_transit: usize,
+    /// Tags with messages that a federate may be behind its senders.
+    pub(crate) window: usize,
     /// Bytes of each buffer beyond the least that is allowed.
     pub(crate) spare: usize,
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Smaller scenarios: each differs in one thing that is left out or made plainer.
 
+use lf_coordination::rti::WINDOW;
+
 use super::{Connection, End, Host, Reaction, Reactor, Scenario, Script, US, Variable, Wire};
 
 /// All scenarios that are smaller by one thing, the greatest things first. Their order follows from the scenario alone.
@@ -61,6 +63,7 @@ fn conditions(scenario: &Scenario, add: &mut Add<'_>) {
     add(&|it| it.conditions.rti.dnet = false);
     add(&|it| it.conditions.rti.start_time_multiple = None);
     add(&|it| it.conditions.rti.in_transit = 64);
+    add(&|it| it.conditions.rti.window = WINDOW);
     add(&|it| it.conditions.rti.spare = 4096);
     add(&|it| it.conditions.receive_spare = 1 << 16);
     add(&|it| it.conditions.send_spare = 4096);
