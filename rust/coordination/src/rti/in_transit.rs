@@ -12,9 +12,9 @@
 //! as a *fog*: ranges from the earliest to the latest tag, anywhere in which there may be messages.
 //!
 //! That is enough, because the RTI has to remember a message only until its receiver has seen it. From then on the
-//! receiver's own announcements take it into account, even while it waits for room there. And the receiver shows what it has seen: connections keep the
-//! order, so whoever has completed a tag has seen all that was sent to it before the grant that allowed this tag. So
-//! the fog has up to three ranges:
+//! receiver's own announcements take it into account, even while it waits for room there. And the receiver shows what
+//! it has seen: connections keep the order, so whoever has completed a tag has seen all that was sent to it before the
+//! grant that allowed this tag. So the fog has up to three ranges:
 //!
 //! - *open*: messages later than all that the receiver has been granted. The earliest of their tags is known exactly,
 //!   for none of them can be completed. When a grant reaches it, the range is closed.

@@ -88,8 +88,8 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
         let summons = self.machine.summons().filter(|summons| event.is_none_or(|event| *summons < event));
         let Some(tag) = summons.or(event) else { return Ok(Some(Advance::Until(self.idle(now)))) };
-        // The RTI takes what this federate announces to account for all that it was sent before what it has been granted
-        // and has done, and that includes the messages that wait for room.
+        // What this federate announces after it has done something stands for all that it was sent before the grant for
+        // that, which includes the messages that wait for room.
         self.machine.next_event(now, event.unwrap_or(Tag::FOREVER).min(self.held.earliest()));
         // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others, who
         // may need that before they can take the messages of this one.
