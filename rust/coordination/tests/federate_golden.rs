@@ -12,8 +12,8 @@
 mod federate_support;
 
 use federate_support::{Driver, NONCE, Program};
-use lf_coordination::FederateId;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
+use lf_coordination::{FederateId, in_turn};
 use lf_golden::{Fill, Frame, Recording, Step};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{DELAY_NONE, RejectCode};
@@ -68,9 +68,10 @@ impl Replay<'_> {
         if found[0] == FED_NONCE {
             assert_eq!(frame.bytes.extract(&found).as_deref(), Some(&NONCE[..]), "{at}");
         } else if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
-            // The federate's clock.
+            // The federate's clock, which asks for a stop in turn.
             let time = frame.bytes.extract(&found).unwrap_or_else(|| panic!("{at}: found {found:02x?}"));
-            assert_eq!(i64::from_le_bytes(time.try_into().unwrap()), self.physical().as_nanos(), "{at}");
+            let told = Instant(i64::from_le_bytes(time.try_into().unwrap()));
+            assert_eq!(told, in_turn::ask(self.physical()), "{at}");
         } else {
             assert_eq!(found, expected, "{at}: found on the left");
         }

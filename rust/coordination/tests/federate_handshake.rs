@@ -6,7 +6,7 @@ use lf_coordination::federate::{
     CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
     Federate, FederateError, Phase,
 };
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{DELAY_NONE, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
@@ -115,7 +115,7 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
             Ok(Event::ClockCorrected(estimate)) => {
                 assert_eq!((estimate.seen, estimate.offset), (exchanges, Interval(50 + 500 - NOW.as_nanos())));
                 let time = late.as_nanos() + estimate.offset.as_nanos();
-                assert_eq!(drain(&mut federate), [Message::Timestamp(time)]);
+                assert_eq!(drain(&mut federate), [Message::Timestamp(in_turn::ask(Instant(time)).as_nanos())]);
             }
             other => panic!("{other:?}"),
         }
@@ -157,7 +157,10 @@ fn without_clock_synchronization_the_rti_is_told_so() {
     drain(&mut federate);
     federate.handle_message(NOW, Message::Ack).unwrap();
     let sent = drain(&mut federate);
-    assert_eq!(sent[1..], [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF), Message::Timestamp(NOW.as_nanos())]);
+    assert_eq!(
+        sent[1..],
+        [Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF), Message::Timestamp(in_turn::ask(NOW).as_nanos())]
+    );
 }
 
 #[test]

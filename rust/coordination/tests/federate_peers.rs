@@ -7,7 +7,7 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use lf_coordination::federate::{
     ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, Event, Federate, FederateError, Phase,
 };
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_golden::Step;
 use lf_model::time::{Instant, Interval};
 use lf_wire::Limits;
@@ -58,7 +58,7 @@ fn the_time_is_told_when_all_connections_are_there() {
     assert_eq!(drain(&mut federate), [Message::AddressQuery { federate: 5 }]);
     assert_eq!(federate.handle_message(NOW, reply(1235)), Ok(found(5, 1235)));
     federate.peer_connected(NOW + MS);
-    assert_eq!(drain(&mut federate), [Message::Timestamp((NOW + MS).as_nanos())]);
+    assert_eq!(drain(&mut federate), [Message::Timestamp(in_turn::ask(NOW + MS).as_nanos())]);
     assert_eq!(federate.phase(), Phase::Starting);
 }
 

@@ -13,7 +13,7 @@ use super::error::FederateError;
 use super::event::Event;
 use super::machine::Federate;
 use super::phase::Phase;
-use crate::{Deadline, FederateId};
+use crate::{Deadline, FederateId, in_turn};
 
 /// How long after the RTI did not know an address it is asked again.
 pub const ADDRESS_RETRY: Interval = Interval::from_millis(250);
@@ -45,7 +45,7 @@ impl Federate<'_> {
             self.outbox.address_query = next;
         } else {
             self.phase = Phase::Starting;
-            self.outbox.timestamp = Some(self.clock.physical(now));
+            self.outbox.timestamp = Some(in_turn::ask(self.clock.physical(now)));
         }
     }
 

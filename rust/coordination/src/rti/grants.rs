@@ -29,6 +29,7 @@ impl Rti<'_> {
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
     /// announced, so this ends.
     pub(super) fn advance(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        self.tell_withheld_stop(federate, outlet);
         let mut next = Some(federate);
         while let Some(federate) = next {
             if let Some(tag) = self.advance_one(federate, outlet) {
@@ -191,7 +192,7 @@ impl Rti<'_> {
     }
 
     /// What one federate immediately upstream has completed, seen from this one. One that is not there sends nothing.
-    fn completed_by(&self, federate: usize, index: usize) -> Tag {
+    pub(super) fn completed_by(&self, federate: usize, index: usize) -> Tag {
         let (from, delay) = self.graph.upstream(federate, index);
         let upstream = &self.slots[from];
         match upstream.membership {

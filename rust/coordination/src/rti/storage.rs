@@ -103,6 +103,8 @@ pub struct Slot {
     pub(super) in_transit: Ring,
     /// It has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
+    /// The stop has been granted, but this one is told only when those upstream have come to it.
+    pub(super) stop_withheld: bool,
     /// Address of its connection to the RTI.
     pub(super) address: [u8; 4],
     /// Port that it advertised.
@@ -125,6 +127,7 @@ impl Slot {
         demand: None,
         in_transit: Ring::EMPTY,
         stop_agreed: false,
+        stop_withheld: false,
         address: [0; 4],
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,

@@ -57,7 +57,9 @@ impl Rti<'_> {
 
     /// Whether a federate is too far behind one that has a message for it: then its connection.
     fn is_behind(&mut self, receiver: usize, sender: usize) -> Option<ConnectionId> {
-        let connection = self.slots.get(receiver).and_then(|_| self.connection_of(receiver))?;
+        // One that waits to be told of a stop takes nothing before; what can still come for it is little.
+        self.slots.get(receiver).filter(|slot| !slot.stop_withheld)?;
+        let connection = self.connection_of(receiver)?;
         let at = self.position(sender);
         let window = self.config.window;
         self.in_transit(receiver).has_before(at, window).then_some(connection)

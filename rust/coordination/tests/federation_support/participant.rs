@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::FederateId;
-use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate};
+use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, TAGS_AHEAD_MAX};
 use lf_coordination::rti::ConnectionId;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Limits;
@@ -114,13 +114,14 @@ impl Participant {
         self.incoming = rest.to_vec();
     }
 
-    /// Each input has to hold what is before the tag where its sender is, and what the delay keeps on its way.
+    /// Each input has to hold what is before the tag where its sender is, and what the delay keeps on its way. While a
+    /// stop is agreed upon, it may also get what the sender is ahead of the RTI.
     pub(crate) fn check_queues(&self, window: usize) {
         for (port, edge) in self.graph.numbered() {
             // A sender has a tag each nanosecond, and with `after 0` a microstep for every federate at most.
             let delay = edge.delay.map_or(0, |delay| usize::try_from(delay.as_nanos()).unwrap());
             let microsteps = if edge.delay.is_some() { self.graph.periods.len() } else { 1 };
-            let capacity = window + (2 * delay + 1) * microsteps;
+            let capacity = window + usize::from(TAGS_AHEAD_MAX) + (2 * delay + 1) * microsteps;
             let pending = self.messages.values().flatten().filter(|(input, _)| *input == port).count();
             assert!(pending <= capacity, "{pending} of {capacity} at {port} of {edge:?}");
         }

@@ -80,9 +80,6 @@ impl Scenario {
         if ending == Ending::Stop && candidates.is_empty() {
             self.target.timeout = Some(20 * MS);
         }
-        // Who has told the others that nothing comes before a later tag can still stop earlier, and what it sends at
-        // its last tag may then come too late for them, as with the stock programs.
-        self.federates.iter_mut().for_each(Reactor::prepare_for_stop);
         let wanted = random.count(1, 3);
         for _ in 0..wanted.min(candidates.len()) {
             let chosen = candidates.swap_remove(random.count(0, candidates.len() - 1));

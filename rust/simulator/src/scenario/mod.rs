@@ -98,16 +98,6 @@ pub(crate) struct Action {
     pub(crate) outside: Vec<Nanos>,
 }
 
-impl Reactor {
-    /// Lets shutdown reactions have no effects.
-    pub(crate) fn prepare_for_stop(&mut self) {
-        for reaction in self.reactions.iter_mut().filter(|one| one.triggers.contains(&Variable::Shutdown)) {
-            reaction.effects.clear();
-        }
-        self.children.iter_mut().for_each(Self::prepare_for_stop);
-    }
-}
-
 /// Whether some federate reaches itself over connections, or over those without `after` only.
 pub(crate) fn has_cycle(count: usize, connections: &[Connection], direct: bool) -> bool {
     let leads = |from: usize| {
