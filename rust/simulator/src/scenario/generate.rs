@@ -5,8 +5,8 @@ use lf_coordination::rti::WINDOW;
 
 use super::reactors::{Style, federate};
 use super::{
-    Conditions, Connection, Fault, FaultKind, Host, MS, Nanos, Reactor, RtiConditions, SEC, Scenario, Target, Ty, US,
-    Variable, Wire, has_cycle,
+    Conditions, Connection, Fault, FaultKind, Host, MS, Nanos, RtiConditions, SEC, Scenario, Target, Ty, US, Variable,
+    Wire, has_cycle,
 };
 use crate::random::Random;
 
