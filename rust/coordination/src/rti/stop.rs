@@ -128,8 +128,8 @@ impl Rti<'_> {
     /// Tells a federate of the stop from which it was withheld, if nothing can come up to that tag any more.
     ///
     /// Nobody waits for ever. When the tag was granted, no event was known to be early enough to reach this federate up
-    /// to it; what is now are the last tags of those upstream without delay, who in their turn wait for nobody but those
-    /// upstream of them without delay.
+    /// to it; what is now are the last tags of those upstream without delay, who in their turn wait for nobody but
+    /// those upstream of them without delay.
     pub(super) fn tell_withheld_stop(&mut self, federate: usize, outlet: &mut impl Outlet) {
         let Some(start) = self.start.filter(|_| self.slots[federate].stop_withheld) else { return };
         let tag = self.stop.tag;
