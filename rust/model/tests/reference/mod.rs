@@ -138,7 +138,8 @@ pub fn run(plan: &Plan, tags_max: usize) -> Outcome {
         reference.outcome.full.push(full);
     }
     for _ in 0..tags_max {
-        if reference.outcome.done {
+        // Nothing happens any more, and no stop is set.
+        if reference.outcome.done || reference.next_tag().0 == i64::MAX {
             break;
         }
         reference.step();
@@ -229,7 +230,8 @@ impl Reference<'_> {
     }
 
     fn delay(&self, delay: i64) -> TagPair {
-        if delay == 0 { (self.now.0, self.now.1 + 1) } else { (self.now.0 + delay, 0) }
+        // Before the start the microstep is the last one there is.
+        if delay == 0 { (self.now.0, self.now.1.wrapping_add(1)) } else { (self.now.0.saturating_add(delay), 0) }
     }
 
     fn schedule(&mut self, index: usize, offset: i64, value: Option<u32>) {
