@@ -169,6 +169,24 @@ fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
     assert_eq!(drain(&mut federate), [net(ms(70))]);
 }
 
+/// Who waits for this federate may not be the one for whom the RTI would send a DNET.
+#[test]
+fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    grant(&mut federate, ms(100));
+    federate.handle_message(NOW, Message::DownstreamNextEventTag(wire(ms(1)))).unwrap();
+    assert!(federate.next_event(NOW, ms(2)));
+    assert_eq!(drain(&mut federate), [net(ms(2))]);
+    federate.begin(ms(2)).unwrap();
+    federate.complete(false);
+    assert!(federate.next_event(NOW, ms(3)));
+    assert!(drain(&mut federate).is_empty());
+    let Deadline::At(later) = federate.poll_timeout() else { panic!("it says when it breaks its silence") };
+    federate.handle_timeout(later).unwrap();
+    assert_eq!(drain(&mut federate), [net(ms(3))]);
+    assert_eq!(federate.poll_timeout(), Deadline::Never);
+}
+
 #[test]
 fn what_was_not_transmitted_is_replaced_by_what_says_more() {
     let mut federate = running(config(UPSTREAM, DOWNSTREAM));
@@ -254,6 +272,23 @@ fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
     assert!(federate.may_advance(ms(3).before()) && !federate.may_advance(ms(3)));
     federate.request_stop(ms(1));
     assert_eq!(drain(&mut federate), []);
+}
+
+/// As an RTI does that lets federates stop in turn.
+#[test]
+fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
+    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    grant(&mut federate, ms(100));
+    assert!(federate.next_event(NOW, ms(50)));
+    federate.handle_message(NOW, Message::StopRequest(wire(ms(3)))).unwrap();
+    drain(&mut federate);
+    federate.handle_message(NOW, Message::ProvisionalTagGrant(wire(ms(4)))).unwrap();
+    federate.handle_message(NOW, Message::StopGranted(wire(ms(4)))).unwrap();
+    assert!(!federate.next_event(NOW, ms(4)));
+    let before = wire(ms(4).before());
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(before), net(ms(4))]);
+    grant(&mut federate, ms(4));
+    assert!(federate.may_advance(ms(4)));
 }
 
 #[test]

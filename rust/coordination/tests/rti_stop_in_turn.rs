@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A federate that has been granted tags far ahead is told of an earlier stop only when nothing can come for it any
-//! more; one that does not ask for that is told at once, as by the stock RTI.
+//! From a federate that has been granted tags far ahead, the grants are taken back that reach an earlier stop tag; one
+//! that does not ask for that keeps them, as with the stock RTI.
 
 mod rti_support;
 
@@ -45,39 +45,45 @@ fn leave(world: &mut World, connection: ConnectionId) {
 }
 
 #[test]
-fn a_federate_that_asks_for_it_stops_after_those_upstream() {
+fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
     let (mut world, connections, at) = chain(in_turn::ask(Instant(0)));
     stop(&mut world, connections, &at);
-    let asked = "STOP_REQUEST";
-    assert_eq!(read(&mut world, connections[0]), [asked, "STOP_GRANTED"]);
-    assert_eq!(read(&mut world, connections[1]), [asked]);
-    assert!(read(&mut world, connections[2]).is_empty());
-    // What the first one sends at its last tag comes before the stop.
+    let ptag = format!("PTAG {} 0", at(20).time - START);
+    let taken_back = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
+    assert_eq!(read(&mut world, connections[0]), ["STOP_REQUEST", "STOP_GRANTED"], "nobody grants it anything");
+    assert_eq!(read(&mut world, connections[1]), taken_back);
+    assert_eq!(read(&mut world, connections[2]), taken_back[1..]);
+    // Each asks for its last tag, and says that it has done all that is before.
+    for connection in &connections[1..] {
+        world.message(*connection, &Message::LatestTagComplete(at(19)));
+        world.message(*connection, &Message::NextEventTag(at(20)));
+        assert!(read(&mut world, *connection).is_empty());
+    }
+    // What the first one sends at its last tag comes before the grant of that tag, and so on down the chain.
     let last_words = Message::TaggedMessage { port: 0, federate: 1, tag: at(20), payload: &[7] };
     world.message(connections[0], &last_words);
     leave(&mut world, connections[0]);
-    let told = read(&mut world, connections[1]);
-    assert_eq!(told.first().map(String::as_str), Some("message [7]"));
-    assert!(told.iter().any(|message| message == "STOP_GRANTED"), "{told:?}");
-    assert!(!read(&mut world, connections[2]).iter().any(|message| message == "STOP_GRANTED"));
+    assert_eq!(read(&mut world, connections[1])[1..], ["message [7]", "TAG FOREVER"]);
+    assert!(read(&mut world, connections[2]).is_empty());
     leave(&mut world, connections[1]);
-    assert!(read(&mut world, connections[2]).iter().any(|message| message == "STOP_GRANTED"));
+    assert_eq!(read(&mut world, connections[2]), ["TAG FOREVER"]);
 }
 
 #[test]
-fn one_that_does_not_ask_is_told_at_once() {
+fn one_that_does_not_ask_keeps_what_it_has_been_granted() {
     let (mut world, connections, at) = chain(Instant(0));
     stop(&mut world, connections, &at);
     for connection in connections {
-        assert!(read(&mut world, connection).iter().any(|message| message == "STOP_GRANTED"));
+        assert!(!read(&mut world, connection).iter().any(|message| message.starts_with("PTAG")));
     }
 }
 
 /// The federates upstream may also be lost: nothing comes from them either.
 #[test]
-fn a_loss_upstream_tells_of_the_stop() {
+fn a_loss_upstream_lets_the_stop_tag_be_granted() {
     let (mut world, connections, at) = chain(in_turn::ask(Instant(0)));
     stop(&mut world, connections, &at);
     world.close(connections[1]);
-    assert!(read(&mut world, connections[2]).iter().any(|message| message == "STOP_GRANTED"));
+    world.message(connections[2], &Message::NextEventTag(at(20)));
+    assert_eq!(read(&mut world, connections[2]).last().map(String::as_str), Some("TAG FOREVER"));
 }

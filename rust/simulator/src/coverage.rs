@@ -31,6 +31,8 @@ impl Coverage {
             ("run: absent", counts.absent > 0),
             ("run: DNET", counts.dnet > 0),
             ("run: stop granted", asked > 0),
+            ("run: grants taken back", counts.taken_back > 0),
+            ("run: cut short", report.cut_short),
             ("run: stop asked for by several", counts.stop_requests > 1),
             ("run: RTI's memory of transit full (fog)", report.noted.fog),
             ("run: message late at the RTI", report.noted.late),

@@ -94,7 +94,7 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     trial.messages = report.counts.messages;
     trial.digest = report.digest;
     let violation = report.violation.clone().filter(|found| !check::is_endless(scenario, &report, found));
-    trial.violation = violation.or_else(|| check::ends(scenario, &report));
+    trial.violation = violation.or_else(|| check::ends(scenario, &report).filter(|_| !report.cut_short));
     if trial.violation.is_none() && !check::own_fault(&report) {
         trial.violation = same_as_alone(scenario, &report);
     }

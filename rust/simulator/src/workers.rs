@@ -112,7 +112,10 @@ impl Summary {
             let (kind, number, rest) = (words.next(), words.next(), words.next().unwrap_or_default());
             let number = number.and_then(|text| text.parse::<u64>().ok()).unwrap_or(0);
             match kind {
-                Some("violation") => self.violations.push((number, rest.to_owned())),
+                Some("violation") => {
+                    eprintln!("\nseed {number}: {rest}");
+                    self.violations.push((number, rest.to_owned()));
+                }
                 Some("coverage") => self.coverage.add(rest, number),
                 Some("done") => {
                     done = true;

@@ -38,6 +38,8 @@ pub struct Federate<'a> {
     pub(super) provisional: Option<Tag>,
     /// The PTAG that this federate has not followed yet.
     pub(super) summons: Option<Tag>,
+    /// The tag from which on grants have been taken back, until it is confirmed that all before it is complete.
+    pub(super) taken_back: Option<Tag>,
     /// The RTI is to be told when the open tag is complete, for it has been granted by a PTAG.
     pub(super) confirm: bool,
     /// The last LTC.
@@ -51,6 +53,8 @@ pub struct Federate<'a> {
     pub(super) next: Option<Tag>,
     /// When the bound of the NET by physical time is to be renewed.
     pub(super) renewal: Deadline,
+    /// When what was left out is to be told, because others may need it after all.
+    pub(super) silence: Deadline,
     /// Something outside of the program can cause physical actions.
     pub(super) has_physical_sources: bool,
 }
@@ -75,6 +79,7 @@ impl<'a> Federate<'a> {
             pace: Pace::default(),
             provisional: None,
             summons: None,
+            taken_back: None,
             confirm: false,
             confirmed: Tag::NEVER,
             stop: Stop::new(),
@@ -82,6 +87,7 @@ impl<'a> Federate<'a> {
             open: false,
             next: None,
             renewal: Deadline::Never,
+            silence: Deadline::Never,
             has_physical_sources: true,
             config,
         })
@@ -216,6 +222,10 @@ impl<'a> Federate<'a> {
         if self.renewal.is_due(now) {
             self.announce(now);
         }
+        if self.silence.is_due(now) {
+            self.silence = Deadline::Never;
+            self.net.break_silence();
+        }
         if self.patience.is_due(now) {
             return self.lose_patience(now).map_err(|error| self.fail_with(error));
         }
@@ -250,7 +260,7 @@ impl<'a> Federate<'a> {
 
     /// When [`Federate::handle_timeout`] is to be called, by this participant's own clock.
     pub fn poll_timeout(&self) -> Deadline {
-        self.patience.min(self.renewal)
+        self.patience.min(self.renewal).min(self.silence)
     }
 
     /// This federate ends because of an error of its own: FAILED is sent instead of RESIGN.
@@ -294,6 +304,7 @@ impl<'a> Federate<'a> {
         self.phase = Phase::Failed;
         self.patience = Deadline::Never;
         self.renewal = Deadline::Never;
+        self.silence = Deadline::Never;
         self.outbox.clear();
         self.outbox.failed = tell;
     }

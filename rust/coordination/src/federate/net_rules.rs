@@ -4,8 +4,12 @@
 //! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again. A
 //! DNET says that no NET up to and including it matters to anybody downstream.
 //!
-//! One rule is added: the NET after a tag with messages is told in any case. Only then the RTI knows that this federate
+//! Two rules are added. The NET after a tag with messages is told in any case. Only then the RTI knows that this federate
 //! has left that tag, and can tell a receiver that is too far behind from one whose messages have tags to come.
+//!
+//! And a federate that has told a NET later than the last DNET does not keep silent for ever until there is another DNET.
+//! The RTI sends none as long as somebody downstream has an earlier event, and relies on that federate to get on. But
+//! it may be held up by a third one, which needs to know that this one has got on; so that is told after a while.
 //!
 //! One NET at most is due. A later one replaces it, for it says all that the earlier one said.
 
@@ -70,6 +74,23 @@ impl NetRules {
         let later = tag > self.granted;
         self.granted = self.granted.max(tag);
         later
+    }
+
+    /// Whether a NET is left out though it is later than the last DNET.
+    pub(super) fn is_silent(&self) -> bool {
+        self.skipped.is_some_and(|skipped| skipped > self.dnet)
+    }
+
+    /// What is left out is told.
+    pub(super) fn break_silence(&mut self) {
+        if let Some(skipped) = self.skipped {
+            self.announce(skipped, true);
+        }
+    }
+
+    /// No grant counts from this tag on.
+    pub(super) fn take_back(&mut self, tag: Tag) {
+        self.granted = self.granted.min(tag.before());
     }
 
     /// The NET to be transmitted.

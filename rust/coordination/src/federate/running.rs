@@ -11,6 +11,9 @@ use super::phase::Phase;
 use crate::tag::from_wire;
 use crate::{Deadline, FederateId};
 
+/// How long a federate leaves out next event tags that it has not been asked for.
+const SILENCE: Interval = Interval::from_millis(10);
+
 impl Federate<'_> {
     /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be
     /// begun.
@@ -121,6 +124,7 @@ impl Federate<'_> {
             Phase::Running => {
                 self.next = None;
                 self.renewal = Deadline::Never;
+                self.silence = Deadline::Never;
                 self.net.finish();
                 self.outbox.resign = true;
                 self.phase = Phase::Resigning;
@@ -189,7 +193,17 @@ impl Federate<'_> {
         match self.physical_bound(now, tag) {
             None => {
                 self.renewal = Deadline::Never;
+                if self.taken_back == Some(tag) {
+                    // The RTI may remember what this federate would have confirmed at later tags.
+                    self.taken_back = None;
+                    self.confirm_tag(tag.before());
+                }
                 self.net.next_event(tag);
+                if !self.net.is_silent() {
+                    self.silence = Deadline::Never;
+                } else if self.silence == Deadline::Never {
+                    self.silence = Deadline::At(now + SILENCE);
+                }
             }
             // Told a short while ago, and not renewed yet, so as not to flood the RTI.
             Some(_) if matches!(self.renewal, Deadline::At(_)) && !self.renewal.is_due(now) => {}
@@ -202,7 +216,17 @@ impl Federate<'_> {
 
     /// A PTAG: nothing can come any more before this tag, but at it something may, from federates that are in a cycle
     /// without delay with this one, and that may be waiting for it likewise.
+    ///
+    /// The stop tag may have been granted before it was one. Then this takes that back (see module `in_turn`).
     fn handle_provisional_grant(&mut self, tag: Tag) {
+        let is_stop_tag = self.stop.is_open() || self.stop.granted() == Some(tag);
+        if is_stop_tag && tag > self.current && tag <= self.net.granted() {
+            self.net.take_back(tag);
+            self.provisional = self.provisional.filter(|provisional| *provisional < tag);
+            self.summons = self.summons.filter(|summons| *summons < tag);
+            self.taken_back = Some(tag);
+            return;
+        }
         self.net.grant(tag.before());
         if tag != Tag::FOREVER {
             self.provisional = self.provisional.max(Some(tag));

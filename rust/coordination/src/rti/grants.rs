@@ -29,7 +29,6 @@ impl Rti<'_> {
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
     /// announced, so this ends.
     pub(super) fn advance(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        self.tell_withheld_stop(federate, outlet);
         let mut next = Some(federate);
         while let Some(federate) = next {
             if let Some(tag) = self.advance_one(federate, outlet) {

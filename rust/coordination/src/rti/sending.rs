@@ -13,7 +13,7 @@ const TAG_MESSAGE_BYTES: usize = MessageType::TagGrant.fixed_bytes();
 impl Pending {
     /// Whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
-        self.start || self.stop_request || self.stop_granted
+        self.start || self.stop_request || self.taken_back || self.stop_granted
     }
 }
 
@@ -42,6 +42,7 @@ impl Rti<'_> {
             return;
         }
         if !send_pending(&mut pending.stop_request, &Message::StopRequest(stop_tag), connection, outlet)
+            || !send_pending(&mut pending.taken_back, &Message::ProvisionalTagGrant(stop_tag), connection, outlet)
             || !send_pending(&mut pending.stop_granted, &Message::StopGranted(stop_tag), connection, outlet)
         {
             return;

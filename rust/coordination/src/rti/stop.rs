@@ -6,7 +6,6 @@ use lf_model::time::{Instant, Tag};
 
 use super::storage::Membership;
 use super::{Cause, Notice, Outlet, Rti, id};
-use crate::in_turn;
 
 /// What the federates have agreed on so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -96,12 +95,30 @@ impl Rti<'_> {
         });
         outlet.notice(Notice::StopGranted(tag));
         for federate in 0..self.slots.len() {
-            self.slots[federate].stop_withheld = self.stops_in_turn(federate, tag);
+            self.take_back_grants(federate, tag);
         }
-        self.broadcast(|slot| !slot.stop_withheld, |pending| pending.stop_granted = true, outlet);
+        self.broadcast(|_| true, |pending| pending.stop_granted = true, outlet);
         for federate in 0..self.slots.len() {
-            self.tell_withheld_stop(federate, outlet);
+            // What it has told need not be told again.
+            if self.stops_in_turn(federate) {
+                self.advance(federate, outlet);
+            }
         }
+    }
+
+    /// A federate that has been granted the stop tag before it was one, and wants to stop in turn, asks for it again.
+    fn take_back_grants(&mut self, federate: usize, tag: Tag) {
+        let asks_again = self.stops_in_turn(federate);
+        let slot = &mut self.slots[federate];
+        if asks_again && slot.granted.max(slot.provisional.before()) >= tag {
+            slot.granted = slot.granted.min(tag.before());
+            slot.provisional = slot.provisional.min(tag.before());
+            slot.pending.taken_back = true;
+        }
+    }
+
+    fn stops_in_turn(&self, federate: usize) -> bool {
+        self.slots[federate].asks_to_stop_in_turn() && self.graph.upstreams(federate) > 0
     }
 
     /// The next event of a federate, which is no later than the stop tag as long as it has not left: it may have told
@@ -110,34 +127,8 @@ impl Rti<'_> {
     /// The stock RTI takes what is told after the stop as it is, and so do we for federates that count on that.
     pub(super) fn not_after_stop(&self, federate: usize, next_event: Tag) -> Tag {
         match self.stop.granted() {
-            Some(tag) if self.slots[federate].clock.is_some_and(in_turn::is_asked) => next_event.min(tag),
+            Some(tag) if self.slots[federate].asks_to_stop_in_turn() => next_event.min(tag),
             _ => next_event,
-        }
-    }
-
-    /// Whether a federate has been granted the stop tag before it was one, and wants to know of it only when nothing
-    /// can come any more. In a cycle without delay nobody waits for the others: they go to the tag together.
-    fn stops_in_turn(&self, federate: usize, tag: Tag) -> bool {
-        let slot = &self.slots[federate];
-        slot.granted >= tag
-            && slot.clock.is_some_and(in_turn::is_asked)
-            && self.graph.upstreams(federate) > 0
-            && !self.graph.in_zero_delay_cycle(federate)
-    }
-
-    /// Tells a federate of the stop from which it was withheld, if nothing can come up to that tag any more.
-    ///
-    /// Nobody waits for ever. When the tag was granted, no event was known to be early enough to reach this federate up
-    /// to it; what is now are the last tags of those upstream without delay, who in their turn wait for nobody but
-    /// those upstream of them without delay.
-    pub(super) fn tell_withheld_stop(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        let Some(start) = self.start.filter(|_| self.slots[federate].stop_withheld) else { return };
-        let tag = self.stop.tag;
-        let completed = (0..self.graph.upstreams(federate)).all(|index| self.completed_by(federate, index) >= tag);
-        if completed || self.graph.earliest_incoming(federate, start) > tag {
-            self.slots[federate].stop_withheld = false;
-            self.slots[federate].pending.stop_granted = true;
-            self.flush(federate, outlet);
         }
     }
 

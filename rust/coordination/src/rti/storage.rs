@@ -10,6 +10,7 @@ use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 use super::path::PathWords;
 use crate::auth::Nonce;
+use crate::in_turn;
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -71,13 +72,16 @@ pub(super) enum Membership {
 pub(super) struct Pending {
     pub(super) start: bool,
     pub(super) stop_request: bool,
+    /// A PTAG of the stop tag, which takes back earlier grants (see module `in_turn`).
+    pub(super) taken_back: bool,
     pub(super) stop_granted: bool,
     pub(super) grant: bool,
     pub(super) dnet: bool,
 }
 
 impl Pending {
-    const NONE: Self = Self { start: false, stop_request: false, stop_granted: false, grant: false, dnet: false };
+    const NONE: Self =
+        Self { start: false, stop_request: false, taken_back: false, stop_granted: false, grant: false, dnet: false };
 }
 
 /// All that the RTI knows of one federate.
@@ -103,8 +107,6 @@ pub struct Slot {
     pub(super) in_transit: Ring,
     /// It has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
-    /// The stop has been granted, but this one is told only when those upstream have come to it.
-    pub(super) stop_withheld: bool,
     /// Address of its connection to the RTI.
     pub(super) address: [u8; 4],
     /// Port that it advertised.
@@ -127,11 +129,15 @@ impl Slot {
         demand: None,
         in_transit: Ring::EMPTY,
         stop_agreed: false,
-        stop_withheld: false,
         address: [0; 4],
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
     };
+
+    /// Whether the federate wants to be told of a stop in its turn.
+    pub(super) fn asks_to_stop_in_turn(&self) -> bool {
+        self.clock.is_some_and(in_turn::is_asked)
+    }
 }
 
 impl Default for Slot {

@@ -2,12 +2,10 @@
 //! What the event loop does with its connections to other federates.
 
 use lf_coordination::federate::Phase;
-use lf_model::time::Instant;
 use lf_model::{Engine, InputId};
 use lf_wire::june_2026::Message;
 
 use super::FederateLoop;
-use super::peers::STUCK_TIME_OUT;
 use crate::error::{PeerFault, RunError};
 use crate::platform::Platform;
 
@@ -63,17 +61,6 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             }
         }
         Ok(())
-    }
-
-    /// A federate that takes nothing may wait for this one, which waits for it: that ends with an error.
-    pub(super) fn check_stuck(&self, now: Instant) -> Result<(), RunError> {
-        match self.peers.stuck() {
-            Some((index, since)) if now >= since + STUCK_TIME_OUT => {
-                let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
-                Err(RunError::Peer { federate, fault: PeerFault::Stuck })
-            }
-            _ => Ok(()),
-        }
     }
 }
 

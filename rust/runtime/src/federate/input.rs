@@ -56,6 +56,16 @@ impl Held {
         self.earliest
     }
 
+    /// The input for which the first message is that is held.
+    pub(super) fn input(&self) -> Option<InputId> {
+        self.input
+    }
+
+    /// Whether a grant behind the held messages reaches their earliest tag.
+    pub(super) fn is_granted(&self) -> bool {
+        self.granted
+    }
+
     /// Whether [`FederateLoop::handle_messages`] is to be called though nothing has come.
     pub(super) fn is_stale(&self) -> bool {
         self.stale
@@ -94,20 +104,6 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             }
         }
         Ok(())
-    }
-
-    /// Whether the connection can never be read again, because all of its buffer is held: then which input holds it.
-    pub(super) fn choked(&mut self) -> Option<InputId> {
-        let choked = !self.held.stale && self.link.buffers.input.space().is_empty();
-        self.held.input.filter(|_| choked)
-    }
-
-    /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
-    /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
-    pub(super) fn overfull(&mut self) -> Option<InputId> {
-        let due = !self.held.stale && self.held.granted && !self.machine.awaits_stop_tag() && !self.engine.is_in_tag();
-        let nothing_before = self.engine.next_tag().is_none_or(|next| next >= self.held.earliest);
-        self.held.input.filter(|_| due && nothing_before)
     }
 
     /// Handles the messages in the input buffer that have not been looked at; bounded by its size.

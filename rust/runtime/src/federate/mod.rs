@@ -6,6 +6,7 @@ mod input;
 mod link;
 mod output;
 mod peers;
+mod stuck;
 mod tags;
 
 use core::fmt;
@@ -15,7 +16,7 @@ use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{Awaited, Config, Event, Federate, Phase};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_model::{Engine, InputId, Program, Tables};
+use lf_model::{Engine, Program, Tables};
 use lf_wire::Limits;
 use lf_wire::june_2026::{Message, NeighborStructure};
 
@@ -117,6 +118,8 @@ pub struct FederateLoop<'a, 's, P> {
     limits: Limits,
     /// The messages in the input buffer that wait for room in their inputs' queues.
     held: Held,
+    /// Since when all of the input buffer has been held while this federate waits for room for its output.
+    choked_since: Option<Instant>,
     /// The connections with other federates.
     peers: Peers<'s>,
     /// Which of them is being made.
@@ -194,6 +197,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             link,
             limits,
             held: Held::NONE,
+            choked_since: None,
             peers,
             meeting: None,
             federation,
@@ -271,22 +275,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let advance = self.advance()?;
         self.transmit();
         self.peers.flush(self.platform);
-        if advance == Advance::OutputFull {
-            let now = self.platform.now();
-            self.check_stuck(now)?;
-        }
-        if advance == Advance::NotGranted
-            && let Some(InputId(input)) = self.choked()
-        {
-            let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
-            return Err(RunError::InputFull { input: name });
-        }
-        if advance == Advance::NotGranted
-            && let Some(InputId(input)) = self.overfull()
-        {
-            let name = self.engine.tables().inputs.get(usize::from(input)).map_or("", |input| input.name);
-            return Err(RunError::TagFull { input: name });
-        }
+        self.check_stuck(advance)?;
         let has_ended = self.machine.phase() == Phase::Ended && self.link.buffers.output.is_empty();
         Ok((!has_ended).then_some(advance))
     }
@@ -340,7 +329,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let event = match advance {
             _ if self.held.is_stale() => Deadline::Now,
             Advance::Until(deadline) => deadline,
-            Advance::OutputFull => self.peers.stuck().map(|(_, since)| since + peers::STUCK_TIME_OUT).into(),
+            Advance::OutputFull => self.stuck_deadline(),
             Advance::NotGranted | Advance::Done => Deadline::Never,
         };
         let running = self.machine.phase() == Phase::Running;

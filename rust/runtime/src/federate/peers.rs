@@ -16,10 +16,6 @@ use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 /// How long a connection of another federate may take to say whose it is.
 const INTRODUCTION_TIME_OUT: Interval = Interval::from_secs(10);
-/// How long another federate may take nothing while this one waits for that in the middle of a tag. It may be waiting
-/// for this one, and then for ever.
-pub(super) const STUCK_TIME_OUT: Interval = Interval::from_secs(60);
-
 /// A connection to a federate to which this one sends directly, with its memory.
 #[derive(Debug)]
 pub struct Outbound<'s> {

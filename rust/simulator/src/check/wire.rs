@@ -18,6 +18,7 @@ pub(crate) struct Counts {
     pub(crate) absent: u64,
     pub(crate) dnet: u64,
     pub(crate) stop_requests: u64,
+    pub(crate) taken_back: u64,
 }
 
 /// What is known of one federate from its connection.
@@ -245,9 +246,21 @@ impl Watch {
             }
             Message::ProvisionalTagGrant(wire) => {
                 self.counts.provisional += 1;
-                seen.provisional = seen.provisional.max(tag(wire));
+                let (granted, before) = (tag(wire), seen.granted);
+                // A PTAG of the stop tag takes back what was granted from there on.
+                let takes_back = granted <= before;
+                if takes_back {
+                    (seen.granted, seen.provisional) = (granted.before(), granted);
+                    self.counts.taken_back += 1;
+                } else {
+                    seen.provisional = seen.provisional.max(granted);
+                }
                 seen.limit();
-                None
+                (takes_back && self.counts.stop_requests == 0).then_some(Violation::GrantOrder {
+                    federate,
+                    granted,
+                    before,
+                })
             }
             Message::StopGranted(wire) => {
                 seen.stop = Some(tag(wire));

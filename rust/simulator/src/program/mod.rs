@@ -155,10 +155,7 @@ impl Scripted {
         self.states[body.instance] = digest;
         let (tag, last_tag) = (current_tag(ctx), ctx.is_shutdown());
         self.trace.push(Record { tag, instance: body.id, reaction: body.number, digest, last_tag });
-        if body.script.work_ns > 0 {
-            let work = combine(digest, 2) % body.script.work_ns.unsigned_abs();
-            self.side.work(work);
-        }
+        self.side.work(combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0));
         for (position, effect) in (0..).zip(&body.effects) {
             let choice = combine(digest, 100 + position);
             if body.is_startup && !effect.outside.is_empty() {

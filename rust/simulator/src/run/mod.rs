@@ -24,10 +24,13 @@ use crate::world::World;
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
-/// So many turns in a federation are a sign that it does not end.
-const TURNS_MAX: u64 = 400_000;
-/// So much virtual time, beside that in which reactions work, is a sign that it does not end.
-const TIME_MAX_NS: u64 = 200_000_000_000;
+/// So many turns in which no reaction runs, or without one of the RTI, are a sign that a federation does not get on.
+const IDLE_TURNS_MAX: u64 = 200_000;
+/// So much virtual time in which no reaction runs is, too.
+const IDLE_TIME_MAX_NS: u64 = 200_000_000_000;
+/// After so many reactions, or so many turns, a run is cut short: enough has been seen.
+const REACTIONS_MAX: u64 = 1_000_000;
+const TURNS_MAX: u64 = 2_000_000;
 
 /// How a federate ended.
 #[derive(Clone, Debug)]
@@ -71,6 +74,8 @@ pub(crate) struct Report {
     pub(crate) counts: Counts,
     pub(crate) refused_writes: u64,
     pub(crate) fullest_percent: usize,
+    /// It was ended when enough had been seen.
+    pub(crate) cut_short: bool,
     /// A hash of all that happened.
     pub(crate) digest: u64,
     pub(crate) violation: Option<Violation>,
@@ -173,10 +178,12 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         first_fault: None,
         struck: Vec::new(),
         turns: 0,
+        progress: Progress::default(),
+        cut_short: false,
     };
     stage.faults.sort_by_key(|fault| fault.at);
     let violation = stage.play(&mut world, &noted);
-    let Stage { ends, outcome, struck, turns, participants, .. } = stage;
+    let Stage { ends, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let network = world.network.borrow();
     let watch = &network.watch;
@@ -197,6 +204,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         refused_writes: network.refused_writes,
         fullest_percent: 0,
         digest: combine(watch.digest, turns),
+        cut_short,
         violation: watch.violation.clone().or(violation),
     };
     for (federate, memory) in federates.into_iter().enumerate() {
@@ -257,6 +265,33 @@ struct Stage<'a> {
     first_fault: Option<u64>,
     struck: Vec<(usize, FaultKind)>,
     turns: u64,
+    progress: Progress,
+    cut_short: bool,
+}
+
+/// When reactions have run last, and when the RTI has had a turn.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    reactions: u64,
+    turn: u64,
+    time: u64,
+    turn_of_rti: u64,
+}
+
+impl Progress {
+    /// So many reactions have run before this turn.
+    fn note(&mut self, reactions: u64, of_rti: bool, turn: u64, time: u64) {
+        if reactions > self.reactions {
+            *self = Self { reactions, turn, time, ..*self };
+        }
+        if of_rti {
+            self.turn_of_rti = turn;
+        }
+    }
+
+    fn has_ceased(&self, turn: u64, time: u64) -> bool {
+        turn > self.turn.min(self.turn_of_rti) + IDLE_TURNS_MAX || time > self.time + IDLE_TIME_MAX_NS
+    }
 }
 
 impl Stage<'_> {
@@ -276,7 +311,12 @@ impl Stage<'_> {
                 return (!waiting.is_empty()).then_some(Violation::Deadlock { waiting, now_ns });
             };
             self.turns += 1;
-            if self.turns > TURNS_MAX || world.now > TIME_MAX_NS + world.worked() {
+            self.progress.note(world.reactions(), participant == 0, self.turns, world.now);
+            self.cut_short = self.turns > TURNS_MAX || world.reactions() > REACTIONS_MAX;
+            if self.cut_short {
+                return None;
+            }
+            if self.progress.has_ceased(self.turns, world.now) {
                 return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
             }
             match self.participants[participant].turn() {

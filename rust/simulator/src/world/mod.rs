@@ -60,9 +60,9 @@ impl World {
         Virtual { network, me, side: self.sides[me], interrupted }
     }
 
-    /// How much of virtual time reactions took, of all participants.
-    pub(crate) fn worked(&self) -> u64 {
-        self.sides.iter().map(|side| side.worked()).sum()
+    /// How many reactions have run, of all participants.
+    pub(crate) fn reactions(&self) -> u64 {
+        self.sides.iter().map(|side| side.reactions()).sum()
     }
 
     /// The participant has something to do at this time, or when it is through with what it does.

@@ -27,8 +27,8 @@ const ENERGY: u64 = 4;
 pub(crate) struct Side {
     /// Virtual time, as far as this participant has come.
     time: AtomicU64,
-    /// How much of it reactions took.
-    worked: AtomicU64,
+    /// How many reactions have run.
+    reactions: AtomicU64,
     clock_offset: i64,
     clock_drift_ppb: i64,
     correction: Mutex<ClockCorrection>,
@@ -69,7 +69,7 @@ impl Side {
     pub(crate) fn keep(clock_offset: i64, clock_drift_ppb: i64) -> &'static Self {
         Box::leak(Box::new(Self {
             time: AtomicU64::new(0),
-            worked: AtomicU64::new(0),
+            reactions: AtomicU64::new(0),
             clock_offset,
             clock_drift_ppb,
             correction: Mutex::new(ClockCorrection::NONE),
@@ -84,15 +84,15 @@ impl Side {
         self.time.load(Ordering::Relaxed)
     }
 
-    /// Takes so much of virtual time for a reaction, in which the event loop sees nothing.
+    /// A reaction runs, and takes so much of virtual time, in which the event loop sees nothing.
     pub(crate) fn work(&self, ns: u64) {
-        self.worked.fetch_add(ns, Ordering::Relaxed);
+        self.reactions.fetch_add(1, Ordering::Relaxed);
         self.compute(ns);
     }
 
-    /// How much of virtual time its reactions took.
-    pub(crate) fn worked(&self) -> u64 {
-        self.worked.load(Ordering::Relaxed)
+    /// How many reactions have run.
+    pub(crate) fn reactions(&self) -> u64 {
+        self.reactions.load(Ordering::Relaxed)
     }
 
     /// Takes so much of virtual time, in which the event loop sees nothing.
