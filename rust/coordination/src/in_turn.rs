@@ -3,10 +3,10 @@
 //!
 //! The stock RTI grants a stop to all federates at once. But one that has been granted tags far ahead, because nobody
 //! upstream had anything to do, then runs its last tag without what those upstream send at theirs. An RTI that knows
-//! better takes back what it has granted of the stop tag and later ones, so that such a federate asks for that tag again
-//! and gets it as any other. The stock federates do not know of that, and recordings of the stock RTI do not show it; so
-//! it is done only for federates that ask for it, in a way that no other RTI notices: in the last digits of the clock
-//! that they tell, less than a millisecond.
+//! better takes back what it has granted of the stop tag and later ones, so that such a federate asks for that tag
+//! again and gets it as any other. The stock federates do not know of that, and recordings of the stock RTI do not
+//! show it; so it is done only for federates that ask for it, in a way that no other RTI notices: in the last digits
+//! of the clock that they tell, less than a millisecond.
 //!
 //! What takes grants back is a PTAG of the stop tag just before `STOP_GRANTED`. The stock RTI never grants a tag
 //! provisionally that it has granted before, so a federate can tell. It allows nothing, but says as ever that nothing

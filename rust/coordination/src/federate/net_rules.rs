@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which next event tags (NET) the RTI has to be told, given its grants and downstream next event tags (DNET).
 //!
-//! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again. A
-//! DNET says that no NET up to and including it matters to anybody downstream.
+//! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again.
+//! A DNET says that no NET up to and including it matters to anybody downstream.
 //!
-//! Two rules are added. The NET after a tag with messages is told in any case. Only then the RTI knows that this federate
-//! has left that tag, and can tell a receiver that is too far behind from one whose messages have tags to come.
+//! Two rules are added. The NET after a tag with messages is told in any case. Only then the RTI knows that this
+//! federate has left that tag, and can tell a receiver that is too far behind from one whose messages have tags to
+//! come.
 //!
-//! And a federate that has told a NET later than the last DNET does not keep silent for ever until there is another DNET.
-//! The RTI sends none as long as somebody downstream has an earlier event, and relies on that federate to get on. But
-//! it may be held up by a third one, which needs to know that this one has got on; so that is told after a while.
+//! And a federate that has told a NET later than the last DNET does not keep silent for ever until there is another
+//! DNET. The RTI sends none as long as somebody downstream has an earlier event, and relies on that federate to get
+//! on. But it may be held up by a third one, which needs to know that this one has got on; so that is told after a
+//! while.
 //!
 //! One NET at most is due. A later one replaces it, for it says all that the earlier one said.
 

@@ -87,6 +87,8 @@ enum Turn {
     Hold(Tag, InputId),
     /// It is a grant, of which this much counts already.
     Partly(Tag),
+    /// It waits until all before it is handled.
+    Wait,
     /// It says up to which tag nothing comes at an input, and this much of that counts already.
     PartlyAbsent(u16, Tag),
 }
@@ -113,7 +115,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         }
         let now = self.platform.now();
         while let Some((message, length)) = next_at(&self.link.buffers.input, self.held.bytes, &self.limits)? {
-            match turn(&message, &self.engine, self.program, self.held.earliest) {
+            match turn(&message, &self.engine, self.program, &self.held, self.machine.granted()) {
                 Turn::Hold(tag, input) => self.held.hold(length, tag, Some(input)),
                 Turn::Partly(tag) => {
                     let wire = lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 };
@@ -121,6 +123,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                     self.held.granted = true;
                     self.held.hold(length, Tag::FOREVER, None);
                 }
+                Turn::Wait => self.held.hold(length, Tag::FOREVER, None),
                 Turn::PartlyAbsent(port, tag) => {
                     self.awaited.learn(port, tag);
                     self.held.hold(length, Tag::FOREVER, None);
@@ -165,26 +168,33 @@ fn next_at<'b>(
     }
 }
 
-/// What is to become of a message behind held ones, the earliest of which has the tag `held`.
-fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, held: Tag) -> Turn {
+/// What is to become of a message behind held ones, when so much is granted.
+fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, held: &Held, granted: Tag) -> Turn {
+    let (behind, held) = (held.bytes > 0, held.earliest);
     match *message {
         Message::TaggedMessage { port, tag, .. } => {
-            let (tag, input) = (Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }, InputId(port));
+            let (tag, input) = (from_wire(tag), InputId(port));
             // What comes after the last tag needs no room, and for an input that is not there it is an error.
             let needs_room = tag <= engine.stop_tag() && usize::from(port) < engine.tables().inputs.len();
             if needs_room && !engine.has_room(program, input) { Turn::Hold(tag, input) } else { Turn::Take }
         }
+        // It takes back what was granted before, which may be among what is held.
+        Message::ProvisionalTagGrant(tag) if behind && from_wire(tag) <= granted => Turn::Wait,
         Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) => {
-            let tag = Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) };
+            let tag = from_wire(tag);
             if tag < held || held == Tag::FOREVER { Turn::Take } else { Turn::Partly(held.before()) }
         }
         Message::PortAbsent { port, tag, .. } => {
             // One of the held messages may be for this very input.
-            let tag = Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) };
+            let tag = from_wire(tag);
             if tag < held || held == Tag::FOREVER { Turn::Take } else { Turn::PartlyAbsent(port, held.before()) }
         }
         _ => Turn::Take,
     }
+}
+
+fn from_wire(tag: lf_wire::Tag) -> Tag {
+    Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
 }
 
 /// A late message is reported with the name of its connection, which tells more than the number of the input.
