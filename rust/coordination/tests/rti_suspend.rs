@@ -4,10 +4,9 @@
 
 mod rti_support;
 
-use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, Node, PathWords, Rti, RtiStorage, Slot, Suspended, Verdict,
-};
-use lf_model::time::{Instant, Tag};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verdict};
+use lf_model::time::Instant;
+use lf_rti_memory::{Memory, Sizes};
 use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure};
 use proptest::prelude::*;
 use rti_support::{Wire, Wires};
@@ -16,39 +15,8 @@ const FEDERATES: usize = 3;
 /// Little room for messages in transit, so that its limits take part.
 const IN_TRANSIT: usize = 2;
 
-/// The storage of an RTI, owned, and in a form that can be copied and compared.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-struct Memory {
-    slots: [Slot; FEDERATES],
-    nodes: [Node; FEDERATES],
-    connections: [Connection; FEDERATES],
-    paths: [PathWords; 2 * FEDERATES * FEDERATES],
-    upstream: [PathWords; FEDERATES * FEDERATES],
-    in_transit: [Tag; FEDERATES * IN_TRANSIT],
-}
-
-impl Memory {
-    fn new() -> Self {
-        Self {
-            slots: [Slot::EMPTY; FEDERATES],
-            nodes: [Node::EMPTY; FEDERATES],
-            connections: [Connection::EMPTY; FEDERATES],
-            paths: [[0; 2]; 2 * FEDERATES * FEDERATES],
-            upstream: [[0; 2]; FEDERATES * FEDERATES],
-            in_transit: [Tag::NEVER; FEDERATES * IN_TRANSIT],
-        }
-    }
-
-    fn borrow(&mut self) -> RtiStorage<'_> {
-        RtiStorage {
-            slots: &mut self.slots,
-            nodes: &mut self.nodes,
-            connections: &mut self.connections,
-            paths: &mut self.paths,
-            upstream: &mut self.upstream,
-            in_transit: &mut self.in_transit,
-        }
-    }
+fn memory() -> Memory {
+    Memory::new(Sizes { federates: FEDERATES, connections: FEDERATES, upstream: FEDERATES, in_transit: IN_TRANSIT })
 }
 
 fn config() -> Config<'static> {
@@ -97,9 +65,9 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
 
 /// All that the RTI says to all of it, and what it knows in the end.
 fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<String>, Memory, Suspended) {
-    let (mut memory, mut outlet, now) = (Memory::new(), wires(), Instant(0));
+    let (mut memory, mut outlet, now) = (memory(), wires(), Instant(0));
     let mut borrowed = memory.clone();
-    let mut rti = Rti::new(config(), borrowed.borrow()).expect("the storage fits");
+    let mut rti = Rti::new(config(), borrowed.storage()).expect("the storage fits");
     for index in 0..FEDERATES {
         rti.handle_connect(now, ConnectionId(index), [127, 0, 0, 1], [0; 8], &mut outlet);
     }
@@ -108,14 +76,14 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
     if suspended {
         for (from, bytes) in script {
             let mut copy = memory.clone();
-            let mut rti = Rti::resume(config(), copy.borrow(), state).expect("the storage fits");
+            let mut rti = Rti::resume(config(), copy.storage(), state).expect("the storage fits");
             let verdict = rti.handle_input(now, ConnectionId(*from), bytes, &mut outlet);
             assert!(!matches!(verdict, Verdict::Blocked(_)), "there is room for all");
             state = rti.suspend();
             memory = copy;
         }
     } else {
-        let mut rti = Rti::resume(config(), memory.borrow(), state).expect("the storage fits");
+        let mut rti = Rti::resume(config(), memory.storage(), state).expect("the storage fits");
         for (from, bytes) in script {
             rti.handle_input(now, ConnectionId(*from), bytes, &mut outlet);
         }

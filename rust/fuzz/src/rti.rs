@@ -2,10 +2,9 @@
 //! The RTI: whatever peers do, it sends only where and as much as it may, ends each step, says once more what it waits
 //! for, and grants nothing that a message on its way contradicts.
 
-use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, FEDERATION_ID_DEFAULT, Node, PathWords, Rti, RtiStorage, Slot, Verdict,
-};
-use lf_model::time::{Instant, Interval, Tag};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, FEDERATION_ID_DEFAULT, Rti, Verdict};
+use lf_model::time::{Instant, Interval};
+use lf_rti_memory::{Memory, Sizes};
 use lf_wire::Limits;
 use lf_wire::june_2026::{Decoded, Message, decode, message_bytes_max};
 
@@ -29,23 +28,11 @@ pub(crate) struct World<'s> {
 
 /// Makes an RTI, and does something with it.
 pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(&mut World<'_>)) {
-    let mut slots = vec![Slot::EMPTY; federates];
-    let mut nodes = vec![Node::EMPTY; federates];
-    let mut connections = vec![Connection::EMPTY; CONNECTIONS];
-    let mut paths = vec![PathWords::default(); 2 * federates * federates];
-    let mut upstream = vec![PathWords::default(); federates * federates];
-    let mut in_transit = vec![Tag::NEVER; federates * IN_TRANSIT];
-    let storage = RtiStorage {
-        slots: &mut slots,
-        nodes: &mut nodes,
-        connections: &mut connections,
-        paths: &mut paths,
-        upstream: &mut upstream,
-        in_transit: &mut in_transit,
-    };
+    let sizes = Sizes { federates, connections: CONNECTIONS, upstream: federates, in_transit: IN_TRANSIT };
+    let mut memory = Memory::new(sizes);
     let limits =
         Limits { payload_bytes_max: PAYLOAD_BYTES_MAX, federation_id_bytes_max: 255, neighbors_max: federates };
-    let rti = Rti::new(config, storage).expect("the storage fits");
+    let rti = Rti::new(config, memory.storage()).expect("the storage fits");
     assert_eq!(rti.message_bytes_max(), message_bytes_max(&limits));
     let oracle = Oracle::new(CONNECTIONS, message_bytes_max(&limits));
     act(&mut World { rti, oracle, limits, now: Instant(0), waits: [None; CONNECTIONS] });

@@ -5,9 +5,9 @@ use std::fmt;
 use std::path::PathBuf;
 
 pub use lf_coordination::rti::Outcome;
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathWords};
-use lf_coordination::rti::{RtiStorage, Slot};
-use lf_model::time::{Interval, Tag};
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
+use lf_model::time::Interval;
+use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{NetError, Platform};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
 
@@ -144,23 +144,12 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     };
     // The longest of all messages: a payload, or the neighbors of a federate that is connected with all others.
     let buffer_bytes = 512 + options.payload_bytes_max.max(12 * count);
-    let mut memory: Vec<(Vec<u8>, Vec<u8>)> =
+    let mut buffers: Vec<(Vec<u8>, Vec<u8>)> =
         (0..connections).map(|_| (vec![0; buffer_bytes], vec![0; 2 * buffer_bytes])).collect();
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        memory.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
-    let setup = RtiSetup {
-        config,
-        storage: RtiStorage {
-            slots: &mut vec![Slot::default(); count],
-            nodes: &mut vec![Node::default(); count],
-            connections: &mut vec![Connection::default(); connections],
-            paths: &mut vec![PathWords::default(); 2 * count * count],
-            upstream: &mut vec![PathWords::default(); count * count],
-            in_transit: &mut vec![Tag::NEVER; count * in_transit],
-        },
-        inlets: &mut inlets,
-        outgoings: &mut outgoings,
-    };
+        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+    let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
+    let setup = RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings };
     run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Run)
 }
 

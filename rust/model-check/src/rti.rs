@@ -5,11 +5,9 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use ahash::RandomState;
-use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathWords, Rti, RtiStorage, Slot, Suspended,
-    Verdict,
-};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
 use lf_model::time::{Instant, Microstep, Tag};
+use lf_rti_memory::{Memory, Sizes};
 use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
 use crate::bounds::{Bounds, Fault};
@@ -27,33 +25,21 @@ const HASHES: RandomState = RandomState::with_seeds(1, 2, 3, 4);
 /// A suspended RTI. It is shared by the states between which it hears nothing.
 #[derive(Clone)]
 pub(crate) struct Suspension {
-    memory: Arc<Memory>,
-    /// Of the memory, so that it is not made anew for every state.
+    contents: Arc<Contents>,
+    /// Of the contents, so that it is not made anew for every state.
     hash: u64,
 }
 
 #[derive(Clone, PartialEq, Eq, Hash)]
-struct Memory {
-    slots: Vec<Slot>,
-    nodes: Vec<Node>,
-    connections: Vec<Connection>,
-    paths: Vec<PathWords>,
-    upstream: Vec<PathWords>,
-    in_transit: Vec<Tag>,
+struct Contents {
+    memory: Memory,
     rest: Option<Suspended>,
 }
 
-impl Memory {
+impl Contents {
     fn new(federates: usize, in_transit: usize) -> Self {
-        Self {
-            slots: vec![Slot::EMPTY; federates],
-            nodes: vec![Node::EMPTY; federates],
-            connections: vec![Connection::EMPTY; federates],
-            paths: vec![PathWords::default(); 2 * federates * federates],
-            upstream: vec![PathWords::default(); federates * federates],
-            in_transit: vec![Tag::NEVER; federates * in_transit],
-            rest: None,
-        }
+        let sizes = Sizes { federates, connections: federates, upstream: federates, in_transit };
+        Self { memory: Memory::new(sizes), rest: None }
     }
 
     /// Lets the RTI do something.
@@ -61,14 +47,7 @@ impl Memory {
         let Bounds { dnet, window, .. } = *bounds;
         let config =
             Config { clock_sync: ClockSync::Off, dnet, window, ..Config::new(FEDERATION_ID, PAYLOAD_BYTES_MAX) };
-        let storage = RtiStorage {
-            slots: &mut self.slots,
-            nodes: &mut self.nodes,
-            connections: &mut self.connections,
-            paths: &mut self.paths,
-            upstream: &mut self.upstream,
-            in_transit: &mut self.in_transit,
-        };
+        let storage = self.memory.storage();
         let rti = match self.rest {
             Some(rest) => Rti::resume(config, storage, rest),
             None => Rti::new(config, storage),
@@ -80,7 +59,7 @@ impl Memory {
     }
 
     fn suspend(self) -> Suspension {
-        Suspension { hash: HASHES.hash_one(&self), memory: Arc::new(self) }
+        Suspension { hash: HASHES.hash_one(&self), contents: Arc::new(self) }
     }
 }
 
@@ -91,14 +70,14 @@ impl Suspension {
     /// If the RTI does not start the federation, which would be a mistake in it or here.
     pub(crate) fn started(graph: &Graph, bounds: &Bounds) -> Self {
         let federates = graph.federates();
-        let mut memory = Memory::new(federates, bounds.in_transit.into());
+        let mut contents = Contents::new(federates, bounds.in_transit.into());
         let mut outlet = Collected::new(federates);
         let told = |delay: Delay| match (bounds.fault, delay) {
             (Some(Fault::DelaysTooLong), Delay::Zero | Delay::Microstep) => 1,
             (Some(Fault::DelaysTooLong), Delay::Tick) => 2,
             _ => delay.wire(),
         };
-        memory.with(bounds, |rti| {
+        contents.with(bounds, |rti| {
             for id in 0..federates {
                 let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
                 let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
@@ -115,14 +94,14 @@ impl Suspension {
             }
             assert_eq!(rti.start_time(), Some(START), "all have come");
         });
-        memory.suspend()
+        contents.suspend()
     }
 
     /// The RTI hears the next message of a federate. Returns nothing if that has to wait; else what it is afterwards,
     /// and what it says.
     pub(crate) fn hear(&self, from: usize, message: Up, bounds: &Bounds) -> Option<(Self, Collected)> {
-        let mut memory = Memory::clone(&self.memory);
-        let mut outlet = Collected::new(memory.slots.len());
+        let mut contents = Contents::clone(&self.contents);
+        let mut outlet = Collected::new(contents.memory.federates());
         let bytes = match message {
             Up::Next(tag) => encoded(&Message::NextEventTag(wire(tag))),
             Up::Complete(at) => encoded(&Message::LatestTagComplete(wire(at.tag()))),
@@ -136,18 +115,18 @@ impl Suspension {
                 encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: wire(at.tag()) })
             }
             Up::End => {
-                memory.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
-                return Some((memory.suspend(), outlet));
+                contents.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
+                return Some((contents.suspend(), outlet));
             }
         };
-        let verdict = memory.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
+        let verdict = contents.with(bounds, |rti| rti.handle_input(NOW, ConnectionId(from), &bytes, &mut outlet));
         match verdict {
-            Verdict::Consumed(len) if len == bytes.len() => Some((memory.suspend(), outlet)),
+            Verdict::Consumed(len) if len == bytes.len() => Some((contents.suspend(), outlet)),
             // Nothing has changed, so nothing has happened.
             Verdict::Held(_) => None,
             Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Blocked(_) | Verdict::Closed => {
                 outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
-                Some((memory.suspend(), outlet))
+                Some((contents.suspend(), outlet))
             }
         }
     }
@@ -155,7 +134,7 @@ impl Suspension {
 
 impl PartialEq for Suspension {
     fn eq(&self, other: &Self) -> bool {
-        self.hash == other.hash && self.memory == other.memory
+        self.hash == other.hash && self.contents == other.contents
     }
 }
 

@@ -8,12 +8,11 @@ pub mod plain;
 
 use std::convert::Infallible;
 
-use lf_coordination::rti::{
-    ClockSync, Config, Connection, ConnectionId, Node, Notice, Outlet, PathWords, Rti, RtiStorage, Slot, Verdict,
-};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Verdict};
 use lf_golden::RtiSetup;
 use lf_golden::replay::{self, Received};
-use lf_model::time::{Instant, Interval, Tag};
+use lf_model::time::{Instant, Interval};
+use lf_rti_memory::Memory;
 use lf_wire::june_2026::Message;
 
 /// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
@@ -113,16 +112,9 @@ pub struct World {
 impl World {
     pub fn new(config: Config<'static>, sizes: Sizes) -> Self {
         let Sizes { federates, connections, upstream, in_transit, output } = sizes;
+        let memory = Memory::new(lf_rti_memory::Sizes { federates, connections, upstream, in_transit });
         // Tests end soon, so their memory may stay.
-        let storage = RtiStorage {
-            slots: vec![Slot::default(); federates].leak(),
-            nodes: vec![Node::default(); federates].leak(),
-            connections: vec![Connection::default(); connections].leak(),
-            paths: vec![PathWords::default(); 2 * federates * federates].leak(),
-            upstream: vec![PathWords::default(); federates * upstream].leak(),
-            in_transit: vec![Tag::NEVER; federates * in_transit].leak(),
-        };
-        let rti = Rti::new(config, storage).expect("the storage fits");
+        let rti = Rti::new(config, Box::leak(Box::new(memory)).storage()).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();
         let outlet = Wires { list, capacity: output, notices: Vec::new() };
         Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false, nonces: 0 }

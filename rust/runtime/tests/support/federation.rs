@@ -5,11 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddrV4;
 use std::sync::Mutex;
 
-use lf_coordination::rti::{
-    AfterLoss, ClockSync as RtiClockSync, Config, Connection, Node as GraphNode, Outcome, PathWords, RtiStorage, Slot,
-};
+use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
+use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing, RtiSetup,
@@ -185,9 +184,10 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
     let count = plan.nodes.len();
     let connections = count + 2;
     let bytes = buffer_bytes(4, count);
-    let mut memory: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
+    let mut buffers: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        memory.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+    let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit: 64 });
     let setup = RtiSetup {
         config: Config {
             authentication: plan.authentication,
@@ -195,14 +195,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
             clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
             ..Config::new(ID, 4)
         },
-        storage: RtiStorage {
-            slots: &mut vec![Slot::default(); count],
-            nodes: &mut vec![GraphNode::default(); count],
-            connections: &mut vec![Connection::default(); connections],
-            paths: &mut vec![PathWords::default(); 2 * count * count],
-            upstream: &mut vec![PathWords::default(); count * count],
-            in_transit: &mut vec![Tag::NEVER; count * 64],
-        },
+        storage: memory.storage(),
         inlets: &mut inlets,
         outgoings: &mut outgoings,
     };

@@ -2,9 +2,10 @@
 //! The RTI with its memory.
 
 use lf_compiler::plan::{ClockSync as PlannedSync, Plan};
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Connection, Node, Notice, PathWords, RtiStorage, Slot};
+use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
 use lf_model::Payload as _;
-use lf_model::time::{Interval, Tag};
+use lf_model::time::Interval;
+use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes};
 
@@ -37,12 +38,7 @@ pub(super) struct RtiMemory<'a> {
     platform: Virtual,
     notices: Notices,
     config: Config<'static>,
-    slots: Vec<Slot>,
-    nodes: Vec<Node>,
-    connections: Vec<Connection>,
-    paths: Vec<PathWords>,
-    upstream: Vec<PathWords>,
-    in_transit: Vec<Tag>,
+    memory: Memory,
     inlets: Vec<Inlet<'a>>,
     outgoings: Vec<Outgoing<'a>>,
 }
@@ -58,6 +54,7 @@ impl<'a> RtiMemory<'a> {
         let conditions = &scenario.conditions.rti;
         let count = plan.federates.len();
         let connections = buffers.0.len();
+        let sizes = Sizes { federates: count, connections, upstream: count, in_transit: conditions.in_transit };
         let config = Config {
             clock_sync: match plan.target.clock_sync {
                 PlannedSync::Off => ClockSync::Off,
@@ -72,19 +69,7 @@ impl<'a> RtiMemory<'a> {
         };
         let buffers = buffers.0.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output)));
         let (inlets, outgoings) = buffers.unzip();
-        Self {
-            platform,
-            notices,
-            config,
-            slots: vec![Slot::default(); count],
-            nodes: vec![Node::default(); count],
-            connections: vec![Connection::default(); connections],
-            paths: vec![PathWords::default(); 2 * count * count],
-            upstream: vec![PathWords::default(); count * count],
-            in_transit: vec![Tag::NEVER; count * conditions.in_transit],
-            inlets,
-            outgoings,
-        }
+        Self { platform, notices, config, memory: Memory::new(sizes), inlets, outgoings }
     }
 
     /// The RTI begins.
@@ -95,14 +80,7 @@ impl<'a> RtiMemory<'a> {
         })?;
         let setup = RtiSetup {
             config: self.config,
-            storage: RtiStorage {
-                slots: &mut self.slots,
-                nodes: &mut self.nodes,
-                connections: &mut self.connections,
-                paths: &mut self.paths,
-                upstream: &mut self.upstream,
-                in_transit: &mut self.in_transit,
-            },
+            storage: self.memory.storage(),
             inlets: &mut self.inlets,
             outgoings: &mut self.outgoings,
         };
