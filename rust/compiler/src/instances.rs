@@ -85,6 +85,11 @@ impl Tree {
         Instance { path, class, parent, child, children: Vec::new(), times, span }
     }
 
+    /// The nanoseconds of a parameter of an instance, if they are known.
+    pub(crate) fn parameter(&self, instance: usize, parameter: usize) -> Option<i64> {
+        self.instances[instance].times.get(parameter).copied().flatten()
+    }
+
     /// The nanoseconds of a value in the scope of an instance; reports a value that is not known at build time.
     pub(crate) fn time(
         &self,

@@ -69,3 +69,19 @@ fn queues_of_network_inputs_hold_what_can_be_under_way_and_a_guess_in_a_cycle_is
 fn older_forms_compile_with_warnings() {
     check("older_forms");
 }
+
+#[test]
+fn decentralized_federates_know_their_waits_and_peers() {
+    check("decentralized");
+}
+
+#[test]
+fn older_waits_and_handlers_count_and_the_new_forms_are_named() {
+    check("older_waits");
+}
+
+#[test]
+fn waits_and_handlers_have_no_effect_where_the_rti_decides_or_nobody_does() {
+    check("idle_waits");
+    check("idle_waits_alone");
+}

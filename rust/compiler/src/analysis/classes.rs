@@ -55,7 +55,7 @@ pub(super) struct Described {
 }
 
 /// Describes the instantiated reactors in the order of their first instances.
-pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, places: &Places<'_>) -> Described {
+pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, places: &Places<'_>) -> Described {
     let mut order: Vec<ClassId> = Vec::new();
     let mut index = BTreeMap::new();
     for instance in &tree.instances {
@@ -64,8 +64,12 @@ pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, places: &Places<'_>) 
             ClassIndex(order.len() - 1)
         });
     }
-    let classes = order.iter().map(|id| class(&classes[id.0], classes, &index, places)).collect();
-    Described { classes, index }
+    let mut described: Vec<_> = order.iter().map(|id| class(&classes[id.0], classes, &index, places)).collect();
+    if !decentralized {
+        // No message is tardy then, and images need not carry handlers that never run.
+        described.iter_mut().flat_map(|class| &mut class.reactions).for_each(|reaction| reaction.tardy = None);
+    }
+    Described { classes: described, index }
 }
 
 fn class(
@@ -169,6 +173,10 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             parameters: parameters.collect(),
             body: declared.code.as_ref().map_or_else(empty, |code| places.code(code)),
             deadline: declared.deadline.as_ref().map(|deadline| places.code(&deadline.code)),
+            tardy: declared.tardy.as_ref().map(|tardy| match &tardy.code {
+                Some(code) => plan::Tardy::Handler(places.code(code)),
+                None => plan::Tardy::Body,
+            }),
             at: places.at(declared.keyword),
         });
     }

@@ -37,6 +37,7 @@ impl Builder<'_> {
                 delay_ns: link.delay.filter(|_| !link.physical),
                 tells_absence: self.tells_absence(link),
                 physical: link.physical,
+                direct: link.physical || self.context.decentralized,
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
@@ -56,6 +57,9 @@ impl Builder<'_> {
                 level: self.level_of_input(link.to),
                 awaited: self.is_awaited(link),
                 physical: link.physical,
+                direct: link.physical || self.context.decentralized,
+                max_wait_ns: self.context.waits[*position].max_wait_ns,
+                absent_after_ns: self.context.waits[*position].absent_after_ns,
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });
@@ -75,7 +79,12 @@ impl Builder<'_> {
     /// So may a federate outside of all cycles, where it has a sender in one: the stock RTI grants tags provisionally
     /// to all federates upstream of a cycle. A federate in another cycle than the sender does not wait, because our RTI
     /// grants no tag that the sender can still reach, so that the sender need not say anything about it.
+    ///
+    /// Without an RTI that grants tags, any sender may be behind.
     fn is_awaited(&self, link: &Link) -> bool {
+        if self.context.decentralized {
+            return link.is_logical_network();
+        }
         let (zero_delay, from) = (&self.context.zero_delay, usize::from(self.federate_of(link.from)));
         let may_be_behind =
             zero_delay.is_common(from, self.part) || (zero_delay.is_in_one(from) && !zero_delay.is_in_one(self.part));

@@ -9,6 +9,7 @@ use super::network::Network;
 use super::order::Levels;
 use super::physical;
 use super::triggers::Source;
+use super::waits::Waits;
 use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
@@ -24,6 +25,9 @@ pub(super) struct Context<'a> {
     pub(super) graph: &'a Graph,
     pub(super) levels: &'a Levels,
     pub(super) network: &'a Network,
+    pub(super) decentralized: bool,
+    /// Per connection of the graph.
+    pub(super) waits: &'a [Waits],
     pub(super) zero_delay: &'a Cycles,
     /// The cycles of federates, whatever the delays.
     pub(super) cycles: &'a Cycles,
@@ -229,7 +233,7 @@ impl Builder<'_> {
             inputs: self.inputs(),
             upstream: self.upstream(),
             downstream: self.downstream(),
-            physical_delay_ns: physical::least_delay(self.context, self.part),
+            physical_delay_ns: physical::least_delay(self.context, self.part).filter(|_| !self.context.decentralized),
             instances,
             ports,
             triggers: self.triggers,

@@ -29,6 +29,10 @@ pub(super) struct Link {
     pub(super) capacity: Option<usize>,
     /// Whether it leaves a federate.
     pub(super) network: bool,
+    /// `@maxwait` in nanoseconds.
+    pub(super) max_wait: Option<i64>,
+    /// `@absent_after` in nanoseconds.
+    pub(super) absent_after: Option<i64>,
     pub(super) span: Span,
 }
 
@@ -36,6 +40,11 @@ impl Link {
     /// Whether the destination is the source's storage.
     fn is_alias(&self) -> bool {
         self.delay.is_none() && !self.network && !self.physical
+    }
+
+    /// Whether it carries messages with tags from federate to federate.
+    pub(super) fn is_logical_network(&self) -> bool {
+        self.network && !self.physical
     }
 
     /// Whether it has a queue of its own inside a federate.
@@ -118,15 +127,18 @@ impl Graph {
         for (position, instance) in tree.instances.iter().enumerate() {
             for connection in &classes[instance.class.0].connections {
                 // A delay that is not known has been reported, and there will be no plan.
-                let known = |after| tree.time(position, after, classes, diagnostics).unwrap_or_default();
-                let delay = connection.after.map(known);
+                let mut known = |value| tree.time(position, value, classes, diagnostics).unwrap_or_default();
+                let delay = connection.after.map(&mut known);
+                let max_wait = connection.max_wait.map(|wait| known(wait.value));
+                let absent_after = connection.absent_after.map(|wait| known(wait.value));
                 let from = self.node(tree, position, connection.from);
                 let to = self.node(tree, position, connection.to);
                 let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
                 self.into[to] = Some(self.links.len());
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
-                self.links.push(Link { from, to, delay, physical, capacity, network, span });
+                let link = Link { from, to, delay, physical, capacity, network, max_wait, absent_after, span };
+                self.links.push(link);
             }
         }
     }

@@ -10,6 +10,7 @@ mod order;
 mod physical;
 mod rate;
 mod triggers;
+mod waits;
 mod zero_delay;
 
 pub use triggers::NETWORK_CAPACITY;
@@ -32,19 +33,24 @@ pub(crate) fn analyse(
     classes: &[Class<'_>],
     tree: &Tree,
     parts: &Parts,
-    target: plan::Target,
+    mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
     let graph = Graph::build(classes, tree, parts, diagnostics)?;
     let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
+    if !parts.federated {
+        target.coordination = plan::Coordination::Centralized;
+    }
+    let waits = waits::waits(&graph, tree, parts, classes, &target, diagnostics);
     if diagnostics.has_errors() {
         return None;
     }
     let levels = order?;
     let sources = diagnostics.sources().clone();
     let places = Places::new(&sources);
-    let described = classes::describe(classes, tree, &places);
+    let decentralized = target.coordination == plan::Coordination::Decentralized;
+    let described = classes::describe(classes, tree, decentralized, &places);
     let network = network::number(&graph, parts);
     let zero_delay = Cycles::without_delay(&graph, parts);
     let cycles = Cycles::of_any_delay(&graph, parts);
@@ -57,6 +63,8 @@ pub(crate) fn analyse(
             graph: &graph,
             levels: &levels,
             network: &network,
+            decentralized,
+            waits: &waits,
             zero_delay: &zero_delay,
             cycles: &cycles,
             places: &places,

@@ -7,6 +7,7 @@
 //! | action | what is on its way by its minimum delay, and [`ACTION_CAPACITY`], because bodies can delay more |
 //! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
 //! | connection between federates | what is on its way by twice the delay, as far as known, and [`NETWORK_CAPACITY`] |
+//! | the same, decentralized | what is on its way by the delay and the longest wait, and [`DIRECT_CAPACITY`] |
 //!
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
@@ -27,6 +28,14 @@ const ACTION_CAPACITY: usize = 8;
 /// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
 /// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
+
+/// How many messages the queue of a network input holds besides in decentralized coordination, where nobody counts what
+/// is under way: the connection's buffers slow the sender when there is no room.
+const DIRECT_CAPACITY: usize = 8;
+
+/// How many messages such a queue holds at most for the sake of waits, so that a wait that is only meant to be long
+/// enough takes no memory. More come when there is room.
+const WAITING_MAX: usize = 256;
 
 /// What a trigger is in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -231,6 +240,11 @@ impl Builder<'_> {
         let capacity = self.given_capacity(position).unwrap_or_else(|| {
             let rate = rates.of_port(graph.root[link.from]);
             let delay_ns = link.delay.unwrap_or_default();
+            if self.context.decentralized && !link.physical {
+                let delayed = in_flight(&rate.streams, delay_ns);
+                let waiting = in_flight(&rate.streams, delay_ns.saturating_add(self.wait_ns())).min(WAITING_MAX);
+                return bounded(delayed.max(waiting).saturating_add(DIRECT_CAPACITY), link.span, diagnostics);
+            }
             if !rate.complete && delay_ns > 0 && !link.physical && self.is_in_cycle(position) {
                 let message =
                     format!("how many values of `{}` can be on their way is not known", self.link_name(position));
@@ -244,6 +258,14 @@ impl Builder<'_> {
         });
         let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
         self.add_link(position, kind, capacity);
+    }
+
+    /// How long a message can be held up by what this federate waits for elsewhere, waits for ever left out: how many
+    /// messages come meanwhile nobody can know.
+    fn wait_ns(&self) -> i64 {
+        let inputs = self.context.network.inputs[self.part].iter().map(|input| self.context.waits[*input]);
+        let waits = inputs.map(|waits| waits.max_wait_ns.saturating_add(waits.absent_after_ns));
+        waits.filter(|wait| *wait != i64::MAX).max().unwrap_or_default()
     }
 
     /// Whether what this connection carries can come back to the federate that sends it.

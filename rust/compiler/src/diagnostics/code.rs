@@ -153,6 +153,8 @@ codes! {
     SmallCapacity = "W005-small-capacity",
     /// A capacity in a cycle of federates that the compiler can only guess.
     UnknownCapacity = "W006-unknown-capacity",
+    /// A way of writing something that newer programs write differently.
+    OlderForm = "W007-older-form",
 }
 
 impl Code {

@@ -133,8 +133,20 @@ pub struct Reaction {
     pub body: Code,
     /// The deadline's handler; the deadline's value may differ per instance and stands in the federate's reaction.
     pub deadline: Option<Code>,
+    /// What happens in decentralized coordination with a message that comes too late; `None` if nothing is said.
+    pub tardy: Option<Tardy>,
     /// Where the keyword `reaction` stands.
     pub at: Location,
+}
+
+/// What a reaction does with messages that come too late.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tardy {
+    /// This runs in place of the body.
+    Handler(Code),
+    /// The body runs, which knows what to do: `tardy` without code.
+    Body,
 }
 
 /// A variable in the scope of a reaction's body.

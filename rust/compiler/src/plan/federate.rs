@@ -52,14 +52,14 @@ impl Federate {
 }
 
 impl Federate {
-    /// The federates from which this one has physical connections, in order of id.
+    /// The federates from which messages come straight to this one, in order of id.
     pub fn peers_in(&self) -> Vec<u16> {
-        in_order(self.inputs.iter().filter(|input| input.physical).map(|input| input.federate))
+        in_order(self.inputs.iter().filter(|input| input.direct).map(|input| input.federate))
     }
 
-    /// The federates to which this one has physical connections, in order of id.
+    /// The federates to which this one sends messages straight, in order of id.
     pub fn peers_out(&self) -> Vec<u16> {
-        in_order(self.outputs.iter().filter(|output| output.physical).map(|output| output.federate))
+        in_order(self.outputs.iter().filter(|output| output.direct).map(|output| output.federate))
     }
 }
 
@@ -237,6 +237,8 @@ pub struct NetworkOutput {
     pub tells_absence: bool,
     /// Whether the connection is physical; its delay is the receiver's then.
     pub physical: bool,
+    /// Whether messages go straight to the federate that receives them, not through the RTI.
+    pub direct: bool,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.
@@ -257,11 +259,20 @@ pub struct NetworkInput {
     /// The least level of the reactions that see the port that it fills, those that send it included; `u16::MAX` if
     /// none does.
     pub level: u16,
-    /// Whether reactions from that level on wait until it is known what comes at a tag that is granted provisionally:
-    /// there is no delay, the sender is in a cycle without delay, and this federate is in the same one or in none.
+    /// Whether reactions from that level on wait until it is known what comes. In centralized coordination, at a tag
+    /// that is granted provisionally: there is no delay, the sender is in a cycle without delay, and this federate is
+    /// in the same one or in none. In decentralized coordination, at all inputs of logical connections.
     pub awaited: bool,
     /// Whether the connection is physical: the delay counts from the physical time at which a message comes.
     pub physical: bool,
+    /// Whether messages come straight from the federate that sends them, not through the RTI.
+    pub direct: bool,
+    /// `@maxwait` in decentralized coordination: a tag begins so many nanoseconds after its time if it is not known
+    /// what comes here before; [`i64::MAX`] is for ever.
+    pub max_wait_ns: i64,
+    /// `@absent_after` in decentralized coordination, less the delay: how many nanoseconds after that a value that is
+    /// not known counts as absent; [`i64::MAX`] is never.
+    pub absent_after_ns: i64,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.

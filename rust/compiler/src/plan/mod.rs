@@ -12,12 +12,13 @@ use serde::{Deserialize, Serialize};
 
 pub use class::{
     ActionDeclaration, Child, Parameter, PortDeclaration, PortDirection, Reaction, ReactionParameter, ReactorClass,
-    StateVariable, TimerDeclaration, VariableKind,
+    StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub use federate::{
     Argument, Federate, Instance, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction, SpacingPolicy,
     Trigger, TriggerKind, Upstream,
 };
+pub(crate) use render::Time;
 pub use source::{
     ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex,
     SourceFile, TriggerIndex, Type, Value,
@@ -55,6 +56,8 @@ pub struct Target {
     pub fast: bool,
     /// `keepalive`: go on when there are no more events.
     pub keepalive: bool,
+    /// `coordination`: who decides when a federate may go on.
+    pub coordination: Coordination,
     /// `logging`.
     pub logging: Logging,
     /// `clock-sync`.
@@ -82,6 +85,7 @@ impl Default for Target {
             timeout_ns: None,
             fast: false,
             keepalive: false,
+            coordination: Coordination::Centralized,
             logging: Logging::Info,
             clock_sync: ClockSync::Init,
             clock_sync_trials: 10,
@@ -93,6 +97,16 @@ impl Default for Target {
             user_threads: 0,
         }
     }
+}
+
+/// Who decides when a federate may go on to a tag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coordination {
+    /// The RTI, which knows what each of them does.
+    Centralized,
+    /// Each by itself: messages go from federate to federate, and it waits as long as one may be on its way.
+    Decentralized,
 }
 
 /// How much is logged.
@@ -141,6 +155,15 @@ impl Plan {
         &self.classes[instance.class.0]
     }
 
+    /// What a reaction of a federate does with messages that come too late, if it says anything about them.
+    ///
+    /// # Panics
+    /// If the reaction is not one of this federate's.
+    pub fn tardy(&self, federate: &Federate, reaction: &ScheduledReaction) -> Option<&Tardy> {
+        let ReactionKind::Body { instance, reaction, .. } = &reaction.kind else { return None };
+        self.class(&federate.instances[instance.0]).reactions[reaction - 1].tardy.as_ref()
+    }
+
     /// The declaration of an instance: as a child of its container. `None` for an unfederated main reactor.
     ///
     /// # Panics
@@ -156,6 +179,11 @@ impl Plan {
     /// If the location is not one of this plan's.
     pub fn path(&self, at: Location) -> &str {
         &self.files[at.file.0].path
+    }
+
+    /// Whether messages go from federate to federate, and each decides by itself when to go on.
+    pub fn is_decentralized(&self) -> bool {
+        self.target.coordination == Coordination::Decentralized
     }
 
     /// Whether the program has federates that need an RTI.

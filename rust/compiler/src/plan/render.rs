@@ -4,8 +4,8 @@
 use core::fmt::{self, Display, Formatter};
 
 use super::{
-    ADVANCE_INTERVAL_NS_DEFAULT, Argument, Federate, NetworkInput, NetworkOutput, Plan, Port, ReactionIndex,
-    ReactionKind, ScheduledReaction, Target, Trigger, TriggerKind, Value,
+    ADVANCE_INTERVAL_NS_DEFAULT, Argument, Coordination, Federate, NetworkInput, NetworkOutput, Plan, Port,
+    ReactionIndex, ReactionKind, ScheduledReaction, Tardy, Target, Trigger, TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.
@@ -14,8 +14,10 @@ pub(crate) struct Time(pub(crate) i64);
 impl Display for Time {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         const UNITS: [(i64, &str); 4] = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us"), (1, "ns")];
-        if self.0 == 0 {
-            return f.write_str("0");
+        match self.0 {
+            0 => return f.write_str("0"),
+            i64::MAX => return f.write_str("forever"),
+            _ => {}
         }
         let (size, unit) = UNITS.into_iter().find(|(size, _)| self.0 % size == 0).unwrap_or((1, "ns"));
         write!(f, "{} {unit}", self.0 / size)
@@ -77,6 +79,9 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
     }
     if target.keepalive {
         words.push("keepalive".to_owned());
+    }
+    if target.coordination == Coordination::Decentralized {
+        words.push("decentralized".to_owned());
     }
     if target.authentication {
         words.push("authentication".to_owned());
@@ -148,7 +153,12 @@ impl Plan {
                 f.write_str("]")?;
             }
         }
-        reaction.deadline_ns.map_or(Ok(()), |ns| write!(f, "  deadline {}", Time(ns)))
+        reaction.deadline_ns.map_or(Ok(()), |ns| write!(f, "  deadline {}", Time(ns)))?;
+        f.write_str(match self.tardy(federate, reaction) {
+            None => "",
+            Some(Tardy::Handler(_)) => "  with a tardy handler",
+            Some(Tardy::Body) => "  tardy too",
+        })
     }
 
     fn render_output(&self, output: &NetworkOutput, f: &mut Formatter<'_>) -> fmt::Result {
@@ -167,6 +177,10 @@ impl Plan {
             write!(f, ", seen from level {} on", input.level)?;
         }
         f.write_str(if input.physical { ", physical" } else { "" })?;
+        if self.is_decentralized() && input.awaited {
+            let (max_wait, absent_after) = (Time(input.max_wait_ns), Time(input.absent_after_ns));
+            return write!(f, ", maxwait {max_wait}, absent after {absent_after}");
+        }
         f.write_str(if input.awaited { ", awaited" } else { "" })
     }
 

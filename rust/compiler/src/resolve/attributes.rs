@@ -1,59 +1,91 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attributes: those for diagrams are accepted, `@capacity` counts, others are refused.
+//! Attributes: those for diagrams are accepted, `@capacity`, `@maxwait` and `@absent_after` count, others are refused.
 
 use super::checker::Checker;
+use super::model::{Parameter, Wait};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::syntax::ast::{Attribute, ExpressionKind, Literal};
+use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
 /// How many events a queue may be told to hold.
 pub(crate) const CAPACITY_MAX: usize = 65_535;
 
 /// What an attribute stands before.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Target {
-    /// Something with a queue: an action, an input or a connection.
+#[derive(Clone, Copy)]
+pub(super) enum Target<'c, 'p> {
+    /// An action or an input, which have queues.
     Queue,
+    /// A connection, with the parameters of the reactor that it is in.
+    Connection(Container<'c, 'p>),
+    /// A contained reactor, with the parameters of the one that it is in.
+    Instance(Container<'c, 'p>),
     /// Anything else.
     Other,
+}
+
+/// The reactor in which a connection or an instance stands.
+#[derive(Clone, Copy)]
+pub(super) struct Container<'c, 'p> {
+    /// Whether it is a main or federated reactor, whose instances can be federates.
+    pub(super) is_main: bool,
+    pub(super) parameters: &'c [Parameter<'p>],
+}
+
+/// The attributes that have a meaning.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Attributes<'p> {
+    pub(super) capacity: Option<usize>,
+    pub(super) max_wait: Option<Wait<'p>>,
+    pub(super) absent_after: Option<Wait<'p>>,
 }
 
 /// Attributes that only diagrams use; each takes one string.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
-/// Attributes of LF that mean something and are not supported.
-const UNSUPPORTED: &[&str] = &["maxwait", "absent_after", "sparse", "enclave", "property", "enabled"];
+/// Attributes with a meaning.
+const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after"];
 
-impl Checker<'_> {
-    /// Checks the attributes of a declaration; returns the capacity that they give.
-    pub(super) fn check_attributes(&mut self, attributes: &[Attribute], target: Target) -> Option<usize> {
-        let mut capacity = None;
+/// Attributes of LF that mean something and are not supported.
+const UNSUPPORTED: &[&str] = &["sparse", "enclave", "property", "enabled", "transient"];
+
+impl<'p> Checker<'p> {
+    /// Checks the attributes of a declaration, and returns those that have a meaning.
+    pub(super) fn check_attributes(&mut self, attributes: &'p [Attribute], target: Target<'_, 'p>) -> Attributes<'p> {
+        let mut found = Attributes::default();
         for attribute in attributes {
             let name = attribute.name.text.as_str();
             if FOR_DIAGRAMS.contains(&name) {
                 self.check_diagram(attribute);
             } else if name == "capacity" {
-                capacity = self.capacity(attribute, target).or(capacity);
+                found.capacity = self.capacity(attribute, target).or(found.capacity);
+            } else if name == "maxwait" || name == "absent_after" {
+                let wait = self.wait(attribute, target);
+                let place = if name == "maxwait" { &mut found.max_wait } else { &mut found.absent_after };
+                if let (Some(first), Some(_)) = (*place, wait) {
+                    let message = format!("`@{name}` is given twice");
+                    let diagnostic = Diagnostic::new(Code::DuplicateValue, attribute.span, message);
+                    self.report(diagnostic.also(first.span, "the first one").hint("remove one of them"));
+                }
+                *place = wait.or(*place);
             } else if UNSUPPORTED.contains(&name) {
                 let message = format!("the attribute `@{name}` is not supported yet");
                 self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint("remove it"));
             } else {
                 let message = format!("there is no attribute `@{name}`");
-                let known = FOR_DIAGRAMS.iter().copied().chain(["capacity"]);
-                let hint = did_you_mean(name, known)
-                    .unwrap_or_else(|| "attributes are `@label`, `@icon`, `@side`, `@layout` and `@capacity`".into());
+                let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied();
+                let hint = did_you_mean(name, known).unwrap_or_else(|| {
+                    "attributes are `@label`, `@icon`, `@side`, `@layout`, `@capacity`, `@maxwait` and `@absent_after`"
+                        .into()
+                });
                 self.report(Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint));
             }
         }
-        capacity
+        found
     }
 
     fn check_diagram(&mut self, attribute: &Attribute) {
-        let text = matches!(
-            &attribute.parameters[..],
-            [one] if one.name.is_none() && one.value.as_ref().is_some_and(|value| {
-                matches!(value.kind, ExpressionKind::Literal(Literal::Text(_)) | ExpressionKind::Name(_))
-            })
-        );
+        let text = single_value(attribute).is_some_and(|value| {
+            matches!(value.kind, ExpressionKind::Literal(Literal::Text(_)) | ExpressionKind::Name(_))
+        });
         if !text {
             let name = &attribute.name.text;
             let message = format!("the attribute `@{name}` takes one text");
@@ -62,20 +94,17 @@ impl Checker<'_> {
         }
     }
 
-    fn capacity(&mut self, attribute: &Attribute, target: Target) -> Option<usize> {
-        if target == Target::Other {
+    fn capacity(&mut self, attribute: &Attribute, target: Target<'_, '_>) -> Option<usize> {
+        if !matches!(target, Target::Queue | Target::Connection(_)) {
             let diagnostic = Diagnostic::new(Code::BadAttribute, attribute.span, "nothing here has a queue")
                 .hint("`@capacity(n)` stands before an action, an input or a connection");
             self.report(diagnostic);
             return None;
         }
-        let value = match &attribute.parameters[..] {
-            [one] if one.name.is_none() => one.value.as_ref().and_then(|value| match &value.kind {
-                ExpressionKind::Literal(Literal::Int(digits)) => digits.parse::<usize>().ok(),
-                _ => None,
-            }),
+        let value = single_value(attribute).and_then(|value| match &value.kind {
+            ExpressionKind::Literal(Literal::Int(digits)) => digits.parse::<usize>().ok(),
             _ => None,
-        };
+        });
         let value = value.filter(|value| (1..=CAPACITY_MAX).contains(value));
         if value.is_none() {
             let message = format!("a capacity is a number from 1 to {CAPACITY_MAX}");
@@ -83,5 +112,46 @@ impl Checker<'_> {
             self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
         }
         value
+    }
+
+    /// The time of `@maxwait` or `@absent_after`.
+    fn wait(&mut self, attribute: &'p Attribute, target: Target<'_, 'p>) -> Option<Wait<'p>> {
+        let name = attribute.name.text.as_str();
+        let container = match target {
+            Target::Connection(container) => Some(container),
+            Target::Instance(container) if name == "maxwait" => Some(container),
+            _ => None,
+        };
+        let Some(container) = container.filter(|container| container.is_main) else {
+            let (message, hint) = if name == "maxwait" {
+                (
+                    "only federates and connections between federates have a `@maxwait`",
+                    "write it before an instance or a connection in the federated reactor",
+                )
+            } else {
+                (
+                    "only connections between federates have an `@absent_after`",
+                    "write it before a connection in the federated reactor",
+                )
+            };
+            self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+            return None;
+        };
+        let Some(value) = single_value(attribute) else {
+            let message = format!("the attribute `@{name}` takes one time");
+            let hint = format!("write `@{name}(10 ms)`");
+            self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+            return None;
+        };
+        self.check_time(value, &format!("the time of `@{name}`"), container.parameters, false);
+        Some(Wait { value, span: attribute.span })
+    }
+}
+
+/// The value of an attribute that has one, without a name.
+fn single_value(attribute: &Attribute) -> Option<&Expression> {
+    match &attribute.parameters[..] {
+        [one] if one.name.is_none() => one.value.as_ref(),
+        _ => None,
     }
 }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::attributes::{Container, Target};
 use super::load::Program;
 use super::model::{Child, Class, ClassId, PortRef, ReactorId};
 use super::{mains, names, unsupported};
@@ -93,8 +94,11 @@ impl<'p> Checker<'p> {
                 let message = format!("there is no reactor `{name}` in this file");
                 self.report(Diagnostic::new(Code::UnknownReactor, instance.class.span, message).hint(hint));
             }
+            let is_main = class.ast.kind != ast::ReactorKind::Plain;
+            let container = Container { is_main, parameters: &class.parameters };
+            let max_wait = self.check_attributes(&instance.attributes, Target::Instance(container)).max_wait;
             let arguments = id.map_or_else(Vec::new, |id| self.arguments(instance, class, &classes[id.0]));
-            children.push(Child { ast: instance, class: id, arguments });
+            children.push(Child { ast: instance, class: id, arguments, max_wait });
         }
         classes[position].children = children;
     }

@@ -99,7 +99,7 @@ impl<'p> Checker<'p> {
         let mut ports = Vec::new();
         for declared in &reactor.body.ports {
             let target = if declared.direction == ast::Direction::Input { Target::Queue } else { Target::Other };
-            let capacity = self.check_attributes(&declared.attributes, target);
+            let capacity = self.check_attributes(&declared.attributes, target).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
             ports.push(Port {
                 name: &declared.name,
@@ -132,7 +132,7 @@ impl<'p> Checker<'p> {
                     self.report(Diagnostic::new(Code::BadPolicy, policy.span, message).hint(hint));
                 }
             }
-            let capacity = self.check_attributes(&declared.attributes, Target::Queue);
+            let capacity = self.check_attributes(&declared.attributes, Target::Queue).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
             actions.push(Action { ast: declared, ty: ty.rust, ty_span: ty.span, capacity });
         }
@@ -147,7 +147,6 @@ impl<'p> Checker<'p> {
         class: &Class<'p>,
     ) -> Vec<Option<&'p ast::Expression>> {
         let mut arguments: Vec<Option<&'p ast::Expression>> = vec![None; class.parameters.len()];
-        self.check_attributes(&instance.attributes, Target::Other);
         for given in &instance.arguments {
             let name = &given.name;
             let position = class.parameters.iter().position(|parameter| parameter.name.text == name.text);

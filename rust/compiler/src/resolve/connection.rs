@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::attributes::Target;
+use super::attributes::{Attributes, Container, Target};
 use super::checker::Checker;
 use super::model::{Class, Connection, PortRef, Variable};
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -15,7 +15,10 @@ impl<'p> Checker<'p> {
         let class = &classes[position];
         let mut connections = Vec::new();
         for declared in &class.ast.body.connections {
-            let capacity = self.check_attributes(&declared.attributes, Target::Queue);
+            let is_main = class.ast.kind != ast::ReactorKind::Plain;
+            let container = Container { is_main, parameters: &class.parameters };
+            let Attributes { capacity, max_wait, absent_after } =
+                self.check_attributes(&declared.attributes, Target::Connection(container));
             if let Some(after) = &declared.after {
                 self.check_time(after, "the delay of this connection", &class.parameters, false);
             }
@@ -35,7 +38,9 @@ impl<'p> Checker<'p> {
                 if self.check_ends((from, from_end), (to, to_end), class, classes) {
                     let after = declared.after.as_ref();
                     let physical = declared.physical.is_some();
-                    connections.push(Connection { from, to, after, physical, capacity, span: declared.span });
+                    let span = declared.span;
+                    let connection = Connection { from, to, after, physical, capacity, max_wait, absent_after, span };
+                    connections.push(connection);
                 }
             }
         }

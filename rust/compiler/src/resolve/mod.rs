@@ -24,7 +24,7 @@ pub(crate) use checker::check;
 pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
 pub(crate) use mains::program_name;
-pub(crate) use model::{Class, ClassId, PortRef, ReactionParameter, Variable};
+pub(crate) use model::{Class, ClassId, PortRef, ReactionParameter, Variable, Wait};
 pub(crate) use reaction::signature;
 pub(crate) use target::check as check_target;
 pub(crate) use time_value::literal_ns;

@@ -87,6 +87,16 @@ pub(crate) struct Child<'p> {
     pub(crate) class: Option<ClassId>,
     /// One per parameter of its class.
     pub(crate) arguments: Vec<Option<&'p ast::Expression>>,
+    /// `@maxwait`, in a main or federated reactor.
+    pub(crate) max_wait: Option<Wait<'p>>,
+}
+
+/// The time of `@maxwait` or `@absent_after`, in the scope of the containing reactor.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wait<'p> {
+    pub(crate) value: &'p ast::Expression,
+    /// The whole attribute.
+    pub(crate) span: Span,
 }
 
 /// A port as a reactor sees it.
@@ -106,6 +116,8 @@ pub(crate) struct Connection<'p> {
     pub(crate) after: Option<&'p ast::Expression>,
     pub(crate) physical: bool,
     pub(crate) capacity: Option<usize>,
+    pub(crate) max_wait: Option<Wait<'p>>,
+    pub(crate) absent_after: Option<Wait<'p>>,
     /// The whole connection statement.
     pub(crate) span: Span,
 }

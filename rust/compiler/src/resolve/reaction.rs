@@ -31,6 +31,9 @@ impl<'p> Checker<'p> {
                     .hint("write `{= … =}` behind the effects");
                 self.report(diagnostic);
             }
+            if let Some(absent_after) = declared.tardy.as_ref().and_then(|tardy| tardy.absent_after.as_ref()) {
+                self.check_time(absent_after, "the offset of this handler", &class.parameters, false);
+            }
             if let Some(deadline) = &declared.deadline {
                 self.check_time(&deadline.value, "the deadline of this reaction", &class.parameters, false);
             }

@@ -127,7 +127,7 @@ impl Reader {
         match key.text.as_str() {
             "coordination" => {
                 if self.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
-                    self.refuse_value(key, value, "use `centralized`");
+                    self.target.coordination = plan::Coordination::Decentralized;
                 }
             }
             "clock-sync" => match self.word(key, value, &["off", "init", "on"]) {

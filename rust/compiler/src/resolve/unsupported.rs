@@ -4,9 +4,6 @@
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
 
-/// Parameters by which older programs set the safe-to-process offset.
-const OLD_STP_PARAMETERS: &[&str] = &["STP_offset", "STA", "STAA"];
-
 /// Reports every unsupported feature in a reactor.
 pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     let mut refuse = |span: Span, what: &str, hint: &str| {
@@ -21,11 +18,6 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     }
     for name in &reactor.extends {
         refuse(name.span, "`extends` is", "contain the other reactor, or repeat its declarations");
-    }
-    let old = reactor.parameters.iter().filter(|it| OLD_STP_PARAMETERS.contains(&it.name.text.as_str()));
-    for parameter in old {
-        let what = format!("the parameter `{}` of decentralized coordination is", parameter.name.text);
-        refuse(parameter.name.span, &what, "use centralized coordination and remove it");
     }
     let body = &reactor.body;
     for mode in &body.modes {
@@ -111,12 +103,6 @@ fn check_reaction(reaction: &Reaction, found: &mut Vec<Diagnostic>) {
     if reaction.mutation {
         let diagnostic = Diagnostic::new(Code::Unsupported, reaction.keyword, "mutations are not supported yet")
             .hint("use a reaction");
-        found.push(diagnostic);
-    }
-    if let Some(word) = &reaction.tardy {
-        let message = format!("`{}` handlers are not supported yet", word.text);
-        let diagnostic = Diagnostic::new(Code::Unsupported, word.span, message)
-            .hint("with centralized coordination no message is tardy; remove the handler");
         found.push(diagnostic);
     }
     for trigger in reaction.triggers.iter().filter(|trigger| trigger.name.text == "reset") {

@@ -288,9 +288,19 @@ pub(crate) struct Reaction {
     pub(crate) uses: Vec<Reference>,
     pub(crate) effects: Vec<Reference>,
     pub(crate) code: Option<Code>,
-    /// `STP`, `STAA` or `tardy`.
-    pub(crate) tardy: Option<Name>,
+    pub(crate) tardy: Option<Tardy>,
     pub(crate) deadline: Option<Deadline>,
+}
+
+/// `tardy {= … =}`, `tardy`, or the older `STP(value) {= … =}` and `STAA(value) {= … =}`
+#[derive(Clone, Debug)]
+pub(crate) struct Tardy {
+    /// `tardy`, `STP` or `STAA`.
+    pub(crate) word: Name,
+    /// The value of the older forms.
+    pub(crate) absent_after: Option<Expression>,
+    /// What runs; without it, the body does.
+    pub(crate) code: Option<Code>,
 }
 
 /// `deadline(value) {= … =}`

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reactions.
 
-use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference};
+use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference, Tardy};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic};
 
 impl Parser<'_> {
     pub(super) fn reaction(&mut self, attributes: Vec<Attribute>) -> Parsed<Reaction> {
@@ -81,15 +82,13 @@ impl Parser<'_> {
             match self.word_ahead(0) {
                 Some(word @ ("STP" | "STAA" | "tardy")) => {
                     self.advance();
-                    if word != "tardy" {
-                        self.expect(Kind::OpenParenthesis, "`(`")?;
-                        self.expression()?;
-                        self.expect(Kind::CloseParenthesis, "`)`")?;
-                        self.code()?;
-                    } else if self.at(Kind::Code) {
-                        self.code()?;
+                    let word = Name { text: word.to_owned(), span: self.span_of(token) };
+                    let tardy = self.tardy(word)?;
+                    if let Some(first) = reaction.tardy.replace(tardy) {
+                        let message = "a reaction has one handler for messages that come too late";
+                        let diagnostic = Diagnostic::new(Code::Syntax, self.span_of(token), message);
+                        self.report(diagnostic.also(first.word.span, "the first one").hint("remove one of them"));
                     }
-                    reaction.tardy = Some(Name { text: word.to_owned(), span: self.span_of(token) });
                 }
                 Some("deadline") => {
                     self.advance();
@@ -102,5 +101,18 @@ impl Parser<'_> {
                 _ => return Ok(()),
             }
         }
+    }
+
+    /// What follows the word `tardy`, `STP` or `STAA`.
+    fn tardy(&mut self, word: Name) -> Parsed<Tardy> {
+        if word.text == "tardy" {
+            let code = if self.at(Kind::Code) { Some(self.code()?) } else { None };
+            return Ok(Tardy { word, absent_after: None, code });
+        }
+        self.expect(Kind::OpenParenthesis, "`(`")?;
+        let absent_after = Some(self.expression()?);
+        self.expect(Kind::CloseParenthesis, "`)`")?;
+        let code = Some(self.code()?);
+        Ok(Tardy { word, absent_after, code })
     }
 }
