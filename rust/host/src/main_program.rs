@@ -24,10 +24,17 @@ const INPUT_BYTES: usize = 1 << 18;
 const PEER_BYTES: usize = 1 << 14;
 
 /// Runs a generated program with this process's command line.
-pub fn main<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>(
+pub fn main<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+    const TARDY_WORDS: usize,
+    const TARDY_INPUTS: usize,
+>(
     description: &'static Description,
     mut program: impl Program,
-    mut storage: Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>,
+    mut storage: Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>,
 ) -> ExitCode {
     let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
         Ok(Invocation::Run(arguments)) => arguments,

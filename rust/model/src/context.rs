@@ -3,7 +3,7 @@
 use core::time::Duration;
 
 use crate::bits::Bits;
-use crate::engine::{Settings, State};
+use crate::engine::{Settings, State, Tardy};
 use crate::error::{ModelError, ScheduleError};
 use crate::events::Events;
 use crate::physical::{Outside, PhysicalActionRef, PhysicalLink};
@@ -87,6 +87,9 @@ pub struct ReactionContext<'a> {
     pub(crate) events: Events<'a>,
     pub(crate) ready: Bits<'a>,
     pub(crate) ports: Bits<'a>,
+    pub(crate) tardy: Tardy<'a>,
+    /// What this reaction triggers is tardy too.
+    pub(crate) inherits_tardy: bool,
     pub(crate) env: &'a mut (dyn Env + 'a),
 }
 
@@ -131,6 +134,9 @@ impl ReactionContext<'_> {
             for reaction in self.tables.ports[usize::from(port.id.0)].reactions {
                 self.ready.insert(reaction.0);
             }
+        }
+        if self.inherits_tardy {
+            self.tardy.mark(self.tables.ports[usize::from(port.id.0)].reactions);
         }
     }
 
@@ -221,6 +227,13 @@ impl ReactionContext<'_> {
     /// The current tag, relative to the start.
     pub fn get_tag(&self) -> EventTag {
         EventTag::relative(self.state.current, self.state.start)
+    }
+
+    /// The tag that the value of an input was intended for: an earlier one than [`get_tag`](Self::get_tag) where its
+    /// message has come too late (tardy), else the current one.
+    pub fn get_intended_tag<T>(&self, port: &Port<T>) -> EventTag {
+        let intended = self.tardy.intended_for(self.tables, port.id);
+        EventTag::relative(intended.unwrap_or(self.state.current), self.state.start)
     }
 
     /// The time at which the program started.

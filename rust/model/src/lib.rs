@@ -39,11 +39,12 @@ mod program;
 mod queue;
 mod storage;
 mod tables;
+mod tardy;
 pub mod time;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use context::{Moment, ReactionContext, Readable, Schedulable};
-pub use engine::{Engine, Progress, Settings};
+pub use engine::{Delivery, Engine, Progress, Settings};
 pub use error::{DeliverError, ModelError, ScheduleError};
 #[doc(hidden)]
 pub use macros::__private;
@@ -54,13 +55,14 @@ pub use physical::{
     Posted,
 };
 pub use port::{Port, QueuedPort, QueuedPortInner};
-pub use program::{Bounds, Env, Outgoing, PortCell, Program, SendError, TriggerCell, Undelivered};
+pub use program::{Bounds, Env, Outgoing, Placed, PortCell, Program, SendError, TriggerCell, Undelivered};
 pub use queue::{Event, Full, Owned, View};
 pub use storage::Storage;
 pub use tables::{
     ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,
     ReactionKind, Tables, TriggerId, TriggerInfo, TriggerKind, words,
 };
+pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
 
 /// What reaction bodies, preambles and state see without a path.

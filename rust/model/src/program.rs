@@ -22,6 +22,9 @@ pub trait Program {
     /// Runs the deadline's handler in place of the body. Never called for reactions without a deadline.
     fn miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>);
 
+    /// Runs the handler of a tardy input in place of the body. Never called for reactions without one.
+    fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
+
     /// The port, to clear it at the end of a tag.
     fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell>;
 
@@ -46,6 +49,30 @@ pub trait Program {
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
     fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
+
+    /// Puts a message into the queue of an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy), to happen at
+    /// `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag, intended, bytes)`.
+    ///
+    /// # Errors
+    /// When the queue is full, or the bytes are not a value.
+    fn deliver_tardy(
+        &mut self,
+        _input: InputId,
+        _tag: Tag,
+        _intended: Tag,
+        _bytes: &[u8],
+    ) -> Result<Placed, Undelivered> {
+        Err(Undelivered::NoSuchPort)
+    }
+}
+
+/// Where a message stands in a queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// The tag at which it happens.
+    pub tag: Tag,
+    /// Whether it was intended for an earlier one.
+    pub tardy: bool,
 }
 
 /// Why a queue did not take a message; the engine adds which one it was.
@@ -96,6 +123,11 @@ pub trait TriggerCell {
         true
     }
 
+    /// The tag that its value at this tag was intended for, if it is tardy.
+    fn intended(&self) -> Option<Tag> {
+        None
+    }
+
     /// Schedules the events that came from other threads, as many as fit.
     fn drain(&mut self, _timing: &ActionTiming, _bounds: &Bounds) {}
 }
@@ -116,6 +148,9 @@ macro_rules! cell_by_view {
             }
             fn has_room(&self) -> bool {
                 TriggerCell::has_room(self as &$view<T>)
+            }
+            fn intended(&self) -> Option<Tag> {
+                TriggerCell::intended(self as &$view<T>)
             }
             fn drain(&mut self, timing: &crate::tables::ActionTiming, bounds: &crate::program::Bounds) {
                 TriggerCell::drain(self as &mut $view<T>, timing, bounds);

@@ -45,6 +45,10 @@ impl<T> Queue<T> {
         self.0.front().map(|event| event.tag)
     }
 
+    pub(crate) fn last_tag(&self) -> Option<Tag> {
+        self.0.back().map(|event| event.tag)
+    }
+
     pub(crate) fn contains(&self, tag: Tag) -> bool {
         self.0.iter().rev().take_while(|event| event.tag >= tag).any(|event| event.tag == tag)
     }

@@ -9,16 +9,26 @@ pub struct Storage<
     const TRIGGER_WORDS: usize,
     const REACTION_WORDS: usize,
     const PORT_WORDS: usize,
+    const TARDY_WORDS: usize = 0,
+    const TARDY_INPUTS: usize = 0,
 > {
     pub(crate) next: [Tag; TRIGGERS],
     pub(crate) winners: [u16; TRIGGERS],
     pub(crate) active: [u32; TRIGGER_WORDS],
     pub(crate) ready: [u32; REACTION_WORDS],
     pub(crate) ports: [u32; PORT_WORDS],
+    pub(crate) tardy: [u32; TARDY_WORDS],
+    pub(crate) intended: [Tag; TARDY_INPUTS],
 }
 
-impl<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize>
-    Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>
+impl<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+    const TARDY_WORDS: usize,
+    const TARDY_INPUTS: usize,
+> Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
 {
     /// Empty storage.
     ///
@@ -32,12 +42,20 @@ impl<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: us
             active: [0; TRIGGER_WORDS],
             ready: [0; REACTION_WORDS],
             ports: [0; PORT_WORDS],
+            tardy: [0; TARDY_WORDS],
+            intended: [Tag::NEVER; TARDY_INPUTS],
         }
     }
 }
 
-impl<const TRIGGERS: usize, const TRIGGER_WORDS: usize, const REACTION_WORDS: usize, const PORT_WORDS: usize> Default
-    for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>
+impl<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+    const TARDY_WORDS: usize,
+    const TARDY_INPUTS: usize,
+> Default for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
 {
     fn default() -> Self {
         Self::new()
@@ -53,6 +71,8 @@ macro_rules! storage_for {
             { $crate::words($tables.triggers.len()) },
             { $crate::words($tables.reactions.len()) },
             { $crate::words($tables.ports.len()) },
+            { $crate::words($tables.tardy_reactions()) },
+            { $tables.tardy_inputs() },
         >
     };
 }

@@ -51,6 +51,8 @@ pub struct ReactionInfo {
     pub level: u16,
     /// How late, after the tag's time, the body may begin; later, the deadline's handler runs in its place.
     pub deadline: Option<Interval>,
+    /// Whether it has a handler that runs in place of the body when an input is tardy.
+    pub tardy: bool,
     /// What it runs.
     pub kind: ReactionKind,
 }
@@ -208,6 +210,17 @@ pub struct NetworkInput {
     pub awaited: bool,
     /// Whether the connection is physical: messages have no tag, and happen when they have come, after the delay.
     pub physical: bool,
+    /// Whether a message may come after its tag. Then it is tardy, and happens at the next microstep; the input's queue
+    /// is a [`TardyInput`](crate::TardyInput).
+    pub tardy: bool,
+    /// How long, after a tag's time, the tag waits for what may come here before it: `@maxwait`. The event loop sees to
+    /// that, where inputs can be tardy.
+    pub max_wait: Interval,
+    /// How much longer, within a tag, reactions from [`level`](Self::level) on wait for what may come here at that tag:
+    /// `@absent_after` less the connection's delay.
+    pub absent_after: Interval,
+    /// The reactions that see the port that it fills, but are not triggered by it: they too are tardy with it.
+    pub readers: &'static [ReactionId],
 }
 
 /// How many 32-bit words hold `bits` bits.
@@ -216,6 +229,23 @@ pub const fn words(bits: usize) -> usize {
 }
 
 impl Tables {
+    /// For how many inputs the engine has to remember what a tardy message was intended for: all, if any can be tardy.
+    pub const fn tardy_inputs(&self) -> usize {
+        let mut i = 0;
+        while i < self.inputs.len() {
+            if self.inputs[i].tardy {
+                return self.inputs.len();
+            }
+            i += 1;
+        }
+        0
+    }
+
+    /// For how many reactions the engine has to remember whether an input is tardy: all, if any input can be.
+    pub const fn tardy_reactions(&self) -> usize {
+        if self.tardy_inputs() == 0 { 0 } else { self.reactions.len() }
+    }
+
     /// Checks that ids are in range, levels rise with the order of execution, and the parts agree with each other.
     ///
     /// # Panics
@@ -288,6 +318,7 @@ impl Tables {
                 matches!(self.triggers[trigger].kind, TriggerKind::NetworkInput { .. }),
                 "an input's trigger is of another kind"
             );
+            self.check_reaction_ids(self.inputs[i].readers);
             i += 1;
         }
         let mut i = 0;

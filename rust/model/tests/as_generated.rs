@@ -274,6 +274,10 @@ mod generated {
             level: 3,
             awaited: false,
             physical: false,
+            tardy: false,
+            max_wait: lf::Interval::ZERO,
+            absent_after: lf::Interval::ZERO,
+            readers: &[],
         }],
         absence: &[],
     };
@@ -281,7 +285,7 @@ mod generated {
     pub type Storage = lf::storage_for!(TABLES);
 
     const fn reaction(name: &'static str, level: u16, deadline: Option<lf::Interval>) -> lf::ReactionInfo {
-        lf::ReactionInfo { name, level, deadline, kind: lf::ReactionKind::Body }
+        lf::ReactionInfo { name, level, deadline, tardy: false, kind: lf::ReactionKind::Body }
     }
 
     const fn trigger(

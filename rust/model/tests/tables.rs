@@ -7,7 +7,7 @@ use lf_model::{
 };
 
 const fn reaction(level: u16, kind: ReactionKind) -> ReactionInfo {
-    ReactionInfo { name: "r", level, deadline: None, kind }
+    ReactionInfo { name: "r", level, deadline: None, tardy: false, kind }
 }
 
 const fn port(reactions: &'static [ReactionId], delays: &'static [TriggerId]) -> PortInfo {
@@ -43,6 +43,10 @@ const GOOD: Tables = Tables {
         level: u16::MAX,
         awaited: true,
         physical: false,
+        tardy: false,
+        max_wait: Interval::ZERO,
+        absent_after: Interval::ZERO,
+        readers: &[],
     }],
     absence: &[ReactionId(1)],
 };

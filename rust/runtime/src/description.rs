@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What generated code tells the event loop about its program. All of it is constant.
 
-use lf_coordination::federate::{AwaitedInput, ClockSync};
+use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_wire::june_2026::MessageType;
@@ -48,6 +48,8 @@ pub struct Federation {
     pub federation_id: &'static str,
     /// The target property `auth`: whether it and the RTI prove to each other that they know the federation's id.
     pub authentication: bool,
+    /// How tags are kept in order between the federates.
+    pub coordination: Coordination,
     /// How many federates the federation has.
     pub federates: u16,
     /// Where the RTI is, as `at` says it: an IPv4 address or, where there is a resolver, a host name.

@@ -50,7 +50,9 @@ pub trait EngineStorage {
     fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_>;
 }
 
-impl<const T: usize, const TW: usize, const RW: usize, const PW: usize> EngineStorage for Storage<T, TW, RW, PW> {
+impl<const T: usize, const TW: usize, const RW: usize, const PW: usize, const DW: usize, const D: usize> EngineStorage
+    for Storage<T, TW, RW, PW, DW, D>
+{
     fn empty() -> Self {
         Self::new()
     }

@@ -30,6 +30,17 @@ pub enum ClockSync {
     },
 }
 
+/// How tags are kept in order between the federates.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Coordination {
+    /// The RTI grants tags, and forwards messages.
+    #[default]
+    Centralized,
+    /// Messages go from federate to federate. A federate begins a tag when it knows all that comes before, or when the
+    /// time that it waits for that is over.
+    Decentralized,
+}
+
 /// What a federate is told about itself and the federation. See [`Config::new`] for the defaults.
 #[derive(Clone, Copy, Debug)]
 pub struct Config<'a> {
@@ -39,6 +50,8 @@ pub struct Config<'a> {
     pub federation_id: &'a [u8],
     /// Whether this federate and the RTI prove to each other that they know the federation id.
     pub authentication: bool,
+    /// How tags are kept in order.
+    pub coordination: Coordination,
     /// The federates with a connection to this one, each with the least delay of these connections in ns, or
     /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
     pub upstream: &'a [(u16, i64)],
@@ -68,6 +81,7 @@ impl<'a> Config<'a> {
             id,
             federation_id,
             authentication: false,
+            coordination: Coordination::Centralized,
             upstream: &[],
             downstream: &[],
             listening: None,

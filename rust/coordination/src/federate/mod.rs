@@ -52,6 +52,7 @@ mod stop;
 pub use awaited::{Awaited, AwaitedInput};
 pub use config::{
     ADVANCE_INTERVAL, CLOCK_SYNC_TIME_OUT, CLOCK_SYNC_TRIALS, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config,
+    Coordination,
 };
 pub use connect::{ConnectRetry, ConnectStep};
 pub use error::{ConfigError, FederateError};

@@ -6,6 +6,7 @@
 //! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it says [`Progress::Complete`].
 //! [`deliver`](Engine::deliver) and [`set_stop_tag`](Engine::set_stop_tag) may come at any time between these.
 mod tag;
+mod tardy;
 
 use crate::bits::Bits;
 use crate::error::{DeliverError, ModelError};
@@ -14,6 +15,8 @@ use crate::program::{Bounds, Env, Program};
 use crate::storage::Storage;
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
+pub use tardy::Delivery;
+pub(crate) use tardy::Tardy;
 
 /// How a program runs: what the target properties say.
 #[derive(Clone, Copy, Debug)]
@@ -116,6 +119,8 @@ pub struct Engine<'s> {
     ready: Bits<'s>,
     /// Ports that have been set at this tag.
     ports: Bits<'s>,
+    /// What is tardy at this tag.
+    tardy: Tardy<'s>,
 }
 
 impl<'s> Engine<'s> {
@@ -125,9 +130,11 @@ impl<'s> Engine<'s> {
         const TRIGGER_WORDS: usize,
         const REACTION_WORDS: usize,
         const PORT_WORDS: usize,
+        const TARDY_WORDS: usize,
+        const TARDY_INPUTS: usize,
     >(
         tables: &'static Tables,
-        storage: &'s mut Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS>,
+        storage: &'s mut Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>,
         settings: Settings,
     ) -> Self {
         let mut engine = Self {
@@ -147,11 +154,13 @@ impl<'s> Engine<'s> {
             active: Bits(&mut storage.active),
             ready: Bits(&mut storage.ready),
             ports: Bits(&mut storage.ports),
+            tardy: Tardy { reactions: Bits(&mut storage.tardy), intended: &mut storage.intended },
         };
         engine.events.reset();
         engine.active.clear();
         engine.ready.clear();
         engine.ports.clear();
+        engine.tardy.clear();
         engine
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a tag: it is begun, its reactions run, and it is closed.
-use super::{Engine, Phase, Progress};
+use super::{Engine, Phase, Progress, Tardy};
 use crate::bits::Bits;
 use crate::context::ReactionContext;
 use crate::error::ModelError;
@@ -68,7 +68,7 @@ impl Engine<'_> {
                 }
                 ReactionKind::Body => {
                     self.ready.remove(first);
-                    self.run(program, env, ReactionId(first), info.deadline);
+                    self.run(program, env, ReactionId(first));
                 }
             }
             self.state.untouched = info.level.saturating_add(1);
@@ -99,6 +99,7 @@ impl Engine<'_> {
             TriggerKind::NetworkInput { fills } => {
                 self.state.network_input = true;
                 self.fill(fills);
+                self.note_tardy(program, id, fills);
             }
         }
         self.events.set(id, next);
@@ -118,9 +119,11 @@ impl Engine<'_> {
         }
     }
 
-    fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId, deadline: Option<Interval>) {
+    fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
+        let info = &self.tables.reactions[usize::from(id.0)];
+        let tardy = self.tardy.contains(id);
         // A deadline of zero is always missed, as in the C runtime.
-        let missed = deadline.is_some_and(|deadline| {
+        let missed = info.deadline.is_some_and(|deadline| {
             deadline <= Interval::ZERO || env.physical_time() > self.state.current.time + deadline
         });
         let mut ctx = ReactionContext {
@@ -130,9 +133,14 @@ impl Engine<'_> {
             events: Events { next: self.events.next, winners: self.events.winners },
             ready: Bits(self.ready.0),
             ports: Bits(self.ports.0),
+            tardy: Tardy { reactions: Bits(self.tardy.reactions.0), intended: self.tardy.intended },
+            // Whoever handles it has dealt with it.
+            inherits_tardy: tardy && !info.tardy,
             env,
         };
-        if missed {
+        if tardy && info.tardy {
+            program.handle_tardy(id, &mut ctx);
+        } else if missed {
             program.miss_deadline(id, &mut ctx);
         } else {
             program.react(id, &mut ctx);
@@ -178,6 +186,7 @@ impl Engine<'_> {
                 cell.clear();
             }
         }
+        self.tardy.clear();
         let over = self.state.error.is_some() || self.state.current >= self.state.stop;
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
     }

@@ -192,6 +192,7 @@ impl Builder {
                 name: "reaction",
                 level: reaction.level,
                 deadline: reaction.deadline,
+                tardy: false,
                 kind: reaction.kind,
             })),
             triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, delayed),
@@ -215,6 +216,10 @@ impl Builder {
                 level: input_level,
                 awaited: !self.physical_connections,
                 physical: self.physical_connections,
+                tardy: false,
+                max_wait: Interval::ZERO,
+                absent_after: Interval::ZERO,
+                readers: &[],
             }]),
             absence,
         }));

@@ -42,6 +42,7 @@ fn tables(plan: &Plan) -> Tables {
         name: "reaction",
         level: id(index),
         deadline: None,
+        tardy: false,
         kind: index.checked_sub(AT_SENDS).map_or(ReactionKind::Body, |port| ReactionKind::Send(OutputId(id(port)))),
     });
     let mut triggers = vec![trigger(TriggerKind::Startup, 0)];
@@ -90,6 +91,10 @@ fn tables(plan: &Plan) -> Tables {
         level: id(AT_INPUTS + index),
         awaited: true,
         physical: false,
+        tardy: false,
+        max_wait: Interval::ZERO,
+        absent_after: Interval::ZERO,
+        readers: &[],
     });
     Tables {
         reactions: leak(reactions.collect()),

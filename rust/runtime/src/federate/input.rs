@@ -275,7 +275,9 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
 mod tests {
     use core::time::Duration;
 
-    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerId, TriggerInfo, TriggerKind};
+    use lf_model::{
+        Interval, NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerId, TriggerInfo, TriggerKind,
+    };
 
     use super::*;
 
@@ -293,6 +295,10 @@ mod tests {
             level: 0,
             awaited: true,
             physical: false,
+            tardy: false,
+            max_wait: Interval::ZERO,
+            absent_after: Interval::ZERO,
+            readers: &[],
         }],
         absence: &[],
     };

@@ -168,6 +168,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let listening = peers.listen(platform).map_err(RunError::Listen)?;
         let config = Config {
             authentication: federation.authentication,
+            coordination: federation.coordination,
             upstream: federation.upstream,
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,

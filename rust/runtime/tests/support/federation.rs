@@ -11,8 +11,8 @@ use lf_model::{Engine, Settings};
 use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing, RtiSetup,
-    RunError, buffer_bytes, peer_buffer_bytes, run_federate, run_rti,
+    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing,
+    RtiSetup, RunError, buffer_bytes, peer_buffer_bytes, run_federate, run_rti,
 };
 
 use super::network::{Conditions, address_of};
@@ -219,6 +219,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     Federation {
         id,
         federation_id: "virtual",
+        coordination: Coordination::Centralized,
         authentication: plan.authentication != plan.otherwise.contains(&id),
         federates: u16::try_from(plan.nodes.len()).unwrap(),
         rti_host: "10.0.0.1",

@@ -79,7 +79,7 @@ impl Does {
             Self::Send(output) => ReactionKind::Send(OutputId(output)),
             _ => ReactionKind::Body,
         };
-        ReactionInfo { name: "node.reaction", level, deadline: None, kind }
+        ReactionInfo { name: "node.reaction", level, deadline: None, tardy: false, kind }
     }
 }
 
@@ -135,6 +135,10 @@ impl<const N: usize> Node<N> {
             level: level(input),
             awaited: *awaited,
             physical: *physical,
+            tardy: false,
+            max_wait: Interval::ZERO,
+            absent_after: Interval::ZERO,
+            readers: &[],
         });
         let network_outputs = outputs.iter().map(|(federate, port, delay, awaited, physical)| NetworkOutput {
             name: "node.out",

@@ -49,6 +49,7 @@ pub(crate) fn tables(federate: &Federate) -> &'static Tables {
         name: keep_text(&reaction.name),
         level: reaction.level,
         deadline: interval(reaction.deadline_ns),
+        tardy: false,
         kind: match &reaction.kind {
             plan::ReactionKind::Body { .. } => ReactionKind::Body,
             plan::ReactionKind::Send(output) => ReactionKind::Send(OutputId(number(output.0))),
@@ -97,6 +98,10 @@ fn input(input: &plan::NetworkInput) -> NetworkInput {
         level: input.level,
         awaited: input.awaited,
         physical: input.physical,
+        tardy: false,
+        max_wait: Interval::ZERO,
+        absent_after: Interval::ZERO,
+        readers: &[],
         delay: interval(input.delay_ns),
         max_len: Shape::of(&input.ty.text).bytes_max(),
     }

@@ -7,7 +7,7 @@ use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program as _, Settings, Storage, Tables};
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, DELAY_NONE, FederateLoop, Federation, Join, RunError, buffer_bytes,
+    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Join, RunError, buffer_bytes,
 };
 
 use super::rti::{FEDERATION_ID, PORT};
@@ -115,6 +115,7 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
     Federation {
         id: federate.id,
         federation_id: "simulated",
+        coordination: Coordination::Centralized,
         federates: u16::try_from(plan.federates.len()).unwrap_or(u16::MAX),
         rti_host: "10.0.0.1",
         rti_port: PORT,

@@ -74,7 +74,7 @@ impl Module<'_> {
                     quote!(ReactionKind::Send(#output))
                 }
             };
-            quote! { ReactionInfo { name: #name, level: #level, deadline: #deadline, kind: #kind } }
+            quote! { ReactionInfo { name: #name, level: #level, deadline: #deadline, tardy: false, kind: #kind } }
         };
         self.federate.reactions.iter().map(row).collect()
     }
@@ -165,17 +165,21 @@ impl Module<'_> {
             let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(self.filled(input.trigger))?);
             let (level, awaited, physical) = (Literal::u16_unsuffixed(input.level), input.awaited, input.physical);
             Ok(quote! {
-                NetworkInput {
-                    name: #name,
-                    trigger: #trigger,
-                    federate: #federate,
-                    delay: #delay,
-                    max_len: #max_len,
-                    level: #level,
-                    awaited: #awaited,
-                    physical: #physical,
-                }
-            })
+                            NetworkInput {
+                                name: #name,
+                                trigger: #trigger,
+                                federate: #federate,
+                                delay: #delay,
+                                max_len: #max_len,
+                                level: #level,
+                                awaited: #awaited,
+                                physical: #physical,
+            tardy: false,
+            max_wait: Interval::ZERO,
+            absent_after: Interval::ZERO,
+            readers: &[],
+                            }
+                        })
         };
         self.federate.inputs.iter().map(row).collect()
     }
@@ -264,6 +268,7 @@ impl Module<'_> {
                 id: #id,
                 federation_id: #federation_id,
                 authentication: #authentication,
+                coordination: lf::runtime::Coordination::Centralized,
                 federates: #federates,
                 rti_host: #host,
                 rti_port: #port,

@@ -52,7 +52,7 @@ impl Main {
 }
 
 const fn reaction(name: &'static str) -> ReactionInfo {
-    ReactionInfo { name, level: 0, deadline: None, kind: ReactionKind::Body }
+    ReactionInfo { name, level: 0, deadline: None, tardy: false, kind: ReactionKind::Body }
 }
 
 /// What never changes.

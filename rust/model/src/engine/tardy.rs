@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Messages that come after their tag, and what they make of the reactions that see them.
+use super::Engine;
+use crate::bits::Bits;
+use crate::error::DeliverError;
+use crate::program::{Placed, Program};
+use crate::tables::{InputId, PortId, ReactionId, Tables, TriggerId};
+use crate::time::{Instant, Tag};
+
+/// What became of a message that may have come too late.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// It is in time, and happens at this tag.
+    InTime(Tag),
+    /// It is tardy, and happens at this tag.
+    Tardy(Tag),
+    /// It is for after the last tag of the program, and does not happen.
+    AfterStop,
+    /// It has come so late that the last tag of the program is too early for it, and does not happen.
+    Lost,
+}
+
+/// What is tardy at the open tag. Without memory, for programs whose inputs never are, it stays empty.
+#[derive(Debug)]
+pub(crate) struct Tardy<'s> {
+    /// The reactions that see a tardy input, or a port that was set because of one.
+    pub(crate) reactions: Bits<'s>,
+    /// By input: what its value was intended for; NEVER where it is not tardy.
+    pub(crate) intended: &'s mut [Tag],
+}
+
+impl Tardy<'_> {
+    pub(super) fn clear(&mut self) {
+        self.reactions.clear();
+        self.intended.fill(Tag::NEVER);
+    }
+
+    pub(super) fn contains(&self, reaction: ReactionId) -> bool {
+        !self.reactions.0.is_empty() && self.reactions.contains(reaction.0)
+    }
+
+    pub(crate) fn mark(&mut self, reactions: &[ReactionId]) {
+        for reaction in reactions {
+            self.reactions.insert(reaction.0);
+        }
+    }
+
+    /// What the value of the input that fills this port was intended for, if it is tardy.
+    pub(crate) fn intended_for(&self, tables: &Tables, port: PortId) -> Option<Tag> {
+        let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
+        let mut inputs = tables.inputs.iter().zip(&*self.intended);
+        let (_, intended) = inputs.find(|(input, _)| fills(input.trigger))?;
+        Some(*intended).filter(|intended| *intended != Tag::NEVER)
+    }
+}
+
+impl Engine<'_> {
+    /// Takes a message for an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy).
+    ///
+    /// One that is in time is taken as by [`deliver`](Self::deliver). One that is late happens at the next microstep,
+    /// or after what is in the input's queue, and the reactions that see it are told.
+    ///
+    /// # Errors
+    /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
+    pub fn deliver_tardy(
+        &mut self,
+        program: &mut dyn Program,
+        input: InputId,
+        intended: Tag,
+        bytes: &[u8],
+    ) -> Result<Delivery, DeliverError> {
+        let info = self.tables.inputs.get(usize::from(input.0)).ok_or(DeliverError::NoSuchPort { port: input.0 })?;
+        let (current, stop) = (self.state.current, self.state.stop);
+        if intended > stop || intended.time == Instant::FOREVER {
+            return Ok(Delivery::AfterStop);
+        }
+        let is_open = self.is_in_tag() && intended == current;
+        let in_time = intended > current || (is_open && self.state.untouched <= info.level);
+        let (tag, intended) = match is_open && in_time && self.is_filled(info.trigger) {
+            // As before the tag, a second message for one tag happens a microstep later.
+            true if self.tardy.intended[usize::from(input.0)] == Tag::NEVER => {
+                (current.next_microstep(), current.next_microstep())
+            }
+            false if in_time => (intended, intended),
+            _ => (current.next_microstep().max(Tag::at(self.state.start)), intended),
+        };
+        if tag > stop || self.is_done() {
+            return Ok(Delivery::Lost);
+        }
+        let placed = program.deliver_tardy(input, tag, intended, bytes);
+        let Placed { tag, tardy } = placed.map_err(|error| error.at(info.name, input.0))?;
+        if tag == current {
+            self.activate(program, info.trigger);
+        } else {
+            let pending = program.trigger(info.trigger).and_then(|cell| cell.pending());
+            self.events.set(info.trigger, pending);
+        }
+        Ok(match tardy {
+            _ if tag > stop => Delivery::Lost,
+            true => Delivery::Tardy(tag),
+            false => Delivery::InTime(tag),
+        })
+    }
+
+    /// If the value that a trigger has just put into its port is tardy, those who see it are told.
+    pub(super) fn note_tardy(&mut self, program: &mut dyn Program, id: TriggerId, port: PortId) {
+        let Some(intended) = program.trigger(id).and_then(|cell| cell.intended()) else { return };
+        let mut inputs = self.tables.inputs.iter().zip(&mut *self.tardy.intended);
+        let Some((input, place)) = inputs.find(|(input, _)| input.trigger == id) else { return };
+        *place = intended;
+        self.tardy.mark(self.tables.ports[usize::from(port.0)].reactions);
+        self.tardy.mark(input.readers);
+    }
+}
