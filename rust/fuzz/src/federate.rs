@@ -108,7 +108,8 @@ impl Watched {
         assert!(ok || phase >= Phase::Ended, "an error is the end");
         assert!(phase >= was || phase <= Phase::Introducing, "from {was:?} back to {phase:?}");
         assert!(was < Phase::Ended || phase == was, "an end is an end");
-        assert!(federate.granted() >= before.granted(), "grants are not taken back");
+        let stops = before.awaits_stop_tag() || before.stop_tag().is_some();
+        assert!(federate.granted() >= before.granted() || stops, "grants are taken back only for a stop");
         if federate.current() != before.current() {
             assert!(ok && federate.current() > before.current() && before.may_advance(federate.current()));
             assert!(before.stop_tag().is_none_or(|stop| federate.current() <= stop), "no tag is after the stop tag");

@@ -8,7 +8,7 @@ use lf_runtime::RunError;
 
 use super::Violation;
 use crate::run::{End, Report};
-use crate::scenario::Scenario;
+use crate::scenario::{Connection, Reactor, Scenario};
 
 /// A receive buffer beyond this holds all that can come within the RTI's window.
 const AMPLE: usize = 1 << 15;
@@ -43,10 +43,19 @@ pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Viola
         && has_lost_its_end()
 }
 
-/// Whether some input's queue and buffer may be too small for what comes.
+/// Whether some input's queue and buffer may be too small for what comes: the queue has a given capacity, or what the
+/// delay keeps on its way is not known, because the rate of its source is not.
 fn is_tight(scenario: &Scenario) -> bool {
-    let given = scenario.connections.iter().any(|connection| connection.capacity.is_some());
-    given && scenario.conditions.receive_spare < AMPLE
+    let may_be_small = |connection: &Connection| {
+        let source = &scenario.federates[connection.from.0];
+        let is_rate_known = source.inputs.is_empty() && has_no_actions(source);
+        connection.capacity.is_some() || connection.after.is_some_and(|after| after > 0) && !is_rate_known
+    };
+    scenario.connections.iter().any(may_be_small) && scenario.conditions.receive_spare < AMPLE
+}
+
+fn has_no_actions(reactor: &Reactor) -> bool {
+    reactor.actions.is_empty() && reactor.children.iter().all(has_no_actions)
 }
 
 /// With a timeout or a granted stop, every federate's last tag is that.

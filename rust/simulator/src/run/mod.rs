@@ -29,8 +29,8 @@ const IDLE_TURNS_MAX: u64 = 200_000;
 /// So much virtual time in which no reaction runs is, too.
 const IDLE_TIME_MAX_NS: u64 = 200_000_000_000;
 /// After so many reactions, or so many turns, a run is cut short: enough has been seen.
-const REACTIONS_MAX: u64 = 1_000_000;
-const TURNS_MAX: u64 = 2_000_000;
+const REACTIONS_MAX: u64 = 200_000;
+const TURNS_MAX: u64 = 1_000_000;
 
 /// How a federate ended.
 #[derive(Clone, Debug)]
