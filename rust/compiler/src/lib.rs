@@ -12,11 +12,14 @@ pub mod diagnostics;
 pub mod emit;
 mod federates;
 mod instances;
+pub mod offsets;
 pub mod plan;
 mod resolve;
 mod syntax;
+mod yaml;
 
 pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
 pub use resolve::SourceProvider;
+pub use yaml::FileError;

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::time;
+use lf_compiler::offsets::parse_time;
 
 pub use rti::{PORT_DEFAULT, RtiArgs};
 
@@ -32,14 +33,13 @@ pub enum Command {
         file: PathBuf,
     },
     /// Print what the compiler worked out: federates, connections, the order of reactions, capacities.
-    Plan {
-        /// The main LF file.
-        #[arg(value_name = "FILE.lf")]
-        file: PathBuf,
-        /// As JSON, for other programs.
-        #[arg(long)]
-        json: bool,
-    },
+    #[command(long_about = "\
+Print what the compiler worked out: federates, connections, the order of reactions, capacities.
+
+With --stp or one of the bounds, print instead how long each federate of a decentralized program has to wait for
+messages (`@maxwait`) so that none comes too late, with the connections that demand it; where the program itself waits
+for too short a time; and what is left of deadlines. Options go before what the file says for all.")]
+    Plan(PlanArgs),
     /// Generate the Rust crates of a program and compile them; nothing is run.
     Build(BuildArgs),
     /// Build all federates for this computer and run them together with their RTI.
@@ -72,6 +72,36 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         program: Vec<std::ffi::OsString>,
     },
+}
+
+/// `lfz plan`
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// As JSON, for other programs.
+    #[arg(long)]
+    pub json: bool,
+    /// The smallest safe offsets, from this file of bounds (bounds.yaml).
+    #[arg(long, value_name = "BOUNDS")]
+    pub stp: Option<PathBuf>,
+    /// A bound of the time from sending a message to its arrival: `5ms`.
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub latency: Option<i64>,
+    /// A bound of the difference between any two clocks: `100us`.
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub clock_error: Option<i64>,
+    /// A bound of the time that a reaction takes: `200us`.
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
+    pub execution: Option<i64>,
+}
+
+impl PlanArgs {
+    /// Whether offsets are asked for, and not the plan.
+    pub fn wants_offsets(&self) -> bool {
+        self.stp.is_some() || self.latency.is_some() || self.clock_error.is_some() || self.execution.is_some()
+    }
 }
 
 /// What the generated programs run on.

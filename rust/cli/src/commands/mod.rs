@@ -19,7 +19,7 @@ use crate::terminal;
 pub fn execute(cli: Cli) -> ExitCode {
     let result = match cli.command {
         Command::Check { file } => check::check(&file),
-        Command::Plan { file, json } => plan::plan(&file, json),
+        Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),

@@ -6,22 +6,23 @@ use std::collections::BTreeMap;
 
 use serde_saphyr::{Location, Spanned};
 
-use super::raw::{Raw, RawPlace, RawRti, place};
-use super::{Deployment, DeploymentError, Mac, Network, Place, Platform, RtiPlace};
+use super::raw::{Raw, RawPlace, RawRti};
+use super::{Deployment, Mac, Network, Place, Platform, RtiPlace};
 use crate::diagnostics::did_you_mean;
 use crate::emit::zephyr_config::ethernet_label;
 use crate::plan::Plan;
+use crate::yaml::{FileError, place};
 
 /// Collects what is wrong, and what must not occur twice.
 struct Checker<'a> {
     path: &'a str,
-    errors: Vec<DeploymentError>,
+    errors: Vec<FileError>,
     /// Who has an address or a probe, and where that is written.
     taken: BTreeMap<(&'static str, String), (String, u64)>,
 }
 
 /// Turns the file into a deployment.
-pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<DeploymentError>> {
+pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
     let mut checker = Checker { path, errors: Vec::new(), taken: BTreeMap::new() };
     let mut deployment = Deployment::default();
     if let Some(joint) = &raw.joint_rti {
@@ -56,7 +57,7 @@ impl Checker<'_> {
     fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
         let (line, column) = place(at);
         let (path, hint) = (self.path.to_owned(), hint.map(str::to_owned));
-        self.errors.push(DeploymentError { path, line, column, message: message.into(), hint });
+        self.errors.push(FileError { path, line, column, message: message.into(), hint });
     }
 
     fn known(&mut self, name: &str, at: Location, plan: &Plan) {

@@ -27,6 +27,7 @@ use core::net::Ipv4Addr;
 use std::collections::BTreeMap;
 
 use crate::plan::{Plan, Rti};
+use crate::yaml::{self, FileError};
 
 /// Where everything runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -104,38 +105,14 @@ impl fmt::Display for Mac {
     }
 }
 
-/// Something that is wrong with a deployment file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DeploymentError {
-    /// The file, as it was named to [`Deployment::parse`].
-    pub path: String,
-    /// The line, from 1.
-    pub line: u64,
-    /// The column, from 1.
-    pub column: u64,
-    /// What is wrong.
-    pub message: String,
-    /// What to do about it.
-    pub hint: Option<String>,
-}
-
-impl fmt::Display for DeploymentError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)?;
-        self.hint.as_ref().map_or(Ok(()), |hint| write!(f, "\n  hint: {hint}"))
-    }
-}
-
-impl core::error::Error for DeploymentError {}
-
 impl Deployment {
     /// Reads a deployment file and checks it against the program.
     ///
     /// # Errors
     /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
     /// key or a value of the wrong kind.
-    pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<DeploymentError>> {
-        let raw = raw::read(path, text).map_err(|error| vec![error])?;
+    pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
+        let raw: raw::Raw = yaml::read(path, text).map_err(|error| vec![error])?;
         check::check(path, &raw, plan)
     }
 

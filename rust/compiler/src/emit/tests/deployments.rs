@@ -2,9 +2,9 @@
 //! Deployment files: what is read from them, and what is refused with its place.
 
 use super::fixture;
-use crate::emit::deployment::{Deployment, DeploymentError, Mac, Platform};
+use crate::emit::deployment::{Deployment, Mac, Platform};
 
-fn parse(text: &str) -> Result<Deployment, Vec<DeploymentError>> {
+fn parse(text: &str) -> Result<Deployment, Vec<crate::FileError>> {
     Deployment::parse("deployment.yaml", text, &fixture::plan())
 }
 

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How long federates have to wait in decentralized coordination, from bounds on what can delay a message.
+//!
+//! A message that federate i sends at tag t leaves at most `S_i + L` after t: `S_i` is how long i may wait before it
+//! begins the tag, and L, the launch lag, what its reactions take before it is sent. It arrives N later, by clocks that
+//! differ by at most E, and its tag at j is later than t by the connection's delay α. So j is safe if it waits
+//!
+//! ```text
+//! S_j = max(0, max over all connections from i to j of S_i + X),    X = L + N + E − α
+//! ```
+//!
+//! The least solution is the length of the longest path to j. Where a cycle's X add up to more than 0 there is none: each
+//! round would have to wait longer than the one before it.
+
+mod bounds;
+mod connections;
+mod lateness;
+mod least;
+mod render;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+pub use bounds::{Bounds, FederateBounds, HostLatency, MissingBound, parse_time};
+pub use connections::Connection;
+
+use crate::plan::{Plan, ReactionKind};
+use connections::Network;
+use least::Least;
+
+/// What was worked out for a program.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Offsets {
+    /// The program.
+    pub program: String,
+    /// The connections between federates that carry tags, with what can delay a message on each.
+    pub connections: Vec<Connection>,
+    /// The federates, in order of id.
+    pub federates: Vec<FederateOffset>,
+    /// Cycles of federates without enough delay, each as its connections in order; positions in `connections`.
+    pub cycles: Vec<Vec<usize>>,
+    /// Where the program waits for too short a time.
+    pub short_waits: Vec<ShortWait>,
+    /// The deadlines, with what the offsets leave of them.
+    pub deadlines: Vec<Deadline>,
+}
+
+/// The smallest safe offset of a federate.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FederateOffset {
+    /// The federate.
+    pub name: String,
+    /// In nanoseconds; `None` if none is long enough, because of a cycle.
+    pub offset_ns: Option<i64>,
+    /// The connections that demand it, the last one into this federate; positions in [`Offsets::connections`]. It is
+    /// empty where nothing does.
+    pub path: Vec<usize>,
+}
+
+/// An input at which the program waits for too short a time.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ShortWait {
+    /// The connection; its position in [`Offsets::connections`].
+    pub connection: usize,
+    /// `@maxwait` in nanoseconds.
+    pub max_wait_ns: i64,
+    /// `@absent_after` in nanoseconds, less the delay.
+    pub absent_after_ns: i64,
+    /// How long after its tag's time a message can come, in nanoseconds; `None` if there is no bound.
+    pub needed_ns: Option<i64>,
+}
+
+impl ShortWait {
+    /// Whether a message still comes in time for its own tag, although a later one may have begun.
+    pub fn absent_after_helps(&self) -> bool {
+        self.needed_ns.is_some_and(|needed| self.max_wait_ns.saturating_add(self.absent_after_ns) >= needed)
+    }
+}
+
+/// What is left of a deadline.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Deadline {
+    /// The reaction.
+    pub reaction: String,
+    /// The deadline in nanoseconds.
+    pub deadline_ns: i64,
+    /// The deadline less the offset (the launch lag of the thesis's equation 2.20), in nanoseconds; `None` where there is
+    /// no offset.
+    pub launch_lag_ns: Option<i64>,
+    /// What reactions before it can take, in nanoseconds.
+    pub before_ns: i64,
+}
+
+impl Offsets {
+    /// Works out the offsets of a program. A program with centralized coordination has offsets too, but no waits of its
+    /// own.
+    ///
+    /// # Errors
+    /// The bounds that are needed and not given.
+    pub fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
+        let network = Network::of(plan, bounds)?;
+        let least = Least::of(plan.federates.len(), &network.edges());
+        let federates: Vec<_> = plan
+            .federates
+            .iter()
+            .map(|federate| FederateOffset {
+                name: federate.name.clone(),
+                offset_ns: least.offsets[usize::from(federate.id)],
+                path: least.path(usize::from(federate.id), &network.edges()),
+            })
+            .collect();
+        let short_waits = if plan.is_decentralized() { lateness::short_waits(plan, &network) } else { Vec::new() };
+        let deadlines = deadlines(plan, bounds, &federates);
+        let cycles = least.cycles;
+        let connections = network.connections;
+        Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, deadlines })
+    }
+
+    /// Whether all federates have a safe offset, and the program waits long enough and leaves its deadlines enough.
+    pub fn is_safe(&self) -> bool {
+        self.cycles.is_empty() && self.short_waits.is_empty() && self.deadlines.iter().all(Deadline::is_met)
+    }
+}
+
+impl Deadline {
+    /// Whether the reaction begins in time as long as the bounds hold.
+    pub fn is_met(&self) -> bool {
+        self.launch_lag_ns.is_some_and(|lag| lag >= self.before_ns)
+    }
+}
+
+fn deadlines(plan: &Plan, bounds: &Bounds, offsets: &[FederateOffset]) -> Vec<Deadline> {
+    let mut deadlines = Vec::new();
+    for (federate, offset) in plan.federates.iter().zip(offsets) {
+        let mut before_ns = 0_i64;
+        for reaction in &federate.reactions {
+            if let Some(deadline_ns) = reaction.deadline_ns {
+                let launch_lag_ns = offset.offset_ns.map(|offset| deadline_ns.saturating_sub(offset));
+                let reaction = reaction.name.clone();
+                deadlines.push(Deadline { reaction, deadline_ns, launch_lag_ns, before_ns });
+            }
+            if let ReactionKind::Body { .. } = reaction.kind {
+                let execution_ns = bounds.execution(plan, federate, reaction).unwrap_or_default();
+                before_ns = before_ns.saturating_add(execution_ns);
+            }
+        }
+    }
+    deadlines
+}
