@@ -22,3 +22,4 @@ mod tag;
 
 pub use deadline::Deadline;
 pub use id::FederateId;
+pub use tag::{from_wire, to_wire};

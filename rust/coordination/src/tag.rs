@@ -4,12 +4,12 @@
 use lf_model::time::{Instant, Microstep, Tag};
 
 /// What a tag on the wire means.
-pub(crate) const fn from_wire(tag: lf_wire::Tag) -> Tag {
+pub const fn from_wire(tag: lf_wire::Tag) -> Tag {
     Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
 }
 
 /// A tag as it is written on the wire.
-pub(crate) const fn to_wire(tag: Tag) -> lf_wire::Tag {
+pub const fn to_wire(tag: Tag) -> lf_wire::Tag {
     lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
 }
 

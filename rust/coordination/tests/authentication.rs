@@ -8,6 +8,7 @@ use lf_coordination::FederateId;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
+use lf_owned_messages::encoded;
 use lf_wire::Limits;
 use lf_wire::june_2026::{Decoded, Message, RejectCode, decode};
 use rti_support::{Sizes, World};
@@ -27,12 +28,6 @@ fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
 fn rti(authentication: bool) -> World {
     let config = rti::Config { authentication, clock_sync: rti::ClockSync::Off, ..rti::Config::new(KEY, 64) };
     World::new(config, Sizes::ample(1))
-}
-
-fn encoded(message: &Message<'_>) -> Vec<u8> {
-    let mut bytes = vec![0; message.encoded_len()];
-    message.encode(&mut bytes).unwrap();
-    bytes
 }
 
 /// What the federate has to say.

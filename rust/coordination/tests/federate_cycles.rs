@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase};
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Message};
 use proptest::collection::vec;
@@ -18,16 +18,12 @@ fn ms(ms: i64) -> Tag {
     Tag::at(START + Interval::from_millis(ms))
 }
 
-fn wire(tag: Tag) -> lf_wire::Tag {
-    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
-}
-
 fn net(tag: Tag) -> Message<'static> {
-    Message::NextEventTag(wire(tag))
+    Message::NextEventTag(to_wire(tag))
 }
 
 fn ltc(tag: Tag) -> Message<'static> {
-    Message::LatestTagComplete(wire(tag))
+    Message::LatestTagComplete(to_wire(tag))
 }
 
 fn drain(federate: &mut Federate<'static>) -> Vec<Message<'static>> {
@@ -61,12 +57,12 @@ fn handle<'m>(federate: &mut Federate<'static>, message: Message<'m>) -> Event<'
 }
 
 fn provisional(federate: &mut Federate<'static>, tag: Tag) {
-    let event = handle(federate, Message::ProvisionalTagGrant(wire(tag)));
+    let event = handle(federate, Message::ProvisionalTagGrant(to_wire(tag)));
     assert_eq!(event, Event::GrantedProvisionally(tag));
 }
 
 fn grant(federate: &mut Federate<'static>, tag: Tag) {
-    handle(federate, Message::TagGrant(wire(tag)));
+    handle(federate, Message::TagGrant(to_wire(tag)));
 }
 
 /// An empty tag.
@@ -155,10 +151,10 @@ fn nobody_is_called_beyond_the_last_tag() {
 fn a_tag_under_a_named_stop_waits_for_the_decision() {
     let mut federate = running();
     run_to(&mut federate, ms(1));
-    assert_eq!(handle(&mut federate, Message::StopRequest(wire(ms(3)))), Event::StopRequested(ms(3)));
+    assert_eq!(handle(&mut federate, Message::StopRequest(to_wire(ms(3)))), Event::StopRequested(ms(3)));
     provisional(&mut federate, ms(4));
     assert!(!federate.may_advance(ms(4)));
-    assert_eq!(handle(&mut federate, Message::StopGranted(wire(ms(4)))), Event::StopGranted(ms(4)));
+    assert_eq!(handle(&mut federate, Message::StopGranted(to_wire(ms(4)))), Event::StopGranted(ms(4)));
     assert!(federate.may_advance(ms(4)));
     assert_eq!(federate.summons(), Some(ms(4)));
 }
@@ -171,7 +167,7 @@ fn run_to(federate: &mut Federate<'static>, tag: Tag) {
 #[test]
 fn a_message_for_the_open_tag_is_in_time_as_long_as_not_all_is_known() {
     let mut federate = running();
-    let message = |tag| Message::TaggedMessage { port: 2, federate: 1, tag: wire(tag), payload: &[] };
+    let message = |tag| Message::TaggedMessage { port: 2, federate: 1, tag: to_wire(tag), payload: &[] };
     provisional(&mut federate, ms(4));
     federate.begin(ms(4)).unwrap();
     assert_eq!(handle(&mut federate, message(ms(4))), Event::Message { port: 2, tag: ms(4), payload: &[] });

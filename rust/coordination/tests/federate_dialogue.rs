@@ -5,7 +5,7 @@
 use lf_coordination::federate::{
     ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX,
 };
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Message};
 
@@ -25,12 +25,8 @@ fn ms(ms: i64) -> Tag {
     Tag::at(START + Interval::from_millis(ms))
 }
 
-fn wire(tag: Tag) -> lf_wire::Tag {
-    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
-}
-
 fn net(tag: Tag) -> Message<'static> {
-    Message::NextEventTag(wire(tag))
+    Message::NextEventTag(to_wire(tag))
 }
 
 fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
@@ -50,11 +46,11 @@ fn running(config: Config<'static>) -> Federate<'static> {
 }
 
 fn grant(federate: &mut Federate<'_>, tag: Tag) {
-    assert_eq!(federate.handle_message(NOW, Message::TagGrant(wire(tag))), Ok(Event::Granted(tag)));
+    assert_eq!(federate.handle_message(NOW, Message::TagGrant(to_wire(tag))), Ok(Event::Granted(tag)));
 }
 
 fn tagged(tag: Tag, payload: &[u8]) -> Message<'_> {
-    Message::TaggedMessage { port: 3, federate: 1, tag: wire(tag), payload }
+    Message::TaggedMessage { port: 3, federate: 1, tag: to_wire(tag), payload }
 }
 
 #[test]
@@ -105,7 +101,7 @@ fn a_message_from_before_the_start_is_late_and_one_for_another_federate_is_an_er
     let mut federate = running(config(UPSTREAM, &[]));
     let late = federate.clone().handle_message(NOW, tagged(Tag::at(START).before(), &[]));
     assert!(matches!(late, Err(FederateError::LateMessage { .. })));
-    let message = Message::TaggedMessage { port: 0, federate: 9, tag: wire(ms(1)), payload: &[] };
+    let message = Message::TaggedMessage { port: 0, federate: 9, tag: to_wire(ms(1)), payload: &[] };
     let wrong = FederateError::WrongDestination { federate: FederateId(9) };
     assert_eq!(federate.handle_message(NOW, message), Err(wrong));
 }
@@ -133,7 +129,7 @@ fn ltc_is_sent_once_and_only_after_an_input_and_before_the_next_net() {
     federate.begin(ms(2)).unwrap();
     federate.complete(true);
     federate.next_event(NOW, ms(20));
-    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(2))), net(ms(20))]);
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(to_wire(ms(2))), net(ms(20))]);
     federate.complete(true);
     assert_eq!(drain(&mut federate), []);
 }
@@ -148,13 +144,13 @@ fn a_net_that_waited_too_long_does_not_go_out() {
     federate.next_event(NOW, ms(3));
     federate.begin(ms(3)).unwrap();
     federate.complete(true);
-    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(3)))]);
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(to_wire(ms(3)))]);
 }
 
 #[test]
 fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
     let mut federate = running(config(UPSTREAM, DOWNSTREAM));
-    let dnet = |tag| Message::DownstreamNextEventTag(wire(tag));
+    let dnet = |tag| Message::DownstreamNextEventTag(to_wire(tag));
     grant(&mut federate, ms(100));
     federate.handle_message(NOW, dnet(ms(50))).unwrap();
     let nets = |federate: &mut Federate<'static>, tag| {
@@ -174,7 +170,7 @@ fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
 fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
     let mut federate = running(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(100));
-    federate.handle_message(NOW, Message::DownstreamNextEventTag(wire(ms(1)))).unwrap();
+    federate.handle_message(NOW, Message::DownstreamNextEventTag(to_wire(ms(1)))).unwrap();
     assert!(federate.next_event(NOW, ms(2)));
     assert_eq!(drain(&mut federate), [net(ms(2))]);
     federate.begin(ms(2)).unwrap();
@@ -200,7 +196,7 @@ fn what_was_not_transmitted_is_replaced_by_what_says_more() {
         federate.complete(true);
     }
     federate.next_event(NOW, ms(500));
-    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(wire(ms(499))), net(ms(500))]);
+    assert_eq!(drain(&mut federate), [Message::LatestTagComplete(to_wire(ms(499))), net(ms(500))]);
 }
 
 /// A source of messages begins tags until the limit, and goes on when the RTI has said that it has taken them.
@@ -231,7 +227,7 @@ fn a_source_waits_until_the_rti_has_taken_its_messages() {
 #[test]
 fn a_dnet_at_the_skipped_net_is_not_earlier() {
     let mut federate = running(config(&[], DOWNSTREAM));
-    let dnet = |tag| Message::DownstreamNextEventTag(wire(tag));
+    let dnet = |tag| Message::DownstreamNextEventTag(to_wire(tag));
     federate.handle_message(NOW, dnet(Tag::FOREVER)).unwrap();
     assert!(federate.next_event(NOW, ms(10)));
     assert_eq!(drain(&mut federate), []);
@@ -250,13 +246,13 @@ fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
     federate.request_stop(ms(0));
     federate.complete(false);
     let named = ms(0).next_microstep();
-    assert_eq!(drain(&mut federate), [Message::StopRequest(wire(named))]);
-    let request = Message::StopRequest(wire(ms(3)));
+    assert_eq!(drain(&mut federate), [Message::StopRequest(to_wire(named))]);
+    let request = Message::StopRequest(to_wire(ms(3)));
     assert_eq!(federate.handle_message(NOW, request), Ok(Event::None));
     assert_eq!(drain(&mut federate), []);
     // Neither the named tag nor a later one, until the RTI has decided.
     assert!(!federate.may_advance(named) && !federate.may_advance(ms(1)));
-    let granted = Message::StopGranted(wire(ms(3)));
+    let granted = Message::StopGranted(to_wire(ms(3)));
     assert_eq!(federate.handle_message(NOW, granted), Ok(Event::StopGranted(ms(3))));
     assert!(federate.may_advance(ms(3)) && !federate.may_advance(ms(3).next_microstep()));
     federate.request_stop(ms(3));
@@ -266,9 +262,9 @@ fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
 #[test]
 fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
     let mut federate = running(config(&[], DOWNSTREAM));
-    let event = federate.handle_message(NOW, Message::StopRequest(wire(ms(3))));
+    let event = federate.handle_message(NOW, Message::StopRequest(to_wire(ms(3))));
     assert_eq!(event, Ok(Event::StopRequested(ms(3))));
-    assert_eq!(drain(&mut federate), [Message::StopReply(wire(ms(3)))]);
+    assert_eq!(drain(&mut federate), [Message::StopReply(to_wire(ms(3)))]);
     assert!(federate.may_advance(ms(3).before()) && !federate.may_advance(ms(3)));
     federate.request_stop(ms(1));
     assert_eq!(drain(&mut federate), []);
@@ -280,12 +276,12 @@ fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
     let mut federate = running(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(100));
     assert!(federate.next_event(NOW, ms(50)));
-    federate.handle_message(NOW, Message::StopRequest(wire(ms(3)))).unwrap();
+    federate.handle_message(NOW, Message::StopRequest(to_wire(ms(3)))).unwrap();
     drain(&mut federate);
-    federate.handle_message(NOW, Message::ProvisionalTagGrant(wire(ms(4)))).unwrap();
-    federate.handle_message(NOW, Message::StopGranted(wire(ms(4)))).unwrap();
+    federate.handle_message(NOW, Message::ProvisionalTagGrant(to_wire(ms(4)))).unwrap();
+    federate.handle_message(NOW, Message::StopGranted(to_wire(ms(4)))).unwrap();
     assert!(!federate.next_event(NOW, ms(4)));
-    let before = wire(ms(4).before());
+    let before = to_wire(ms(4).before());
     assert_eq!(drain(&mut federate), [Message::LatestTagComplete(before), net(ms(4))]);
     grant(&mut federate, ms(4));
     assert!(federate.may_advance(ms(4)));
@@ -295,7 +291,7 @@ fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
 fn a_stop_in_the_past_is_taken_as_soon_as_possible() {
     let mut federate = running(config(&[], DOWNSTREAM));
     federate.begin(ms(8)).unwrap();
-    let granted = Message::StopGranted(wire(ms(3)));
+    let granted = Message::StopGranted(to_wire(ms(3)));
     let last = ms(8).next_microstep();
     assert_eq!(federate.handle_message(NOW, granted), Ok(Event::StopGranted(last)));
     assert_eq!(federate.stop_tag(), Some(last));

@@ -10,6 +10,7 @@ use lf_coordination::federate::{
 use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_golden::Step;
 use lf_model::time::{Instant, Interval};
+use lf_owned_messages::encoded;
 use lf_wire::Limits;
 use lf_wire::june_2026::{ADDRESS_PORT_UNKNOWN, Decoded, Message, RejectCode, decode};
 
@@ -74,9 +75,7 @@ fn the_questions_are_those_of_the_recording() {
             Step::Recv(frame) if frame.message.starts_with("ADDRESS_QUERY") => {
                 let [question] = drain(&mut federate)[..] else { panic!("nothing is asked") };
                 asked += 1;
-                let mut bytes = vec![0; question.encoded_len()];
-                question.encode(&mut bytes).unwrap();
-                assert_eq!(frame.bytes.exact().unwrap(), bytes);
+                assert_eq!(frame.bytes.exact().unwrap(), encoded(&question));
             }
             Step::Send(frame) if frame.message.starts_with("ADDRESS_QUERY_REPLY") => {
                 let bytes = frame.bytes.fill_with(4711i32.to_le_bytes());

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use lf_coordination::federate::{ClockSync, Config, Event, Federate, Phase};
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, from_wire, to_wire};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::Limits;
 use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, RejectCode, decode};
@@ -15,10 +15,6 @@ use proptest::prelude::*;
 const START: i64 = 1_000;
 /// One place per kind of control message, so that nothing can grow.
 const OUTBOX_MAX: usize = 11;
-
-fn wire(tag: Tag) -> lf_wire::Tag {
-    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
-}
 
 fn config(upstream: bool, downstream: bool, physical: Option<i64>, sync: bool) -> Config<'static> {
     let mut config = Config::new(FederateId(1), b"federation");
@@ -77,7 +73,7 @@ fn any_deed() -> impl Strategy<Value = Deed> {
 }
 
 fn message(kind: u8, tag: Tag) -> Message<'static> {
-    let tag = wire(tag);
+    let tag = to_wire(tag);
     match kind {
         0 => Message::ProvisionalTagGrant(tag),
         1 => Message::DownstreamNextEventTag(tag),
@@ -92,7 +88,6 @@ fn message(kind: u8, tag: Tag) -> Message<'static> {
 /// What this deed grants for certain, and what provisionally, if it is a grant.
 fn grant(deed: &Deed) -> Option<(Tag, Option<Tag>)> {
     let provisional = |tag: Tag| (tag.before(), Some(tag));
-    let from_wire = |tag: lf_wire::Tag| Tag::new(Instant(tag.time), Microstep(tag.microstep));
     match deed {
         Deed::Tagged(0, tag) => Some(provisional(*tag)),
         Deed::Tagged(6.., tag) => Some((*tag, None)),
@@ -294,10 +289,10 @@ impl Loop {
         let after = |tag: Tag, ns: i64| Tag::at(tag.time + Interval(ns));
         let granted = self.federate.granted().max(Tag::at(Instant(START)).before());
         match *turn {
-            Turn::Grant(ns) if self.upstream => self.handle(Message::TagGrant(wire(after(granted, ns)))),
+            Turn::Grant(ns) if self.upstream => self.handle(Message::TagGrant(to_wire(after(granted, ns)))),
             Turn::Message(ns) if self.upstream => {
                 let tag = after(granted.max(current), ns);
-                let message = Message::TaggedMessage { port: 0, federate: 1, tag: wire(tag), payload: &[] };
+                let message = Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(tag), payload: &[] };
                 assert_eq!(
                     self.federate.handle_message(Instant(0), message),
                     Ok(Event::Message { port: 0, tag, payload: &[] })
@@ -306,7 +301,7 @@ impl Loop {
                 self.known = self.known.min(tag);
                 self.inputs.insert(tag);
             }
-            Turn::Dnet(ns) => self.handle(Message::DownstreamNextEventTag(wire(after(current, ns)))),
+            Turn::Dnet(ns) => self.handle(Message::DownstreamNextEventTag(to_wire(after(current, ns)))),
             Turn::Own(ns) => drop(self.events.insert(after(current, ns))),
             Turn::Run => self.run(),
             Turn::Drain => self.drain(),
@@ -338,7 +333,7 @@ impl Loop {
         while let Some(message) = self.federate.poll_transmit(usize::MAX) {
             match message {
                 Message::NextEventTag(tag) => {
-                    let tag = Tag::new(Instant(tag.time), Microstep(tag.microstep));
+                    let tag = from_wire(tag);
                     assert!(tag != self.net || self.message < tag, "told twice, and not lowered since");
                     assert!(tag >= self.federate.current(), "a NET of the past");
                     let own = self.events.iter().all(|own| *own > tag);
@@ -346,7 +341,7 @@ impl Loop {
                     (self.net, self.message, self.known) = (tag, Tag::FOREVER, tag);
                 }
                 Message::LatestTagComplete(tag) => {
-                    let tag = Tag::new(Instant(tag.time), Microstep(tag.microstep));
+                    let tag = from_wire(tag);
                     assert!(tag > self.ltc && tag <= self.federate.current());
                     self.ltc = tag;
                 }

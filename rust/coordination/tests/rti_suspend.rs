@@ -6,6 +6,7 @@ mod rti_support;
 
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verdict};
 use lf_model::time::Instant;
+use lf_owned_messages::encoded;
 use lf_rti_memory::{Memory, Sizes};
 use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure};
 use proptest::prelude::*;
@@ -28,12 +29,6 @@ fn wires() -> Wires {
     Wires { list, capacity: 1 << 16, notices: Vec::new() }
 }
 
-fn bytes(message: &Message<'_>) -> Vec<u8> {
-    let mut bytes = vec![0; message.encoded_len()];
-    message.encode(&mut bytes).expect("there is as much room as the message is long");
-    bytes
-}
-
 /// A chain with a way back, and then whatever the federates say.
 fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
     let upstream: [&[(u16, i64)]; FEDERATES] = [&[(2, 5)], &[(0, DELAY_NONE)], &[(1, 0)]];
@@ -46,7 +41,7 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
             Message::UdpPort(u16::MAX),
             Message::Timestamp(0),
         ];
-        script.extend(hello.iter().map(|message| (usize::from(id), bytes(message))));
+        script.extend(hello.iter().map(|message| (usize::from(id), encoded(message))));
     }
     script.extend(said.iter().map(|(from, kind, time)| {
         let tag = lf_wire::Tag::new(1_000_000_000 + time, 0);
@@ -58,7 +53,7 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
             9 => Message::StopRequest(tag),
             _ => Message::Resign,
         };
-        (*from, bytes(&message))
+        (*from, encoded(&message))
     }));
     script
 }

@@ -4,9 +4,10 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::federate::Federate;
 use lf_model::time::{Instant, Tag};
+use lf_owned_messages::Parts;
 use lf_wire::june_2026::MessageType;
 
-use crate::parts::{Parts, tag};
+use crate::parts::{self, tag};
 
 /// What the RTI says most.
 const USUAL: &[MessageType] = &[
@@ -49,9 +50,9 @@ impl Deed {
             4..6 => Self::Disconnected,
             6..80 => {
                 let message_type = *input.choose(USUAL)?;
-                Self::Hear(Parts::of_type(input, message_type, start)?)
+                Self::Hear(parts::of_type(input, message_type, start)?)
             }
-            80..90 => Self::Hear(Parts::any(input, start)?),
+            80..90 => Self::Hear(parts::any(input, start)?),
             90..100 => Self::Timeout,
             100..104 => Self::Written,
             104..140 => Self::Transmit(usize::from(u8::arbitrary(input)?)),

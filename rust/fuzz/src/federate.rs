@@ -4,13 +4,12 @@
 
 use arbitrary::{Arbitrary, Unstructured};
 use lf_coordination::federate::{ClockSync, Config, Federate, Phase};
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, from_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
 use lf_wire::{DecodeError, Limits};
 
 use crate::deeds::Deed;
-use crate::parts::from_wire;
 
 const START: i64 = 1_000;
 /// One place for each kind of message, so that nothing can grow.

@@ -5,7 +5,7 @@ use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
 use lf_wire::june_2026::{Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
-use crate::parts::{Parts, delay};
+use crate::parts::{self, delay};
 use crate::rti::{CONNECTIONS, FEDERATES_MAX, World, config, with_world};
 
 /// What a joined federate says most.
@@ -63,11 +63,11 @@ fn run(world: &mut World<'_>, input: &mut Unstructured<'_>) -> Result<()> {
         match u8::arbitrary(input)? {
             0..180 => {
                 let message_type = *input.choose(USUAL)?;
-                let parts = Parts::of_type(input, message_type, world.start())?;
+                let parts = parts::of_type(input, message_type, world.start())?;
                 world.say_message(connection, &parts.message());
             }
             180..190 => {
-                let parts = Parts::any(input, world.start())?;
+                let parts = parts::any(input, world.start())?;
                 world.say_message(connection, &parts.message());
             }
             190..240 => world.read(connection, usize::from(u8::arbitrary(input)?)),

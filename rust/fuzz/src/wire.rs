@@ -3,10 +3,11 @@
 //! for more than the limits allow.
 
 use arbitrary::Unstructured;
+use lf_owned_messages::encoded;
 use lf_wire::june_2026::{Decoded, decode, message_bytes_max};
 use lf_wire::{DecodeError, InBuffer, Limits};
 
-use crate::parts::{Parts, encoded};
+use crate::parts;
 
 /// The first bytes choose limits and the size of pieces, the rest comes from a peer.
 ///
@@ -32,7 +33,7 @@ pub fn wire_structured(data: &[u8]) {
     let mut input = Unstructured::new(data);
     let mut bytes = Vec::new();
     let mut count = 0;
-    while let Ok(parts) = Parts::any(&mut input, 0) {
+    while let Ok(parts) = parts::any(&mut input, 0) {
         let message = parts.message();
         let one = encoded(&message);
         match decode(&one, &Limits::NONE) {

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use ahash::RandomState;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
-use lf_model::time::{Instant, Microstep, Tag};
+use lf_coordination::{from_wire, to_wire};
+use lf_model::time::{Instant, Tag};
+use lf_owned_messages::encoded;
 use lf_rti_memory::{Memory, Sizes};
 use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
@@ -103,16 +105,16 @@ impl Suspension {
         let mut contents = Contents::clone(&self.contents);
         let mut outlet = Collected::new(contents.memory.federates());
         let bytes = match message {
-            Up::Next(tag) => encoded(&Message::NextEventTag(wire(tag))),
-            Up::Complete(at) => encoded(&Message::LatestTagComplete(wire(at.tag()))),
+            Up::Next(tag) => encoded(&Message::NextEventTag(to_wire(tag))),
+            Up::Complete(at) => encoded(&Message::LatestTagComplete(to_wire(at.tag()))),
             Up::Message { to, at } => encoded(&Message::TaggedMessage {
                 port: number(from),
                 federate: to.into(),
-                tag: wire(at.tag()),
+                tag: to_wire(at.tag()),
                 payload: &[],
             }),
             Up::Absent { to, at } => {
-                encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: wire(at.tag()) })
+                encoded(&Message::PortAbsent { port: number(from), federate: to.into(), tag: to_wire(at.tag()) })
             }
             Up::End => {
                 contents.with(bounds, |rti| rti.handle_disconnect(NOW, ConnectionId(from), &mut outlet));
@@ -204,20 +206,6 @@ impl Outlet for Collected {
 
 fn number(federate: usize) -> u16 {
     federate.try_into().unwrap_or(u16::MAX)
-}
-
-fn wire(tag: Tag) -> lf_wire::Tag {
-    lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0)
-}
-
-fn from_wire(tag: lf_wire::Tag) -> Tag {
-    Tag::new(Instant(tag.time), Microstep(tag.microstep))
-}
-
-fn encoded(message: &Message<'_>) -> Vec<u8> {
-    let mut bytes = vec![0; message.encoded_len()];
-    message.encode(&mut bytes).expect("there is as much room as the message is long");
-    bytes
 }
 
 /// Where a federate's next event is that has none: NEVER would be unknown.

@@ -5,7 +5,8 @@
 
 mod common;
 
-use common::{Parts, parts};
+use common::parts;
+use lf_owned_messages::Parts;
 use lf_wire::june_2026::{Decoded, Message, MessageType, NeighborStructure, RejectCode, decode};
 use lf_wire::{InBuffer, Limits, NoRoom, OutBuffer, PushError, Tag};
 use proptest::collection::vec;
@@ -153,17 +154,17 @@ proptest! {
         spare in 0_usize..50,
     ) {
         let mut buffer = OutBuffer::new(vec![0; parts.bytes().len() + spare]);
-        let tag = Tag::new(parts.time, parts.microstep);
         let max = parts.payload.len() + spare;
         let write = |target: &mut [u8]| {
             assert_eq!(target.len(), max);
             target[..parts.payload.len()].copy_from_slice(&parts.payload);
             Ok::<_, ()>(parts.payload.len())
         };
+        let Parts { port, federate, tag, .. } = parts;
         let pushed = match parts.message_type {
-            MessageType::TaggedMessage => buffer.push_tagged_with(parts.port, parts.federate, tag, max, write),
-            MessageType::P2pTaggedMessage => buffer.push_p2p_tagged_with(parts.port, parts.federate, tag, max, write),
-            _ => buffer.push_p2p_with(parts.port, parts.federate, max, write),
+            MessageType::TaggedMessage => buffer.push_tagged_with(port, federate, tag, max, write),
+            MessageType::P2pTaggedMessage => buffer.push_p2p_tagged_with(port, federate, tag, max, write),
+            _ => buffer.push_p2p_with(port, federate, max, write),
         };
         prop_assert_eq!(pushed, Ok(parts.payload.len()));
         prop_assert_eq!(buffer.pending(), parts.bytes());

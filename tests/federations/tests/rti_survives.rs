@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 
 use lf_federations::{Finished, Lfz, PATIENCE, Run};
+use lf_owned_messages::encoded;
 use lf_wire::june_2026::{self, DELAY_NONE, Decoded, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 use lf_wire::{Limits, Tag};
 
@@ -21,12 +22,6 @@ fn rti(options: &[&str]) -> (Run, u16) {
 
 fn at(ns: i64) -> Tag {
     Tag::new(START + ns, 0)
-}
-
-fn bytes_of(message: &Message<'_>) -> Vec<u8> {
-    let mut bytes = vec![0; message.encoded_len()];
-    message.encode(&mut bytes).expect("there is as much room as it needs");
-    bytes
 }
 
 /// A tester in the place of a federate.
@@ -57,7 +52,7 @@ impl Federate {
     }
 
     fn say(&mut self, message: &Message<'_>) {
-        self.send(&bytes_of(message));
+        self.send(&encoded(message));
     }
 
     fn send(&mut self, bytes: &[u8]) {
@@ -85,7 +80,7 @@ impl Federate {
         while found.as_ref().is_some_and(|bytes| bytes[0] == dnet) {
             found = self.next();
         }
-        assert_eq!(found, Some(bytes_of(expected)), "{expected:?} is due");
+        assert_eq!(found, Some(encoded(expected)), "{expected:?} is due");
     }
 
     /// The connection has ended, after FAILED if it comes.
@@ -128,23 +123,23 @@ fn expelled_for(bytes: &[u8]) -> Finished {
 #[test]
 fn a_message_for_an_unknown_federate() {
     let message = Message::TaggedMessage { port: 0, federate: 7, tag: at(0), payload: b"lost" };
-    expelled_for(&bytes_of(&message)).line(&["federate 0", "it named federate 7"]);
+    expelled_for(&encoded(&message)).line(&["federate 0", "it named federate 7"]);
 }
 
 #[test]
 fn an_absence_for_an_unknown_federate() {
     let message = Message::PortAbsent { port: 0, federate: u16::MAX, tag: at(0) };
-    expelled_for(&bytes_of(&message)).line(&["federate 0", "it named federate 65535"]);
+    expelled_for(&encoded(&message)).line(&["federate 0", "it named federate 65535"]);
 }
 
 #[test]
 fn an_address_query_for_an_unknown_federate() {
-    expelled_for(&bytes_of(&Message::AddressQuery { federate: 2 })).line(&["federate 0", "it named federate 2"]);
+    expelled_for(&encoded(&Message::AddressQuery { federate: 2 })).line(&["federate 0", "it named federate 2"]);
 }
 
 #[test]
 fn a_message_that_claims_to_be_huge() {
-    let mut bytes = bytes_of(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: b"" });
+    let mut bytes = encoded(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: b"" });
     bytes[5..9].copy_from_slice(&u32::MAX.to_le_bytes());
     expelled_for(&bytes).line(&["federate 0", "4294967295"]);
 }
@@ -169,7 +164,7 @@ fn a_wrong_hmac() {
 fn a_connection_that_ends_in_the_middle_of_a_message() {
     let (rti, port) = rti(&[]);
     let [mut wrong, mut right] = started(port);
-    let message = bytes_of(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: &[5; 100] });
+    let message = encoded(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: &[5; 100] });
     wrong.send(&message[..50]);
     wrong.stream.shutdown(Shutdown::Both).expect("it is open");
     right.hears(&Message::TagGrant(Tag::FOREVER));

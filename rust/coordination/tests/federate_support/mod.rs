@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use lf_coordination::federate::{Config, Event, Federate, FederateError, Phase};
+use lf_coordination::to_wire;
 use lf_model::time::{Instant, Interval, Tag};
+use lf_owned_messages::encoded;
 use lf_wire::Limits;
 use lf_wire::june_2026::{Decoded, Message, decode};
 
@@ -134,8 +136,7 @@ impl<'a> Driver<'a> {
         }
         if sends(self.fired) && self.federate.may_send(tag) {
             let payload = self.fired.to_le_bytes();
-            let tag_on_wire = lf_wire::Tag::new(tag.time.as_nanos(), tag.microstep.0);
-            self.push(&Message::TaggedMessage { port: 0, federate: 1, tag: tag_on_wire, payload: &payload });
+            self.push(&Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(tag), payload: &payload });
             self.federate.sent(tag);
         }
     }
@@ -148,8 +149,6 @@ impl<'a> Driver<'a> {
     }
 
     fn push(&mut self, message: &Message<'_>) {
-        let mut bytes = vec![0; message.encoded_len()];
-        message.encode(&mut bytes).unwrap();
-        self.out.push_back(bytes);
+        self.out.push_back(encoded(message));
     }
 }

@@ -3,10 +3,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lf_coordination::FederateId;
 use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, TAGS_AHEAD_MAX};
 use lf_coordination::rti::ConnectionId;
+use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
+use lf_owned_messages::encoded;
 use lf_wire::Limits;
 use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
 
@@ -142,7 +143,7 @@ impl Participant {
         let next = self.next();
         self.federate.next_event(now, next);
         while let Some(message) = self.federate.poll_transmit(self.room.saturating_sub(self.outgoing.len())) {
-            push(&mut self.outgoing, &message);
+            self.outgoing.extend(encoded(&message));
         }
     }
 
@@ -196,13 +197,13 @@ impl Participant {
             return;
         }
         let offset = self.offset(open.tag);
-        let (tag, federate) = (lf_wire::Tag::new(at.time.as_nanos(), at.microstep.0), edge.to);
+        let (tag, federate) = (to_wire(at), edge.to);
         if let Some(value) = self.graph.value(port, offset, open.fires, &open.inputs) {
             let payload = value.to_le_bytes();
-            push(&mut self.outgoing, &Message::TaggedMessage { port, federate, tag, payload: &payload });
+            self.outgoing.extend(encoded(&Message::TaggedMessage { port, federate, tag, payload: &payload }));
             self.federate.sent(at);
         } else if self.graph.tells_absence(edge) {
-            push(&mut self.outgoing, &Message::PortAbsent { port, federate, tag });
+            self.outgoing.extend(encoded(&Message::PortAbsent { port, federate, tag }));
         }
     }
 
@@ -225,10 +226,4 @@ impl Participant {
     fn offset(&self, tag: Tag) -> i64 {
         tag.time.since(self.federate.start_time().unwrap()).as_nanos()
     }
-}
-
-fn push(target: &mut Vec<u8>, message: &Message<'_>) {
-    let start = target.len();
-    target.resize(start + message.encoded_len(), 0);
-    message.encode(&mut target[start..]).unwrap();
 }

@@ -12,6 +12,7 @@ use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti,
 use lf_golden::RtiSetup;
 use lf_golden::replay::{self, Received};
 use lf_model::time::{Instant, Interval};
+use lf_owned_messages::encoded;
 use lf_rti_memory::Memory;
 use lf_wire::june_2026::Message;
 
@@ -59,9 +60,7 @@ impl Outlet for Wires {
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
         let wire = &mut self.list[connection.0];
         assert!(wire.open && !wire.ended, "{message:?} is sent on a connection that is closed");
-        let start = wire.outgoing.len();
-        wire.outgoing.resize(start + message.encoded_len(), 0);
-        message.encode(&mut wire.outgoing[start..]).expect("there is as much room as the message is long");
+        wire.outgoing.extend(encoded(message));
         assert!(wire.outgoing.len() <= self.capacity, "{message:?} is sent although there is no room");
     }
 
@@ -142,9 +141,7 @@ impl World {
     }
 
     pub fn message(&mut self, connection: ConnectionId, message: &Message<'_>) {
-        let mut bytes = vec![0; message.encoded_len()];
-        message.encode(&mut bytes).expect("there is as much room as the message is long");
-        self.send(connection, &bytes);
+        self.send(connection, &encoded(message));
     }
 
     /// Offers what has come on a connection, as far as the RTI takes it.

@@ -5,6 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::ConnectionId;
+use lf_owned_messages::encoded;
 use lf_wire::june_2026::{Decoded, Message, NeighborStructure, decode};
 use lf_wire::{Limits, Tag};
 
@@ -87,9 +88,7 @@ impl Peer {
     }
 
     fn say(&mut self, message: &Message<'_>) {
-        let start = self.outbox.len();
-        self.outbox.resize(start + message.encoded_len(), 0);
-        message.encode(&mut self.outbox[start..]).expect("there is as much room as the message is long");
+        self.outbox.extend(encoded(message));
     }
 
     fn next(&self) -> Tag {

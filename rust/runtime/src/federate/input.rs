@@ -12,7 +12,8 @@
 //! an error that names the input.
 
 use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, FederateError};
-use lf_model::time::{EventTag, Instant, Microstep, Tag};
+use lf_coordination::{from_wire, to_wire};
+use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId, Program};
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{DecodeError, InBuffer, Limits};
@@ -118,8 +119,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             match turn(&message, &self.engine, self.program, &self.held, self.machine.granted()) {
                 Turn::Hold(tag, input) => self.held.hold(length, tag, Some(input)),
                 Turn::Partly(tag) => {
-                    let wire = lf_wire::Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 };
-                    self.machine.handle_message(now, Message::TagGrant(wire))?;
+                    self.machine.handle_message(now, Message::TagGrant(to_wire(tag)))?;
                     self.held.granted = true;
                     self.held.hold(length, Tag::FOREVER, None);
                 }
@@ -191,10 +191,6 @@ fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, h
         }
         _ => Turn::Take,
     }
-}
-
-fn from_wire(tag: lf_wire::Tag) -> Tag {
-    Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
 }
 
 /// A late message is reported with the name of its connection, which tells more than the number of the input.

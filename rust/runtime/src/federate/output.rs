@@ -2,9 +2,10 @@
 //! Where the engine sends to, and what it sees of the world, while a tag runs.
 
 use lf_coordination::federate::Federate;
+use lf_coordination::to_wire;
 use lf_model::{Env, NetworkOutput, Outgoing, Outside, SendError};
+use lf_wire::PushError;
 use lf_wire::june_2026::Message;
-use lf_wire::{PushError, Tag};
 
 use super::link::Link;
 use super::peers::Peers;
@@ -70,10 +71,6 @@ impl<P: Platform> Output<'_, '_, '_, P> {
             }
         }
     }
-}
-
-fn to_wire(tag: lf_model::time::Tag) -> Tag {
-    Tag { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
 }
 
 impl<P: Platform> Env for Output<'_, '_, '_, P> {
