@@ -119,7 +119,23 @@ impl Rti<'_> {
             }
         }
         let complete = self.slots[federate].completed >= provisional || granted >= provisional;
-        (!complete && earliest > provisional && self.may_wait_for_ever(federate)).then_some(Grant::Final(provisional))
+        if complete || !self.may_wait_for_ever(federate) {
+            return None;
+        }
+        let is_known = earliest > provisional || self.upstream_is_past(federate, provisional, start);
+        is_known.then_some(Grant::Final(provisional))
+    }
+
+    /// Whether each federate immediately upstream has completed what can lead to a message at this tag, or has nothing
+    /// that can.
+    fn upstream_is_past(&mut self, federate: usize, tag: Tag, start: Instant) -> bool {
+        (0..self.graph.upstreams(federate)).all(|index| {
+            let (from, delay) = self.graph.upstream(federate, index);
+            self.completed_by(federate, index) >= tag || {
+                let earliest = self.graph.earliest_incoming(from, start);
+                delay.after(self.graph.next_event(from).min(earliest)) > tag
+            }
+        })
     }
 
     /// Whether a federate that is at a tag granted provisionally may wait there for word that never comes: it is there

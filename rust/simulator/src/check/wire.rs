@@ -48,7 +48,11 @@ impl Seen {
     }
 
     /// It says that all before this tag is complete; messages that it had not seen then may come before.
+    ///
+    /// One that has named a tag to stop at may have another event before what it tells: the stop.
     fn announce(&mut self, tag: Tag) {
+        let stop = self.stop.or(self.named).filter(|_| tag != Tag::FOREVER).unwrap_or(Tag::FOREVER);
+        let tag = tag.min(stop);
         self.announced = self.in_transit.iter().copied().min().unwrap_or(Tag::FOREVER).min(tag);
     }
 
