@@ -87,10 +87,6 @@ pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErr
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
     let mut emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
     let mut errors: Vec<EmitError> = Vec::new();
-    if plan.is_decentralized() {
-        let message = "programs with decentralized coordination can be planned and not run yet".to_owned();
-        return Err(vec![EmitError::new(plan, plan.classes[plan.main.0].at, message)]);
-    }
     let (mut folders, mut packages) = (Names::default(), Names::default());
     for federate in &plan.federates {
         let folder = folders.give(&federate.name);

@@ -9,7 +9,7 @@ use super::names::ident;
 use super::splice::Splices;
 use super::{EmitError, File};
 use crate::emit::source_map::FileMap;
-use crate::plan::{Child, ClassIndex, Code, Location, Plan, Reaction, ReactorClass, Type, Value, VariableKind};
+use crate::plan::{Child, ClassIndex, Code, Location, Plan, Reaction, ReactorClass, Tardy, Type, Value, VariableKind};
 
 /// Emits the module of a class.
 pub(super) fn emit(
@@ -31,6 +31,11 @@ pub(super) fn reaction_method(reaction: usize) -> Ident {
 /// The method that runs a reaction's deadline handler.
 pub(super) fn deadline_method(reaction: usize) -> Ident {
     format_ident!("reaction_{reaction}_deadline")
+}
+
+/// The method that runs a reaction's handler of tardy inputs.
+pub(super) fn tardy_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}_tardy")
 }
 
 /// The method that makes a contained instance.
@@ -287,10 +292,16 @@ impl<'p> Module<'p> {
         let named = reaction.name.as_ref().map(|name| format!("`{name}`: ")).unwrap_or_default();
         let doc_text = format!("{named}`{}`", reaction.signature);
         let run = self.method(&reaction_method(reaction.number), &doc_text, reaction, &reaction.body, reaction.at)?;
-        let Some(handler) = &reaction.deadline else { return Ok(run) };
-        let late_text = format!("What runs instead of {doc_text} when its deadline is missed");
-        let late = self.method(&deadline_method(reaction.number), &late_text, reaction, handler, handler.at)?;
-        Ok(quote! { #run #late })
+        let mut methods = run;
+        if let Some(handler) = &reaction.deadline {
+            let text = format!("What runs instead of {doc_text} when its deadline is missed");
+            methods.extend(self.method(&deadline_method(reaction.number), &text, reaction, handler, handler.at)?);
+        }
+        if let Some(Tardy::Handler(handler)) = &reaction.tardy {
+            let text = format!("What runs instead of {doc_text} when an input is tardy");
+            methods.extend(self.method(&tardy_method(reaction.number), &text, reaction, handler, handler.at)?);
+        }
+        Ok(methods)
     }
 
     fn method(

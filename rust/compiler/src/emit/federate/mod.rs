@@ -15,7 +15,9 @@ use super::reactor::{child_method, type_path, type_tokens};
 use super::source_map::FileMap;
 use super::splice::Splices;
 use super::{EmitError, File};
-use crate::plan::{ClassIndex, Federate, Plan, Port, PortIndex, Rti, Trigger, TriggerIndex, TriggerKind, Type};
+use crate::plan::{
+    ClassIndex, Federate, NetworkInput, Plan, Port, PortIndex, Rti, Trigger, TriggerIndex, TriggerKind, Type,
+};
 use symbols::Symbols;
 
 /// Emits the module of a federate.
@@ -198,9 +200,19 @@ impl<'p> Module<'p> {
             }
             TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
                 let (ty, port) = (self.port_type(*fills)?, self.symbols.port_id(*fills));
-                Some((quote!(QueuedPort<#ty, #capacity>), quote!(QueuedPort::new(#port))))
+                let can_be_tardy = match &trigger.kind {
+                    TriggerKind::NetworkInput { input, .. } => self.can_be_tardy(&self.federate.inputs[input.0]),
+                    _ => false,
+                };
+                let cell = if can_be_tardy { quote!(TardyInput) } else { quote!(QueuedPort) };
+                Some((quote!(#cell<#ty, #capacity>), quote!(#cell::new(#port))))
             }
         })
+    }
+
+    /// Whether messages can come after their tag.
+    fn can_be_tardy(&self, input: &NetworkInput) -> bool {
+        self.plan.is_decentralized() && !input.physical
     }
 
     fn ports(&self) -> impl Iterator<Item = (PortIndex, &'p Port)> + use<'p> {

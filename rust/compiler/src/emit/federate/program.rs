@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The implementation of `Program`: from numbers to fields and methods.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 
 use super::{Module, type_name};
-use crate::emit::reactor::{deadline_method, reaction_method};
+use crate::emit::reactor::{deadline_method, reaction_method, tardy_method};
 use crate::plan::{
-    Argument, InputIndex, OutputIndex, ReactionIndex, ReactionKind, ScheduledReaction, TriggerKind, VariableKind,
+    Argument, InputIndex, OutputIndex, Reaction, ReactionIndex, ReactionKind, ScheduledReaction, Tardy, TriggerKind,
+    VariableKind,
 };
 
 impl Module<'_> {
     /// `impl Program for …`.
     pub(super) fn program(&self) -> TokenStream {
         let name = type_name(self.plan, self.federate);
-        let react = self.reactions(false);
-        let miss_deadline = self.reactions(true);
+        let react = self.reactions(|number, _| Some(reaction_method(number)));
+        let miss_deadline =
+            self.reactions(|number, declared| declared.deadline.as_ref().map(|_| deadline_method(number)));
+        let tardy = self.tardy();
         let (ports, triggers) = (self.port_arms(), self.trigger_arms());
         let (captures, encodes, delivers) = (self.capture_arms(), self.encode_arms(), self.deliver_arms());
         quote! {
@@ -66,22 +69,60 @@ impl Module<'_> {
                         _ => Err(Undelivered::NoSuchPort),
                     }
                 }
+                #tardy
             }
         }
     }
 
-    /// One arm per reaction with a body, or per reaction with a deadline.
-    fn reactions(&self, late: bool) -> TokenStream {
+    /// What only programs have whose inputs can be tardy; for others the trait has defaults.
+    fn tardy(&self) -> TokenStream {
+        let inputs = self.federate.inputs.iter().enumerate().filter(|(_, input)| self.can_be_tardy(input));
+        let delivers: TokenStream = inputs
+            .map(|(index, input)| {
+                let (id, field) = (self.symbols.input_id(InputIndex(index)), self.symbols.trigger(input.trigger));
+                quote! { #id => self.#field.deliver_tardy(tag, intended, bytes), }
+            })
+            .collect();
+        if delivers.is_empty() {
+            return TokenStream::new();
+        }
+        let handles = self.reactions(|number, declared| {
+            declared.tardy.as_ref().map(|tardy| match tardy {
+                Tardy::Handler(_) => tardy_method(number),
+                Tardy::Body => reaction_method(number),
+            })
+        });
+        quote! {
+            fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+                match reaction {
+                    #handles
+                    _ => {}
+                }
+            }
+            fn deliver_tardy(
+                &mut self,
+                input: InputId,
+                tag: Tag,
+                intended: Tag,
+                bytes: &[u8],
+            ) -> Result<Placed, Undelivered> {
+                match input {
+                    #delivers
+                    _ => Err(Undelivered::NoSuchPort),
+                }
+            }
+        }
+    }
+
+    /// One arm per reaction with a body for which there is a method.
+    fn reactions(&self, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> TokenStream {
         let arm = |(index, reaction): (usize, &ScheduledReaction)| {
             let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
             let instance_plan = &self.federate.instances[instance.0];
             let declared = &self.plan.class(instance_plan).reactions[number - 1];
-            if late && declared.deadline.is_none() {
-                return None;
-            }
+            let method = method(*number, declared)?;
             let id = self.symbols.reaction_id(ReactionIndex(index));
             let field = self.symbols.instance(instance.0);
-            let method = if late { deadline_method(*number) } else { reaction_method(*number) };
             let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
                 let mutable = (parameter.effect && parameter.kind != VariableKind::Timer).then(|| quote!(mut));
                 let place = match argument {

@@ -8,8 +8,8 @@ use super::Module;
 use crate::emit::EmitError;
 use crate::emit::reactor::integer;
 use crate::plan::{
-    ClockSync, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti, SpacingPolicy, Trigger,
-    TriggerIndex, TriggerKind,
+    Argument, ClockSync, Coordination, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti,
+    SpacingPolicy, Trigger, TriggerIndex, TriggerKind,
 };
 
 impl Module<'_> {
@@ -74,7 +74,8 @@ impl Module<'_> {
                     quote!(ReactionKind::Send(#output))
                 }
             };
-            quote! { ReactionInfo { name: #name, level: #level, deadline: #deadline, tardy: false, kind: #kind } }
+            let tardy = self.plan.tardy(self.federate, reaction).is_some();
+            quote! { ReactionInfo { name: #name, level: #level, deadline: #deadline, tardy: #tardy, kind: #kind } }
         };
         self.federate.reactions.iter().map(row).collect()
     }
@@ -164,22 +165,26 @@ impl Module<'_> {
             let federate = Literal::u16_unsuffixed(input.federate);
             let (delay, max_len) = (optional_interval(input.delay_ns), self.max_len(self.filled(input.trigger))?);
             let (level, awaited, physical) = (Literal::u16_unsuffixed(input.level), input.awaited, input.physical);
+            let tardy = self.can_be_tardy(input);
+            let (max_wait, absent_after) = (interval(input.max_wait_ns), interval(input.absent_after_ns));
+            let readers = if tardy { self.readers(self.filled(input.trigger)) } else { Vec::new() };
+            let readers = self.reaction_ids(&readers);
             Ok(quote! {
-                            NetworkInput {
-                                name: #name,
-                                trigger: #trigger,
-                                federate: #federate,
-                                delay: #delay,
-                                max_len: #max_len,
-                                level: #level,
-                                awaited: #awaited,
-                                physical: #physical,
-            tardy: false,
-            max_wait: Interval::ZERO,
-            absent_after: Interval::ZERO,
-            readers: &[],
-                            }
-                        })
+                NetworkInput {
+                    name: #name,
+                    trigger: #trigger,
+                    federate: #federate,
+                    delay: #delay,
+                    max_len: #max_len,
+                    level: #level,
+                    awaited: #awaited,
+                    physical: #physical,
+                    tardy: #tardy,
+                    max_wait: #max_wait,
+                    absent_after: #absent_after,
+                    readers: #readers,
+                }
+            })
         };
         self.federate.inputs.iter().map(row).collect()
     }
@@ -187,6 +192,18 @@ impl Module<'_> {
     fn reaction_ids(&self, reactions: &[ReactionIndex]) -> TokenStream {
         let ids = reactions.iter().map(|reaction| self.symbols.reaction_id(*reaction));
         quote!(&[#(#ids),*])
+    }
+
+    /// The reactions that see a port and are not triggered by it.
+    fn readers(&self, port: PortIndex) -> Vec<ReactionIndex> {
+        let triggered = &self.federate.ports[port.0].reactions;
+        let reads = |reaction: &crate::plan::ScheduledReaction| match &reaction.kind {
+            ReactionKind::Body { arguments, .. } => arguments.contains(&Argument::Port(port)),
+            ReactionKind::Send(_) => false,
+        };
+        let all = self.federate.reactions.iter().enumerate();
+        let readers = all.filter(|(_, reaction)| reads(reaction)).map(|(index, _)| ReactionIndex(index));
+        readers.filter(|index| !triggered.contains(index)).collect()
     }
 
     /// The port that a network input fills.
@@ -261,6 +278,10 @@ impl Module<'_> {
                 quote!(lf::runtime::ClockSync::Init { trials: #trials })
             }
         };
+        let coordination = match self.plan.target.coordination {
+            Coordination::Centralized => quote!(Centralized),
+            Coordination::Decentralized => quote!(Decentralized),
+        };
         let physical_delay = optional_interval(federate.physical_delay_ns);
         let advance_interval = interval(self.plan.target.advance_interval_ns);
         quote! {
@@ -268,7 +289,7 @@ impl Module<'_> {
                 id: #id,
                 federation_id: #federation_id,
                 authentication: #authentication,
-                coordination: lf::runtime::Coordination::Centralized,
+                coordination: lf::runtime::Coordination::#coordination,
                 federates: #federates,
                 rti_host: #host,
                 rti_port: #port,
@@ -304,17 +325,12 @@ impl Module<'_> {
             Ok(lengths)
         };
         let federate = self.federate;
-        let inputs = |physical: bool| {
-            let inputs = federate.inputs.iter().filter(|input| input.physical == physical);
+        let inputs = |direct: bool| {
+            let inputs = federate.inputs.iter().filter(|input| input.direct == direct);
             of(inputs.map(|input| self.filled(input.trigger)).collect())
         };
-        let outputs = |physical: bool| {
-            of(federate
-                .outputs
-                .iter()
-                .filter(|output| output.physical == physical)
-                .map(|output| output.source)
-                .collect())
+        let outputs = |direct: bool| {
+            of(federate.outputs.iter().filter(|output| output.direct == direct).map(|output| output.source).collect())
         };
         let (peer_inputs, peer_outputs) = (inputs(true)?, outputs(true)?);
         let (inputs, outputs) = (inputs(false)?, outputs(false)?);
@@ -344,11 +360,14 @@ impl Module<'_> {
 
 /// An interval as a constant expression.
 fn interval(ns: i64) -> TokenStream {
-    if ns == 0 {
-        return quote!(Interval::ZERO);
+    match ns {
+        0 => quote!(Interval::ZERO),
+        i64::MAX => quote!(Interval::FOREVER),
+        _ => {
+            let ns = integer(ns);
+            quote!(Interval::from_nanos(#ns))
+        }
     }
-    let ns = integer(ns);
-    quote!(Interval::from_nanos(#ns))
 }
 
 fn optional_interval(ns: Option<i64>) -> TokenStream {

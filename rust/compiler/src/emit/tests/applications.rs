@@ -77,6 +77,15 @@ fn smart_grid() {
     check("smart_grid", "applications/smart_grid/src/SmartGrid.lf");
 }
 
+/// Inputs whose messages can come too late have other queues, and reactions that know what to do with them another method.
+#[test]
+fn a_decentralized_federate() {
+    let plan = plan("rust/compiler/tests/plans/decentralized.lf");
+    let mut emitted = emit_on(&plan, &Deployment::default());
+    emitted.files.retain(|file| file.path.starts_with("c/src/"));
+    insta::assert_snapshot!("decentralized_federate", listing(&emitted));
+}
+
 #[test]
 fn the_deployments_beside_the_programs_are_right() {
     let programs = [
