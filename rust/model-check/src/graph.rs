@@ -115,6 +115,11 @@ impl Graph {
         (0..self.federates).any(|federate| paths[federate][federate])
     }
 
+    /// Whether there is a connection with the delay of a microstep.
+    pub fn has_microstep_delay(&self) -> bool {
+        self.delays.iter().flatten().any(|delay| *delay == Some(Delay::Microstep))
+    }
+
     /// The same graph with other names: federate `i` is called `names[i]`.
     #[must_use]
     pub fn renamed(&self, names: &[usize]) -> Self {

@@ -57,6 +57,9 @@ struct Arguments {
     /// Tags with messages before a receiver up to which a sender is heard.
     #[arg(long, default_value_t = Bounds::default().window)]
     window: usize,
+    /// Only graphs without `after 0`, and nothing but the first microstep of each time.
+    #[arg(long)]
+    no_microsteps: bool,
     /// Without DNET.
     #[arg(long)]
     no_dnet: bool,
@@ -66,7 +69,7 @@ impl Arguments {
     fn bounds(&self) -> Bounds {
         Bounds {
             time_max: self.time_max,
-            microstep_max: self.microstep_max,
+            microstep_max: if self.no_microsteps { 0 } else { self.microstep_max },
             own_events_max: self.own_events,
             messages_max: self.messages,
             dnet: !self.no_dnet,
@@ -77,12 +80,13 @@ impl Arguments {
     }
 
     fn graphs(&self) -> Box<dyn Iterator<Item = Graph> + Send> {
-        match self.sample {
-            Some(count) => Box::new(some_graphs(self.federates.into(), self.seed).take(count)),
-            None => {
-                Box::new(all_graphs(self.federates.into()).step_by(usize::try_from(self.every).unwrap_or(usize::MAX)))
-            }
+        if let Some(count) = self.sample {
+            return Box::new(some_graphs(self.federates.into(), self.seed).take(count));
         }
+        let no_microsteps = self.no_microsteps;
+        let graphs = all_graphs(self.federates.into());
+        let graphs = graphs.filter(move |graph| !(no_microsteps && graph.has_microstep_delay()));
+        Box::new(graphs.step_by(usize::try_from(self.every).unwrap_or(usize::MAX)))
     }
 }
 
