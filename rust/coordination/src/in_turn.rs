@@ -24,6 +24,11 @@ pub fn ask(clock: Instant) -> Instant {
     clock + Interval((DIGITS_NS - clock.as_nanos().rem_euclid(PERIOD_NS)).rem_euclid(PERIOD_NS))
 }
 
+/// The earliest time from `clock` on that does not ask for it.
+pub fn refrain(clock: Instant) -> Instant {
+    if is_asked(clock) { clock + Interval(1) } else { clock }
+}
+
 /// Whether a federate that tells this clock asks for a stop in turn. One in a million of others does by chance,
 /// and gets a PTAG too many.
 pub fn is_asked(clock: Instant) -> bool {
@@ -41,6 +46,7 @@ mod tests {
             let asking = ask(Instant(clock));
             prop_assert!(is_asked(asking));
             prop_assert!((0..PERIOD_NS).contains(&asking.since(Instant(clock)).as_nanos()));
+            prop_assert!(!is_asked(refrain(Instant(clock))) && !is_asked(refrain(asking)));
         }
     }
 }

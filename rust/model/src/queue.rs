@@ -45,8 +45,8 @@ impl<T> Queue<T> {
         self.0.front().map(|event| event.tag)
     }
 
-    pub(crate) fn last_tag(&self) -> Option<Tag> {
-        self.0.back().map(|event| event.tag)
+    pub(crate) fn iter(&self) -> impl DoubleEndedIterator<Item = &Event<T>> {
+        self.0.iter()
     }
 
     pub(crate) fn contains(&self, tag: Tag) -> bool {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory that an engine borrows, of the size that its program's tables need.
+use crate::engine::Last;
 use crate::time::Tag;
 
 /// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.
@@ -19,6 +20,7 @@ pub struct Storage<
     pub(crate) ports: [u32; PORT_WORDS],
     pub(crate) tardy: [u32; TARDY_WORDS],
     pub(crate) intended: [Tag; TARDY_INPUTS],
+    pub(crate) last: [Last; TARDY_INPUTS],
 }
 
 impl<
@@ -44,6 +46,7 @@ impl<
             ports: [0; PORT_WORDS],
             tardy: [0; TARDY_WORDS],
             intended: [Tag::NEVER; TARDY_INPUTS],
+            last: [Last::NONE; TARDY_INPUTS],
         }
     }
 }

@@ -72,13 +72,13 @@ impl<T: Payload> TardyInputInner<T> {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
         let value = T::decode(bytes).map_err(Undelivered::Payload)?;
-        let mut tardy = intended < tag;
-        let mut at = tag;
-        if let Some(last) = self.queue.last_tag().filter(|_| tardy) {
-            at = at.max(last.next_microstep());
-        }
-        while let Some(meant) = self.queue.value_at(at) {
-            tardy |= meant.intended < at;
+        let is_late = intended < tag;
+        // It comes after what was sent before it, if that has become late.
+        let is_before = |event: &&Event<Meant<T>>| is_late || event.value.intended < event.tag;
+        let before = self.queue.iter().rev().find(is_before).map(|event| event.tag).filter(|before| *before >= tag);
+        let tardy = is_late || before.is_some();
+        let mut at = before.map_or(tag, Tag::next_microstep);
+        while self.queue.contains(at) {
             at = at.next_microstep();
         }
         let intended = if tardy { intended } else { at };

@@ -61,11 +61,13 @@ pub struct Federation {
     pub upstream: &'static [(u16, i64)],
     /// The federates to which this one sends, in order of id.
     pub downstream: &'static [u16],
-    /// The inputs from federates in the same cycle without delay: reactions wait until it is known what comes there.
+    /// The inputs from federates in the same cycle without delay, and with decentralized coordination all that are not
+    /// physical: reactions wait until it is known what comes there.
     pub awaited: &'static [AwaitedInput],
-    /// The federates from which this one has physical connections, in order of id.
+    /// The federates from which this one has physical connections, and with decentralized coordination any connections,
+    /// in order of id.
     pub peers_in: &'static [u16],
-    /// The federates to which this one has physical connections, in order of id.
+    /// The same for those to which this one has connections.
     pub peers_out: &'static [u16],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,

@@ -140,9 +140,9 @@ impl core::error::Error for RunError {}
 pub enum PeerFault {
     /// Its bytes are no message.
     Bytes(DecodeError),
-    /// It sent what no federate sends over a physical connection.
+    /// It sent what no federate sends to another one.
     Unexpected(&'static str),
-    /// It sent to another federate, or to an input that is not the end of a physical connection from it.
+    /// It sent to another federate, or to an input that is not the end of such a connection from it.
     WrongInput {
         /// The federate that it named.
         federate: u16,
@@ -157,10 +157,10 @@ impl fmt::Display for PeerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bytes(error) => write!(f, "sent bytes that are no message: {error}"),
-            Self::Unexpected(message) => write!(f, "sent {message} over a physical connection"),
+            Self::Unexpected(message) => write!(f, "sent {message} to another federate"),
             Self::WrongInput { federate, port } => write!(
                 f,
-                "sent a value for input {port} of federate {federate}, to which it has no physical connection: check \
+                "sent a value for input {port} of federate {federate}, to which it has no such connection: check \
                  that all federates are built from the same program",
             ),
             Self::Stuck => f.write_str(

@@ -75,7 +75,7 @@ fn an_interruption_still_runs_the_shutdown_reactions() {
 /// A federate whose buffers hold no message would wait for ever; it says so before it begins.
 #[test]
 fn a_buffer_without_room_for_a_message_is_an_error() {
-    let edges = vec![Edge { from: 0, to: 1, delay: None, physical: false }];
+    let edges = vec![Edge { from: 0, to: 1, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }];
     let plan = Plan::new(vec![timer(1), Behavior::default()], edges);
     let federation = federation_of(&plan, 0);
     for (input_bytes, output_bytes, which) in [(50, 500, "receive"), (500, 150, "send")] {
@@ -83,7 +83,7 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
         let mut platform = world.join(Interval::ZERO, Interval::ZERO);
         world.start();
         platform.begin();
-        let mut node = Node::<1>::new(timer(1), platform.side(), &[], &[(1, 0, None, false, false)]);
+        let mut node = Node::<1>::new(timer(1), platform.side(), &[], &[(1, 0, None, false, false, None)]);
         let mut storage = NodeStorage::new();
         let engine = Engine::new(node.tables(), &mut storage, Settings::DEFAULT);
         let (mut input, mut output) = (vec![0; input_bytes], vec![0; output_bytes]);

@@ -30,7 +30,7 @@ fn answers(level: u16) -> Behavior {
 }
 
 fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false }
+    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 fn any_conditions() -> impl Strategy<Value = Conditions> {

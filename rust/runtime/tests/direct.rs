@@ -21,7 +21,7 @@ fn timer(period: i64) -> Behavior {
 }
 
 fn direct(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: true }
+    Edge { from, to, delay: None, physical: true, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 fn assert_complete(report: &Report) {

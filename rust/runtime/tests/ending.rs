@@ -32,7 +32,7 @@ fn timer(period: i64) -> Behavior {
 }
 
 fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false }
+    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 /// A sender, a relay and a receiver, without an end of their own.

@@ -20,7 +20,7 @@ fn timer(period: i64) -> Behavior {
 }
 
 fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false }
+    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 fn assert_complete(report: &Report) {
@@ -50,7 +50,8 @@ fn pair() -> Plan {
 /// A fast sender, one whose reaction takes its time, and a receiver of both.
 fn fan_in(delay: Option<Interval>, work: Interval) -> Plan {
     let slow = Behavior { work, ..timer(25) };
-    let edges = vec![Edge { from: 0, to: 2, delay, physical: false }, edge(1, 2)];
+    let edges =
+        vec![Edge { from: 0, to: 2, delay, physical: false, waits: (Interval::ZERO, Interval::ZERO) }, edge(1, 2)];
     Plan { timeout: Some(MS(100)), ..Plan::new(vec![timer(1), slow, Behavior::default()], edges) }
 }
 

@@ -9,8 +9,9 @@ use lf_model::time::Tag;
 
 use super::machine::Federate;
 
-/// An input from a federate in a cycle without delay: the same as this one's, or any where this one is in none, because
-/// the stock RTI grants tags provisionally to all federates upstream of a cycle.
+/// With centralized coordination, an input from a federate in a cycle without delay: the same as this one's, or any
+/// where this one is in none, because the stock RTI grants tags provisionally to all federates upstream of a cycle. With
+/// decentralized coordination, any input that is the end of a logical connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AwaitedInput {
     /// The network input.
@@ -42,6 +43,19 @@ impl<'a> Awaited<'a> {
         for (_, known) in self.inputs.iter().zip(&mut *self.known).filter(|(input, _)| input.port == port) {
             *known = (*known).max(tag);
         }
+    }
+
+    /// Whether it is known what has come at an input up to this tag.
+    pub fn is_known(&self, port: u16, tag: Tag) -> bool {
+        self.known().filter(|(input, _)| input.port == port).all(|(_, known)| known >= tag)
+    }
+
+    pub(super) fn inputs(&mut self) -> impl Iterator<Item = (&AwaitedInput, &mut Tag)> {
+        self.inputs.iter().zip(&mut *self.known)
+    }
+
+    pub(super) fn known(&self) -> impl Iterator<Item = (&AwaitedInput, Tag)> {
+        self.inputs.iter().zip(self.known.iter().copied())
     }
 
     /// Reactions of the federate's current tag may run that have a lower level than this; `None`: all of them may.

@@ -4,7 +4,7 @@
 use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::{Message, RejectCode};
 
-use super::config::Config;
+use super::config::{Config, Coordination};
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
 use super::handshake::Synchronization;
@@ -75,7 +75,10 @@ impl<'a> Federate<'a> {
             clock: ClockCorrection::NONE,
             patience: Deadline::Never,
             start: None,
-            net: NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
+            net: match config.coordination {
+                Coordination::Centralized => NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
+                Coordination::Decentralized => NetRules::new(false, false),
+            },
             pace: Pace::default(),
             provisional: None,
             summons: None,
@@ -91,6 +94,11 @@ impl<'a> Federate<'a> {
             has_physical_sources: true,
             config,
         })
+    }
+
+    /// How tags are kept in order.
+    pub fn coordination(&self) -> Coordination {
+        self.config.coordination
     }
 
     /// Where this federate is.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One federate of a federation with centralized coordination, from the first connection to its end.
+//! One federate of a federation, from the first connection to its end.
 //!
 //! [`Federate`] is told what happens (`handle_*`) and what its event loop does (commands), and is asked for what to
 //! send and when it wants to be called (`poll_*`). All times given to it are readings of the participant's *own* clock,
@@ -28,6 +28,9 @@
 //!    In a cycle without delay, [`Federate::summons`] may name a tag that comes before the next event: it is begun like
 //!    any other, for federates downstream wait for the messages of this tag, or for word that there are none. Tell
 //!    [`Awaited`] of all that comes at awaited inputs, and run only reactions below [`Awaited::max_level`].
+//!
+//!    With decentralized coordination nothing is granted, and [`Federate::begin`] takes any tag that a stop does not
+//!    forbid: [`Awaited`] says when a tag may begin, and how long its reactions wait. The RTI hears of no tags.
 //! 6. After the last tag [`Federate::finish`]; after an error of the program [`Federate::fail`]. After an error that
 //!    this state machine returns, or after either of them: send what `poll_transmit` still gives, and end the writing
 //!    direction of the connection at once, for the RTI holds up all others until then. Close it when the RTI has ended
@@ -37,6 +40,7 @@
 mod awaited;
 mod config;
 mod connect;
+mod decentralized;
 mod error;
 mod event;
 mod handshake;
@@ -55,6 +59,7 @@ pub use config::{
     Coordination,
 };
 pub use connect::{ConnectRetry, ConnectStep};
+pub use decentralized::Pause;
 pub use error::{ConfigError, FederateError};
 pub use event::{Disconnected, Event};
 pub use machine::Federate;

@@ -10,7 +10,7 @@ use lf_wire::june_2026::{
     Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
 };
 
-use super::config::{ClockSync, Config};
+use super::config::{ClockSync, Config, Coordination};
 use crate::FederateId;
 use crate::auth::{Nonce, Proof};
 use crate::tag::to_wire;
@@ -51,7 +51,11 @@ impl Outbox {
             return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });
         }
         if self.neighbor_structure {
-            let neighbors = NeighborStructure::new(config.upstream, config.downstream);
+            let neighbors = match config.coordination {
+                Coordination::Centralized => NeighborStructure::new(config.upstream, config.downstream),
+                // The RTI grants nothing, and need not know.
+                Coordination::Decentralized => NeighborStructure::new(&[], &[]),
+            };
             return Some(Message::NeighborStructure(neighbors));
         }
         if self.udp_port {

@@ -8,7 +8,7 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_model::time::{Instant, Interval};
 
-use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT};
+use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT, Coordination};
 use super::error::FederateError;
 use super::event::Event;
 use super::machine::Federate;
@@ -45,7 +45,12 @@ impl Federate<'_> {
             self.outbox.address_query = next;
         } else {
             self.phase = Phase::Starting;
-            self.outbox.timestamp = Some(in_turn::ask(self.clock.physical(now)));
+            let clock = self.clock.physical(now);
+            self.outbox.timestamp = Some(match self.config.coordination {
+                Coordination::Centralized => in_turn::ask(clock),
+                // Nothing is granted that could be taken back.
+                Coordination::Decentralized => in_turn::refrain(clock),
+            });
         }
     }
 

@@ -4,6 +4,7 @@
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 use lf_wire::june_2026::Message;
 
+use super::config::Coordination;
 use super::error::FederateError;
 use super::event::Event;
 use super::machine::Federate;
@@ -70,7 +71,8 @@ impl Federate<'_> {
     pub fn complete(&mut self, had_network_input: bool) {
         let was_open = core::mem::take(&mut self.open);
         self.pace.completed();
-        if self.phase == Phase::Running && was_open && (had_network_input || self.confirm) {
+        let is_told = self.config.coordination == Coordination::Centralized && (had_network_input || self.confirm);
+        if self.phase == Phase::Running && was_open && is_told {
             self.net.completed(self.current);
             self.confirm_tag(self.current);
         }
@@ -141,7 +143,17 @@ impl Federate<'_> {
 
     /// A message after the start.
     pub(super) fn handle_running<'m>(&mut self, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+        let is_decentralized = self.config.coordination == Coordination::Decentralized;
         match message {
+            Message::TaggedMessage { .. } | Message::PortAbsent { .. } if is_decentralized => {
+                Err(self.unexpected(&message))
+            }
+            // A grant says nothing to a federate that does not wait for any.
+            Message::TagGrant(_) | Message::ProvisionalTagGrant(_) | Message::DownstreamNextEventTag(_)
+                if is_decentralized =>
+            {
+                Ok(Event::None)
+            }
             Message::TaggedMessage { port, federate, tag, payload } => {
                 self.handle_tagged(port, FederateId(federate), from_wire(tag), payload)
             }

@@ -16,7 +16,7 @@ use crate::storage::Storage;
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
 pub use tardy::Delivery;
-pub(crate) use tardy::Tardy;
+pub(crate) use tardy::{Last, Tardy};
 
 /// How a program runs: what the target properties say.
 #[derive(Clone, Copy, Debug)]
@@ -121,6 +121,8 @@ pub struct Engine<'s> {
     ports: Bits<'s>,
     /// What is tardy at this tag.
     tardy: Tardy<'s>,
+    /// By input, where any can be tardy: the last message that was in time.
+    last: &'s mut [Last],
 }
 
 impl<'s> Engine<'s> {
@@ -155,12 +157,14 @@ impl<'s> Engine<'s> {
             ready: Bits(&mut storage.ready),
             ports: Bits(&mut storage.ports),
             tardy: Tardy { reactions: Bits(&mut storage.tardy), intended: &mut storage.intended },
+            last: &mut storage.last,
         };
         engine.events.reset();
         engine.active.clear();
         engine.ready.clear();
         engine.ports.clear();
         engine.tardy.clear();
+        engine.last.fill(Last::NONE);
         engine
     }
 

@@ -20,6 +20,17 @@ pub enum Delivery {
     Lost,
 }
 
+/// A message that was in time: its tag, and the tag at which it happens, after others with the same tag.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Last {
+    sent: Tag,
+    happens: Tag,
+}
+
+impl Last {
+    pub(crate) const NONE: Self = Self { sent: Tag::NEVER, happens: Tag::NEVER };
+}
+
 /// What is tardy at the open tag. Without memory, for programs whose inputs never are, it stays empty.
 #[derive(Debug)]
 pub(crate) struct Tardy<'s> {
@@ -74,21 +85,24 @@ impl Engine<'_> {
         if intended > stop || intended.time == Instant::FOREVER {
             return Ok(Delivery::AfterStop);
         }
-        let is_open = self.is_in_tag() && intended == current;
-        let in_time = intended > current || (is_open && self.state.untouched <= info.level);
-        let (tag, intended) = match is_open && in_time && self.is_filled(info.trigger) {
-            // As before the tag, a second message for one tag happens a microstep later.
-            true if self.tardy.intended[usize::from(input.0)] == Tag::NEVER => {
-                (current.next_microstep(), current.next_microstep())
-            }
-            false if in_time => (intended, intended),
-            _ => (current.next_microstep().max(Tag::at(self.state.start)), intended),
+        let is_open = intended == current && self.is_in_tag() && self.state.untouched <= info.level;
+        let last = self.last[usize::from(input.0)];
+        let (tag, meant) = if last.sent == intended && last.happens >= current {
+            // A second message for one tag happens a microstep later, and is in time until that has begun.
+            (last.happens.next_microstep(), last.happens.next_microstep())
+        } else if intended > current || (is_open && !self.is_filled(info.trigger)) {
+            (intended, intended)
+        } else {
+            (current.next_microstep().max(Tag::at(self.state.start)), intended)
         };
         if tag > stop || self.is_done() {
             return Ok(Delivery::Lost);
         }
-        let placed = program.deliver_tardy(input, tag, intended, bytes);
+        let placed = program.deliver_tardy(input, tag, meant, bytes);
         let Placed { tag, tardy } = placed.map_err(|error| error.at(info.name, input.0))?;
+        if !tardy {
+            self.last[usize::from(input.0)] = Last { sent: intended, happens: tag };
+        }
         if tag == current {
             self.activate(program, info.trigger);
         } else {

@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the event loop does with its connections to other federates.
+//!
+//! Over one connection come messages for several inputs. One that finds no room in the queue of its input is held where
+//! it lies, and what comes behind it for other inputs is taken: with decentralized coordination, word of those may be
+//! what lets the tag begin that makes room.
 
-use lf_coordination::federate::Phase;
-use lf_model::{Engine, InputId};
-use lf_wire::june_2026::Message;
+use lf_coordination::federate::{Awaited, Coordination, Phase};
+use lf_coordination::from_wire;
+use lf_model::time::{EventTag, Instant, Tag};
+use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
+use lf_wire::Limits;
+use lf_wire::june_2026::{Message, tag_in_header};
 
 use super::FederateLoop;
+use super::input::{Held, next_at};
+use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
 use crate::error::{PeerFault, RunError};
 use crate::platform::Platform;
 
@@ -31,41 +40,207 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// Takes what other federates have sent, as far as there is room for it.
     pub(super) fn receive_directly(&mut self) -> Result<(), RunError> {
+        if self.takes_messages() {
+            for inbound in self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some()) {
+                inbound.fill(self.platform);
+            }
+        }
+        self.take_messages()
+    }
+
+    /// Takes what has come until now, though no wait has told of it. `true` when there was something.
+    pub(super) fn sweep(&mut self) -> Result<bool, RunError> {
+        let mut any = false;
+        if self.takes_messages() {
+            for inbound in self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some()) {
+                any |= inbound.fill_now(self.platform);
+            }
+        }
+        self.take_messages()?;
+        Ok(any)
+    }
+
+    /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
+    fn takes_messages(&self) -> bool {
+        match self.machine.phase() {
+            Phase::Running => true,
+            Phase::Resigning | Phase::Ended => self.federation.coordination == Coordination::Decentralized,
+            _ => false,
+        }
+    }
+
+    /// Takes what lies in the receive buffers, as far as there is room for it; bounded by their sizes.
+    pub(super) fn take_messages(&mut self) -> Result<(), RunError> {
         self.peers.stale = false;
-        if self.machine.phase() != Phase::Running {
+        if !self.takes_messages() {
             return Ok(());
         }
+        let mut receiver = Receiver {
+            now: self.machine.clock().physical(self.platform.now()),
+            engine: &mut self.engine,
+            program: &mut *self.program,
+            awaited: &mut self.awaited,
+            federate: self.federation.id,
+            late_messages: &mut self.late_messages,
+        };
         for inbound in self.peers.inbound.iter_mut() {
             let Some(from) = inbound.from else { continue };
-            inbound.fill(self.platform);
+            if inbound.held.is_stale() {
+                inbound.held = Held::NONE;
+            }
+            let limits = Limits {
+                payload_bytes_max: inbound.input.capacity().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES),
+                ..Limits::NONE
+            };
             let fault = |fault| RunError::Peer { federate: from.0, fault };
             loop {
-                let next = inbound.input.next(&self.limits).map_err(|error| fault(PeerFault::Bytes(error)))?;
-                let Some((message, length)) = next else { break };
-                let Message::P2pMessage { port, federate, payload } = message else {
-                    return Err(fault(PeerFault::Unexpected(message.name())));
-                };
-                if federate != self.federation.id || !is_from(&self.engine, port, from.0) {
-                    return Err(fault(PeerFault::WrongInput { federate, port }));
+                let next = next_at(&inbound.input, inbound.held.bytes(), &limits);
+                let Some((message, length)) = next.map_err(|error| fault(PeerFault::Bytes(error)))? else { break };
+                match receiver.take(from.0, &message).map_err(|refusal| refusal.of(from.0))? {
+                    None => inbound.input.remove(inbound.held.bytes(), length),
+                    Some((tag, input)) => inbound.held.hold(length, tag, Some(input)),
                 }
-                if !self.engine.has_room(self.program, InputId(port)) {
-                    break;
-                }
-                let now = self.machine.clock().physical(self.platform.now());
-                self.engine.deliver_physical(self.program, InputId(port), now, payload)?;
-                inbound.input.consume(length);
             }
-            let is_whole = matches!(inbound.input.next(&self.limits), Ok(Some(_)));
-            if inbound.has_ended() && !is_whole {
+            // What is left is the beginning of a message that will not become whole.
+            if inbound.has_ended() && inbound.held.bytes() == 0 {
                 inbound.close(self.platform);
+                receiver.left(from.0);
             }
         }
         Ok(())
     }
+
+    /// Whether a message for an earlier tag than this has begun to come, and is not whole yet.
+    pub(super) fn awaits_rest_before(&self, tag: Tag) -> bool {
+        let inbound = self.peers.inbound.iter().filter(|inbound| inbound.from.is_some());
+        let rests = inbound.map(|inbound| inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default());
+        rests.filter_map(tag_in_header).any(|earlier| from_wire(earlier) < tag)
+    }
 }
 
-/// Whether this input is the end of a physical connection from this federate.
-fn is_from(engine: &Engine<'_>, port: u16, federate: u16) -> bool {
-    let input = engine.tables().inputs.get(usize::from(port));
-    input.is_some_and(|input| input.physical && input.federate == federate)
+/// The parts of the loop that a message of another federate changes.
+struct Receiver<'a, 's> {
+    engine: &'a mut Engine<'s>,
+    program: &'a mut dyn Program,
+    awaited: &'a mut Awaited<'s>,
+    late_messages: &'a mut u64,
+    /// This federate.
+    federate: u16,
+    /// The federation's physical time.
+    now: Instant,
+}
+
+/// Why a message cannot be used.
+enum Refusal {
+    Fault(PeerFault),
+    Error(RunError),
+}
+
+impl Refusal {
+    fn of(self, federate: u16) -> RunError {
+        match self {
+            Self::Fault(fault) => RunError::Peer { federate, fault },
+            Self::Error(error) => error,
+        }
+    }
+}
+
+impl Receiver<'_, '_> {
+    /// Takes a message of this federate; `Some` when it has to wait for room, with its tag.
+    fn take(&mut self, from: u16, message: &Message<'_>) -> Result<Option<(Tag, InputId)>, Refusal> {
+        let (port, federate, tag) = match *message {
+            Message::P2pMessage { port, federate, .. } => (port, federate, None),
+            Message::P2pTaggedMessage { port, federate, tag, .. } | Message::PortAbsent { port, federate, tag } => {
+                (port, federate, Some(from_wire(tag)))
+            }
+            _ => return Err(Refusal::Fault(PeerFault::Unexpected(message.name()))),
+        };
+        let input = InputId(port);
+        let info = self.engine.tables().inputs.get(usize::from(port));
+        let fits =
+            |info: &&NetworkInput| federate == self.federate && info.federate == from && info.physical == tag.is_none();
+        let Some(info) = info.filter(fits) else {
+            return Err(Refusal::Fault(PeerFault::WrongInput { federate, port }));
+        };
+        // What comes after the last tag needs no room.
+        let needs_room = tag.is_none_or(|tag| tag <= self.engine.stop_tag()) && !self.engine.is_done();
+        if needs_room && !self.engine.has_room(self.program, input) {
+            return Ok(Some((tag.unwrap_or(Tag::FOREVER), input)));
+        }
+        match (*message, tag) {
+            (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
+                let delivery = self.engine.deliver_tardy(self.program, input, tag, payload);
+                let delivery = delivery.map_err(|error| Refusal::Error(error.into()))?;
+                self.awaited.learn(port, happens(delivery).unwrap_or(tag));
+                self.report(info, tag, delivery);
+            }
+            (Message::P2pMessage { payload, .. }, _) => {
+                let delivery = self.engine.deliver_physical(self.program, input, self.now, payload);
+                delivery.map_err(|error| Refusal::Error(error.into()))?;
+            }
+            (_, Some(tag)) => self.awaited.learn(port, tag),
+            (_, None) => {}
+        }
+        Ok(None)
+    }
+
+    /// This federate sends nothing any more.
+    fn left(&mut self, from: u16) {
+        log::debug!("federate {from} has left");
+        for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
+            self.awaited.learn(port, Tag::FOREVER);
+        }
+    }
+
+    /// Says what has come too late, and counts it.
+    fn report(&mut self, info: &NetworkInput, tag: Tag, delivery: Delivery) {
+        let start = self.engine.start_time();
+        let (name, intended) = (info.name, EventTag::relative(tag, start));
+        let lateness = self.now.duration_since(tag.time);
+        match delivery {
+            Delivery::InTime(_) => return,
+            Delivery::AfterStop => {
+                log::info!("a message over {name} is for {intended}, after the last tag: it does not happen");
+                return;
+            }
+            Delivery::Tardy(actual) if self.is_handled(info) => {
+                let actual = EventTag::relative(actual, start);
+                log::debug!("late message over {name} for {intended}: it happens at {actual}, {lateness:?} late");
+            }
+            Delivery::Tardy(actual) => {
+                let (federate, actual) = (self.federate, EventTag::relative(actual, start));
+                log::warn!(
+                    "late message to federate {federate} over {name} for {intended}: it happens at {actual}, \
+                     {lateness:?} after its time; wait longer with @maxwait or @absent_after, or give the reaction a \
+                     tardy handler",
+                );
+            }
+            Delivery::Lost => {
+                let federate = self.federate;
+                log::warn!(
+                    "late message to federate {federate} over {name} for {intended}: it came {lateness:?} after its \
+                     time, and after the last tag, so it does not happen",
+                );
+            }
+        }
+        *self.late_messages = self.late_messages.saturating_add(1);
+    }
+
+    /// Whether every reaction that a value of this input triggers has a handler for tardy ones.
+    fn is_handled(&self, info: &NetworkInput) -> bool {
+        let tables = self.engine.tables();
+        let port = tables.triggers.get(usize::from(info.trigger.0)).and_then(|trigger| trigger.kind.fills());
+        let reactions =
+            port.and_then(|port| tables.ports.get(usize::from(port.0))).map_or(&[][..], |port| port.reactions);
+        let handles = |reaction: &lf_model::ReactionInfo| reaction.kind == ReactionKind::Body && reaction.tardy;
+        !reactions.is_empty() && reactions.iter().all(|id| tables.reactions.get(usize::from(id.0)).is_some_and(handles))
+    }
+}
+
+/// The tag at which a message happens, if it does.
+fn happens(delivery: Delivery) -> Option<Tag> {
+    match delivery {
+        Delivery::InTime(tag) | Delivery::Tardy(tag) => Some(tag),
+        Delivery::AfterStop | Delivery::Lost => None,
+    }
 }

@@ -11,7 +11,7 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
-use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, FederateError};
+use lf_coordination::federate::{Awaited, Coordination, Disconnected, Event, Federate, FederateError};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId, Program};
@@ -72,8 +72,13 @@ impl Held {
         self.stale
     }
 
+    /// How many bytes are held.
+    pub(super) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
     /// The message stays where it is.
-    fn hold(&mut self, bytes: usize, tag: Tag, input: Option<InputId>) {
+    pub(super) fn hold(&mut self, bytes: usize, tag: Tag, input: Option<InputId>) {
         self.bytes += bytes;
         self.earliest = self.earliest.min(tag);
         self.input = self.input.or(input);
@@ -154,7 +159,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 }
 
 /// The message behind the first `offset` bytes, if it is whole.
-fn next_at<'b>(
+pub(super) fn next_at<'b>(
     buffer: &'b InBuffer<&mut [u8]>,
     offset: usize,
     limits: &Limits,
@@ -263,6 +268,10 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
         self.engine.start(start);
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
+        }
+        if self.machine.coordination() == Coordination::Decentralized {
+            let inputs = self.engine.tables().inputs;
+            self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }
     }
 }

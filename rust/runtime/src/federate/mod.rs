@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The event loop of a federate with centralized coordination.
+//! The event loop of a federate.
 
 mod direct;
 mod input;
@@ -8,13 +8,14 @@ mod output;
 mod peers;
 mod stuck;
 mod tags;
+mod waits;
 
 use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::federate::{Awaited, Config, Event, Federate, Phase};
+use lf_coordination::federate::{Awaited, Config, Coordination, Event, Federate, Phase};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, Program, Tables};
 use lf_wire::Limits;
@@ -77,9 +78,11 @@ fn check_buffers(
     join: &Join<'_>,
 ) -> Result<(), RunError> {
     let message = |payload: usize| payload.saturating_add(TAGGED_MESSAGE_HEADER_BYTES);
+    let all_direct = federation.coordination == Coordination::Decentralized;
     let longest = |direct: bool| {
-        let inputs = tables.inputs.iter().filter(|input| input.physical == direct).map(|input| input.max_len);
-        let outputs = tables.outputs.iter().filter(|output| output.physical == direct).map(|output| output.max_len);
+        let is_here = |physical: bool| (physical || all_direct) == direct;
+        let inputs = tables.inputs.iter().filter(|input| is_here(input.physical)).map(|input| input.max_len);
+        let outputs = tables.outputs.iter().filter(|output| is_here(output.physical)).map(|output| output.max_len);
         (inputs.map(message).max().unwrap_or(0), outputs.map(message).max().unwrap_or(0))
     };
     let ((longest_input, longest_output), direct) = (longest(false), longest(true));
@@ -112,7 +115,7 @@ pub struct FederateLoop<'a, 's, P> {
     program: &'a mut dyn Program,
     engine: Engine<'s>,
     machine: Federate<'a>,
-    /// What is known of inputs from federates in the same cycle without delay.
+    /// What is known of inputs for which reactions wait.
     awaited: Awaited<'s>,
     link: Link<'s>,
     limits: Limits,
@@ -128,6 +131,8 @@ pub struct FederateLoop<'a, 's, P> {
     federation_id: &'a [u8],
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
+    /// How many messages have come too late, with decentralized coordination.
+    late_messages: u64,
     stage: Stage,
 }
 
@@ -204,6 +209,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             federation,
             federation_id: join.federation_id,
             silent: false,
+            late_messages: 0,
             stage: Stage::Taking,
         })
     }
@@ -222,27 +228,47 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
                     Err(error)
                 }
             };
+            self.report_late(&result);
             self.stage = Stage::Leaving(self.platform.now(), result);
         }
         if let Stage::Leaving(since, result) = &self.stage {
             let (last_words, result) = (*since + LAST_WORDS, result.clone());
             let resigned = result.is_ok() && !self.platform.interrupted();
             let until = if resigned { *since + RESIGNATION } else { last_words };
-            let direct = self.peers.take_leave(self.platform) && self.platform.now() < last_words;
+            let is_logical = self.federation.coordination == Coordination::Decentralized;
+            let direct_until = if is_logical { until } else { last_words };
+            let direct = self.peers.take_leave(self.platform) && self.platform.now() < direct_until;
             if !direct {
                 self.peers.close(self.platform);
             }
-            if self.take_leave(until) || direct {
-                self.peers.set_interest(self.platform, false);
-                return Turn::Wait(Deadline::At(if direct { last_words } else { until }));
+            let linked = self.take_leave(until);
+            if !linked {
+                self.link.close(self.platform);
             }
-            self.link.close(self.platform);
-            self.peers.close(self.platform);
+            if linked || direct {
+                self.peers.set_interest(self.platform, false);
+                return Turn::Wait(Deadline::At(if direct { direct_until } else { until }));
+            }
             self.stage = Stage::Ended(result);
         }
         match &self.stage {
             Stage::Ended(result) => Turn::Ended(result.clone()),
             Stage::Taking | Stage::Leaving(..) => unreachable!("both stages were left above"),
+        }
+    }
+
+    /// How many messages of other federates have come too late, with decentralized coordination. Each was reported.
+    pub fn late_messages(&self) -> u64 {
+        self.late_messages
+    }
+
+    /// Looks for the last messages, and says how many have come too late.
+    fn report_late(&mut self, result: &Result<(), RunError>) {
+        if result.is_ok() && self.sweep().is_err() {
+            log::warn!("what another federate sent at the end could not be read");
+        }
+        if self.late_messages > 0 {
+            log::warn!("{} late messages", self.late_messages);
         }
     }
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the engine sends to, and what it sees of the world, while a tag runs.
 
-use lf_coordination::federate::Federate;
+use lf_coordination::federate::{Coordination, Federate};
 use lf_coordination::to_wire;
 use lf_model::{Env, NetworkOutput, Outgoing, Outside, SendError};
 use lf_wire::PushError;
 use lf_wire::june_2026::Message;
 
 use super::link::Link;
-use super::peers::Peers;
+use super::peers::{Outbound, Peers};
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::Platform;
 
@@ -48,28 +48,52 @@ impl<P: Platform> Output<'_, '_, '_, P> {
     }
 }
 
-impl<P: Platform> Output<'_, '_, '_, P> {
-    /// Sends over a physical connection; to a federate that has left nothing is sent.
-    fn send_directly(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        let output = message.output;
-        let index = self.peers_out.iter().position(|federate| *federate == output.federate);
-        let Some(peer) = index.and_then(|index| self.peers.outbound.get_mut(index)) else { return Ok(()) };
-        if peer.output.room() < output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
+impl<'s, P: Platform> Output<'_, 's, '_, P> {
+    /// The connection to this federate, with room for a message with so many bytes of payload if the system takes what
+    /// is before it. `None` when it has left: then nothing is sent.
+    fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P)> {
+        let index = self.peers_out.iter().position(|peer| *peer == federate)?;
+        let peer = self.peers.outbound.get_mut(index)?;
+        if peer.output.room() < payload_bytes.saturating_add(TAGGED_MESSAGE_HEADER_BYTES) {
             peer.flush(self.platform);
         }
-        if peer.has_ended() {
-            return Ok(());
-        }
-        let pushed =
-            peer.output.push_p2p_with(output.port, output.federate, output.max_len, |bytes| message.encode(bytes));
+        (!peer.has_ended()).then_some((peer, self.platform))
+    }
+
+    /// Sends to another federate past the RTI; over a logical connection with this tag.
+    fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
+        let output = message.output;
+        let Some((peer, platform)) = self.peer(output.federate, output.max_len) else { return Ok(()) };
+        let encode = |bytes: &mut [u8]| message.encode(bytes);
+        let pushed = match tag {
+            None => peer.output.push_p2p_with(output.port, output.federate, output.max_len, encode),
+            Some(tag) => peer.output.push_p2p_tagged_with(output.port, output.federate, tag, output.max_len, encode),
+        };
         match pushed {
-            Ok(_) => Ok(()),
+            Ok(_) => {
+                if tag.is_some() {
+                    // At once, for its receiver may be waiting only for a time.
+                    peer.flush(platform);
+                }
+                Ok(())
+            }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
             Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => {
-                peer.stuck = peer.stuck.or(Some(self.platform.now()));
+                peer.stuck = peer.stuck.or(Some(platform.now()));
                 Err(SendError::NoRoom)
             }
         }
+    }
+
+    /// Tells another federate past the RTI that an output has no value.
+    fn tell_absent_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError> {
+        let Some((peer, platform)) = self.peer(federate, 0) else { return Ok(()) };
+        if peer.output.push(message).is_err() {
+            peer.stuck = peer.stuck.or(Some(platform.now()));
+            return Err(SendError::NoRoom);
+        }
+        peer.flush(platform);
+        Ok(())
     }
 }
 
@@ -80,14 +104,17 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
         if message.output.physical {
-            return self.send_directly(message);
+            return self.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
             // Nobody gets as far as this tag.
             return Ok(());
         }
-        self.make_room(message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
         let tag = to_wire(message.tag);
+        if self.machine.coordination() == Coordination::Decentralized {
+            return self.send_directly(message, Some(tag));
+        }
+        self.make_room(message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
         let output = message.output;
         let pushed =
             self.link
@@ -109,6 +136,9 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
+        if self.machine.coordination() == Coordination::Decentralized {
+            return self.tell_absent_directly(output.federate, &message);
+        }
         self.make_room(message.encoded_len())?;
         self.link.buffers.output.push(&message).map_err(|_| SendError::NoRoom)
     }

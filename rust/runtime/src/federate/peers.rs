@@ -12,6 +12,7 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{Message, RejectCode};
 use lf_wire::{InBuffer, OutBuffer};
 
+use super::input::Held;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 /// How long a connection of another federate may take to say whose it is.
@@ -47,6 +48,8 @@ pub struct Inbound<'s> {
     socket: Option<SocketId>,
     /// Whose it is, once that is known.
     pub(super) from: Option<FederateId>,
+    /// The messages at the front of the receive buffer that wait for room.
+    pub(super) held: Held,
     readable: bool,
     ended: bool,
     /// When the wait for its introduction is over.
@@ -148,22 +151,30 @@ impl<'s> Inbound<'s> {
     /// A place for a connection that is still to come, with a receive buffer in this memory.
     pub fn new(input: &'s mut [u8]) -> Self {
         let (input, deadline) = (InBuffer::new(input), Instant::NEVER);
-        Self { input, socket: None, from: None, readable: false, ended: false, deadline }
+        Self { input, socket: None, from: None, held: Held::NONE, readable: false, ended: false, deadline }
     }
 
-    /// Reads once, if there is something to read.
+    /// Reads once, if a wait has told that there is something to read.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) {
-        let Some(socket) = self.socket.filter(|_| self.readable && !self.ended) else { return };
+        if self.readable {
+            self.fill_now(platform);
+        }
+    }
+
+    /// Reads once. `true` when there was something to read, or the end.
+    pub(super) fn fill_now<P: Platform>(&mut self, platform: &mut P) -> bool {
+        let Some(socket) = self.socket.filter(|_| !self.ended) else { return false };
         let space = self.input.space();
         if space.is_empty() {
-            return;
+            return false;
         }
         self.readable = false;
         match platform.read(socket, space) {
             Ok(Transfer::Bytes(count)) => self.input.filled(count),
-            Ok(Transfer::WouldBlock) => {}
+            Ok(Transfer::WouldBlock) => return false,
             Ok(Transfer::Closed) | Err(_) => self.ended = true,
         }
+        true
     }
 
     /// Whether nothing more comes, apart from what has come.
@@ -177,6 +188,7 @@ impl<'s> Inbound<'s> {
             platform.close(socket);
         }
         (self.from, self.readable, self.ended) = (None, false, false);
+        self.held = Held::NONE;
         self.input.clear();
     }
 
@@ -185,7 +197,13 @@ impl<'s> Inbound<'s> {
         let mut bytes = [0; 2];
         if let (Some(socket), Ok(length)) = (self.socket, Message::Reject(code).encode(&mut bytes)) {
             // The first bytes of a connection always find room.
-            let _ = platform.write(socket, &bytes[..length]);
+            let mut rest = &bytes[..length];
+            while let Ok(Transfer::Bytes(count)) = platform.write(socket, rest) {
+                rest = rest.get(count..).unwrap_or_default();
+                if rest.is_empty() {
+                    break;
+                }
+            }
             platform.shut_down_writing(socket);
         }
         self.close(platform);
@@ -212,6 +230,14 @@ impl Default for Peers<'_> {
 impl<'s> Peers<'s> {
     pub(crate) fn new(outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
         Self { outbound, inbound, listener: None, acceptable: false, stale: false }
+    }
+
+    /// A tag has been begun: there is room for messages that wait.
+    pub(super) fn look_again(&mut self) {
+        self.stale = true;
+        for inbound in self.inbound.iter_mut() {
+            inbound.held.look_again();
+        }
     }
 
     /// Begins to await connections, if any are to come; gives the port.

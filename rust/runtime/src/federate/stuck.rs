@@ -2,6 +2,7 @@
 //! When a federate can never go on, because some queue is too small for what others send: an error, not a hang.
 
 use lf_coordination::Deadline;
+use lf_coordination::federate::Coordination;
 use lf_model::InputId;
 use lf_model::time::{Instant, Interval};
 
@@ -17,7 +18,11 @@ const TIME_OUT: Interval = Interval::from_secs(60);
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Ends with an error what would last for ever.
     pub(super) fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
-        if advance == Advance::NotGranted {
+        if advance == Advance::NotGranted && self.federation.coordination == Coordination::Decentralized {
+            if let Some(input) = self.starved() {
+                return Err(RunError::InputFull { input: self.name_of(input) });
+            }
+        } else if advance == Advance::NotGranted {
             if let Some(input) = self.choked() {
                 return Err(RunError::InputFull { input: self.name_of(input) });
             }

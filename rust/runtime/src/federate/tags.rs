@@ -2,7 +2,7 @@
 //! The tags of a running federate: begun when they are due and granted, run, and completed.
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::Phase;
+use lf_coordination::federate::{Coordination, Phase};
 use lf_model::Progress;
 use lf_model::time::{Instant, Tag};
 
@@ -39,7 +39,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             {
                 return Ok(advance);
             }
-            let max_level = self.awaited.max_level(&self.machine);
+            let (max_level, limit) = self.level_limit()?;
             let mut output = Output::new(
                 self.platform,
                 &mut self.link,
@@ -51,7 +51,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             match self.engine.advance(self.program, &mut output, max_level) {
                 Progress::Complete => {}
                 Progress::OutputFull { .. } => return Ok(Advance::OutputFull),
-                Progress::LevelLimit { .. } => return Ok(Advance::NotGranted),
+                Progress::LevelLimit { .. } => return Ok(limit),
                 Progress::Failed(error) => return Err(error.into()),
             }
             self.machine.complete(self.engine.had_network_input());
@@ -83,6 +83,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         if let Some(tag) = self.engine.take_stop_request() {
             self.machine.request_stop(tag);
         }
+        if self.federation.coordination == Coordination::Decentralized {
+            return self.begin_when_known();
+        }
         let now = self.platform.now();
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
@@ -104,7 +107,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         self.machine.begin(tag)?;
         self.engine.begin(self.program, tag)?;
         self.held.look_again();
-        self.peers.stale = true;
+        self.peers.look_again();
         Ok(None)
     }
 

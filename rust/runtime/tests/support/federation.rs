@@ -11,12 +11,12 @@ use lf_model::{Engine, Settings};
 use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, Federation, Inbound, Inlet, Join, Outbound, Outgoing,
-    RtiSetup, RunError, buffer_bytes, peer_buffer_bytes, run_federate, run_rti,
+    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
+    Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
 };
 
 use super::network::{Conditions, address_of};
-use super::node::{Behavior, Log, Node, NodeStorage};
+use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use super::world::{Fate, Trouble, VirtualPlatform, World};
 
 /// The RTI's port.
@@ -33,6 +33,8 @@ pub struct Edge {
     pub delay: Option<Interval>,
     /// The connection is physical.
     pub physical: bool,
+    /// With decentralized coordination, how long the receiver waits for what comes, before a tag and within it.
+    pub waits: (Interval, Interval),
 }
 
 /// A federation, and what happens to it.
@@ -43,11 +45,15 @@ pub struct Plan {
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
     pub timeout: Option<Interval>,
+    /// The time-outs of federates that have another one.
+    pub timeouts: BTreeMap<u16, Option<Interval>>,
+    pub coordination: Coordination,
     pub fast: bool,
     pub keepalive: bool,
     /// Bytes of the receive buffers beyond the least that is allowed.
     pub spare_bytes: usize,
     pub trials: u16,
+    pub federation_id: &'static [u8],
     /// The RTI requires authentication.
     pub authentication: bool,
     /// Federates that authenticate if the RTI does not, and the reverse.
@@ -70,10 +76,13 @@ impl Plan {
             edges,
             capacity: 2,
             timeout: None,
+            timeouts: BTreeMap::new(),
+            coordination: Coordination::Centralized,
             fast: false,
             keepalive: false,
             spare_bytes: 0,
             trials: 3,
+            federation_id: ID,
             authentication: false,
             otherwise: BTreeSet::new(),
             after_loss: AfterLoss::GoOn,
@@ -109,6 +118,10 @@ pub struct Report {
     pub results: Vec<Result<(), RunError>>,
     /// What each federate has noted.
     pub logs: Vec<Log>,
+    /// What of that was tardy.
+    pub late: Vec<Late>,
+    /// How many messages each federate has counted as late.
+    pub late_messages: Vec<u64>,
     /// When each federate ended, in virtual time.
     pub ended: Vec<Interval>,
     /// Whether each has run its shutdown reaction.
@@ -119,7 +132,16 @@ pub struct Report {
 #[derive(Default)]
 struct Results {
     outcome: Option<Result<Outcome, RunError>>,
-    federates: BTreeMap<u16, (Result<(), RunError>, Log, Interval, bool)>,
+    federates: BTreeMap<u16, (Ran, Interval)>,
+}
+
+/// How a federate went.
+pub struct Ran {
+    pub result: Result<(), RunError>,
+    pub log: Log,
+    pub late: Late,
+    pub late_messages: u64,
+    pub shut_down: bool,
 }
 
 /// Runs a federation to its end.
@@ -151,12 +173,12 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
             let world = world.clone();
             scope.spawn(move || {
                 platform.begin();
-                let (result, log, shut_down) = match plan.capacity {
+                let ran = match plan.capacity {
                     1 => run_node::<1>(plan, id, &mut platform),
                     2 => run_node::<2>(plan, id, &mut platform),
                     _ => run_node::<16>(plan, id, &mut platform),
                 };
-                results.lock().unwrap().federates.insert(id, (result, log, world.now(), shut_down));
+                results.lock().unwrap().federates.insert(id, (ran, world.now()));
             });
         }
         world.start();
@@ -166,15 +188,19 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         outcome,
         results: Vec::new(),
         logs: Vec::new(),
+        late: Vec::new(),
+        late_messages: Vec::new(),
         ended: Vec::new(),
         shut_down: Vec::new(),
         trouble: world.trouble(),
     };
-    for (result, log, ended, shut_down) in federates.into_values() {
-        report.results.push(result);
-        report.logs.push(log);
+    for (ran, ended) in federates.into_values() {
+        report.results.push(ran.result);
+        report.logs.push(ran.log);
+        report.late.push(ran.late);
+        report.late_messages.push(ran.late_messages);
         report.ended.push(ended);
-        report.shut_down.push(shut_down);
+        report.shut_down.push(ran.shut_down);
     }
     report
 }
@@ -193,7 +219,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
             authentication: plan.authentication,
             after_loss: plan.after_loss,
             clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
-            ..Config::new(ID, 4)
+            ..Config::new(plan.federation_id, 4)
         },
         storage: memory.storage(),
         inlets: &mut inlets,
@@ -211,15 +237,19 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     }
     let from = |physical: bool| plan.edges.iter().filter(move |edge| edge.from == id && edge.physical == physical);
     let downstream: BTreeSet<u16> = from(false).map(|edge| edge.to).collect();
-    let peers_out: BTreeSet<u16> = from(true).map(|edge| edge.to).collect();
+    let all_direct = plan.coordination == Coordination::Decentralized;
+    let is_direct = |edge: &&Edge| edge.physical || all_direct;
+    let peers_out: BTreeSet<u16> =
+        plan.edges.iter().filter(|edge| edge.from == id).filter(is_direct).map(|edge| edge.to).collect();
+    let peers_in: BTreeSet<u16> =
+        plan.edges.iter().filter(|edge| edge.to == id).filter(is_direct).map(|edge| edge.from).collect();
     let direct = plan.edges.iter().filter(|edge| edge.to == id && edge.physical);
-    let physical_delay = direct.clone().map(|edge| edge.delay.unwrap_or_default()).min();
-    let peers_in: BTreeSet<u16> = direct.map(|edge| edge.from).collect();
+    let physical_delay = direct.map(|edge| edge.delay.unwrap_or_default()).min();
     let bytes = buffer_bytes(4, plan.nodes.len());
     Federation {
         id,
         federation_id: "virtual",
-        coordination: Coordination::Centralized,
+        coordination: plan.coordination,
         authentication: plan.authentication != plan.otherwise.contains(&id),
         federates: u16::try_from(plan.nodes.len()).unwrap(),
         rti_host: "10.0.0.1",
@@ -239,33 +269,42 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
     }
 }
 
-fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> (Result<(), RunError>, Log, bool) {
+/// Runs one federate of a federation on this platform.
+pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> Ran {
     // A connection's port is its place among the connections to its destination.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
         u16::try_from(plan.edges[..index].iter().filter(|edge| edge.to == to).count()).unwrap()
     };
+    let is_decentralized = plan.coordination == Coordination::Decentralized;
+    let waits = |edge: Edge| (is_decentralized && !edge.physical).then_some(edge.waits);
     let edges = || plan.edges.iter().copied().enumerate();
     let inputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.to == id)
-        .map(|(index, edge)| (edge.from, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical))
+        .map(|(index, edge)| (edge.from, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical, waits(edge)))
         .collect();
     let outputs: Vec<_> = edges()
         .filter(|(_, edge)| edge.from == id)
-        .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical))
+        .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical, None))
         .collect();
     let behavior = plan.nodes[usize::from(id)];
     let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs);
-    let mut storage = NodeStorage::new();
-    let Plan { timeout, fast, keepalive, .. } = *plan;
+    let (mut storage, mut tardy_storage) = (NodeStorage::new(), TardyStorage::new());
+    let Plan { fast, keepalive, .. } = *plan;
+    let timeout = plan.timeouts.get(&id).copied().unwrap_or(plan.timeout);
     let settings = Settings { federated: true, timeout, fast, keepalive, workers: 1 };
     let tables = lf_model::Program::tables(&node);
-    let engine = Engine::new(tables, &mut storage, settings);
-    let awaited = (0..).zip(tables.inputs).filter(|(_, input)| input.awaited);
+    let engine = if is_decentralized {
+        Engine::new(tables, &mut tardy_storage, settings)
+    } else {
+        Engine::new(tables, &mut storage, settings)
+    };
+    let awaited =
+        (0..).zip(tables.inputs).filter(|(_, input)| if is_decentralized { !input.physical } else { input.awaited });
     let awaited: Vec<_> = awaited.map(|(port, input)| AwaitedInput { port, level: input.level }).collect();
     let federation = Federation { awaited: awaited.leak(), ..federation_of(plan, id) };
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
-    let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { ID };
+    let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { plan.federation_id };
     let join = Join { federation_id, rti: SocketAddrV4::new(address_of(RTI), PORT) };
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes]; federation.peers_out.len()];
@@ -273,6 +312,15 @@ fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
-    let result = run_federate(platform, &mut node, engine, &federation, &join, buffers, &mut known);
-    (result, node.log, node.ended)
+    let (result, late_messages) =
+        match FederateLoop::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
+            Ok(mut federate) => loop {
+                match federate.turn() {
+                    Turn::Wait(until) => federate.wait(until),
+                    Turn::Ended(result) => break (result, federate.late_messages()),
+                }
+            },
+            Err(error) => (Err(error), 0),
+        };
+    Ran { result, log: node.log, late: node.late, late_messages, shut_down: node.ended }
 }

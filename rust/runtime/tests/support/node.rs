@@ -8,17 +8,20 @@ use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
     ActionTiming, Full, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue,
-    PhysicalInbox, Port, PortCell, PortId, PortInfo, Program, QueuedPort, ReactionContext, ReactionId, ReactionInfo,
-    ReactionKind, Tables, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    PhysicalInbox, Placed, Port, PortCell, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo,
+    ReactionKind, Tables, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::world::Side;
 
 /// The engine's memory for any node of a test.
 pub type NodeStorage = lf_model::Storage<16, 1, 1, 1>;
+/// The same for one whose inputs can be tardy.
+pub type TardyStorage = lf_model::Storage<16, 1, 1, 1, 1, 8>;
 
 /// What a node does.
 #[derive(Clone, Copy, Debug, Default)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a feature of its own")]
 pub struct Behavior {
     /// Offset and period of its timer.
     pub timer: Option<(Interval, Interval)>,
@@ -36,10 +39,16 @@ pub struct Behavior {
     pub level: u16,
     /// The output is sent before this input and later ones are looked at, whose levels count from here.
     pub answers: Option<(usize, u16)>,
+    /// The reactions to inputs have handlers for tardy ones.
+    pub handles_tardy: bool,
 }
 
 /// What a node has noted: the tag from the start, the input, the value.
 pub type Log = Vec<(i64, u32, usize, u32)>;
+
+/// What a node knows of a tardy value: its place in the log, the tag that it was meant for, and whether its handler saw
+/// it.
+pub type Late = Vec<(usize, (i64, u32), bool)>;
 
 pub struct Node<const N: usize> {
     tables: &'static Tables,
@@ -49,9 +58,10 @@ pub struct Node<const N: usize> {
     timer: Timer,
     physical: PhysicalActionQueue<u32, 4>,
     output: Port<u32>,
-    inputs: Vec<QueuedPort<u32, N>>,
+    inputs: Vec<TardyInput<u32, N>>,
     fired: u32,
     pub log: Log,
+    pub late: Late,
     pub ended: bool,
 }
 
@@ -60,8 +70,9 @@ const PHYSICAL: TriggerId = TriggerId(3);
 const FIRST_INPUT_TRIGGER: u16 = 4;
 
 /// A connection as one of its ends sees it: the other federate, the port at the receiver, the delay, and whether the
-/// receiver waits within a tag for what comes.
-pub type End = (u16, u16, Option<Interval>, bool, bool);
+/// receiver waits within a tag for what comes; whether it is physical; with decentralized coordination, how long the
+/// receiver waits for it, before a tag and within it.
+pub type End = (u16, u16, Option<Interval>, bool, bool, Option<(Interval, Interval)>);
 
 /// What a reaction does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,12 +85,13 @@ enum Does {
 }
 
 impl Does {
-    fn info(self, level: u16) -> ReactionInfo {
+    fn info(self, level: u16, handles_tardy: bool) -> ReactionInfo {
         let kind = match self {
             Self::Send(output) => ReactionKind::Send(OutputId(output)),
             _ => ReactionKind::Body,
         };
-        ReactionInfo { name: "node.reaction", level, deadline: None, tardy: false, kind }
+        let tardy = handles_tardy && matches!(self, Self::Input(_));
+        ReactionInfo { name: "node.reaction", level, deadline: None, tardy, kind }
     }
 }
 
@@ -126,36 +138,16 @@ impl<const N: usize> Node<N> {
             ports.push(PortInfo { name: "node.in", reactions: ids(&|does| does == Does::Input(input)), delays: &[] });
         }
         let level = |input| reactions.iter().find(|(does, _)| *does == Does::Input(input)).unwrap().1;
-        let network_inputs = (0..).zip(inputs).map(|(input, (federate, _, delay, awaited, physical))| NetworkInput {
-            name: "node.in",
-            trigger: TriggerId(FIRST_INPUT_TRIGGER + input),
-            federate: *federate,
-            delay: *delay,
-            max_len: 4,
-            level: level(input),
-            awaited: *awaited,
-            physical: *physical,
-            tardy: false,
-            max_wait: Interval::ZERO,
-            absent_after: Interval::ZERO,
-            readers: &[],
-        });
-        let network_outputs = outputs.iter().map(|(federate, port, delay, awaited, physical)| NetworkOutput {
-            name: "node.out",
-            source: PortId(0),
-            federate: *federate,
-            port: *port,
-            delay: delay.filter(|_| !physical),
-            max_len: 4,
-            tells_absence: *awaited,
-            physical: *physical,
-        });
         let tables = Tables {
-            reactions: reactions.iter().map(|(does, level)| does.info(*level)).collect::<Vec<_>>().leak(),
+            reactions: reactions
+                .iter()
+                .map(|(does, level)| does.info(*level, behavior.handles_tardy))
+                .collect::<Vec<_>>()
+                .leak(),
             triggers: triggers.leak(),
             ports: ports.leak(),
-            outputs: network_outputs.collect::<Vec<_>>().leak(),
-            inputs: network_inputs.collect::<Vec<_>>().leak(),
+            outputs: network_outputs(outputs),
+            inputs: network_inputs(inputs, level),
             absence: ids(&|does| matches!(does, Does::Send(output) if outputs[usize::from(output)].3)),
         };
         tables.check();
@@ -167,9 +159,10 @@ impl<const N: usize> Node<N> {
             timer: Timer::new(),
             physical: PhysicalActionQueue::new(PHYSICAL, Box::leak(Box::new(PhysicalInbox::<u32, 4>::new()))),
             output: Port::new(PortId(0)),
-            inputs: (0..input_count).map(|input| QueuedPort::new(PortId(FIRST_INPUT_PORT + input))).collect(),
+            inputs: (0..input_count).map(|input| TardyInput::new(PortId(FIRST_INPUT_PORT + input))).collect(),
             fired: 0,
             log: Log::new(),
+            late: Late::new(),
             ended: false,
         }
     }
@@ -189,9 +182,14 @@ impl<const N: usize> Node<N> {
         }
     }
 
-    fn on_input(&mut self, input: usize, ctx: &mut ReactionContext<'_>) {
+    fn on_input(&mut self, input: usize, ctx: &mut ReactionContext<'_>, is_handler: bool) {
         let Some(value) = ctx.get(&self.inputs[input].port) else { return };
         let offset = ctx.get_logical_time().since(ctx.get_start_time()).as_nanos();
+        let intended = ctx.get_intended_tag(&self.inputs[input].port);
+        if is_handler || intended != ctx.get_tag() {
+            let meant = i64::try_from(intended.offset_from_t0.as_nanos()).unwrap();
+            self.late.push((self.log.len(), (meant, intended.microstep), is_handler));
+        }
         self.log.push((offset, ctx.get_tag().microstep, input, value));
         let sent = self.behavior.answers.is_some_and(|(early, _)| early <= input);
         if self.behavior.relay && !sent {
@@ -207,6 +205,40 @@ impl<const N: usize> Node<N> {
     }
 }
 
+/// The table of inputs, whose reactions have the levels that `level` gives.
+fn network_inputs(inputs: &[End], level: impl Fn(u16) -> u16) -> &'static [NetworkInput] {
+    let inputs = (0..).zip(inputs).map(|(input, (federate, _, delay, awaited, physical, waits))| NetworkInput {
+        name: "node.in",
+        trigger: TriggerId(FIRST_INPUT_TRIGGER + input),
+        federate: *federate,
+        delay: *delay,
+        max_len: 4,
+        level: level(input),
+        awaited: *awaited,
+        physical: *physical,
+        tardy: waits.is_some(),
+        max_wait: waits.unwrap_or_default().0,
+        absent_after: waits.unwrap_or_default().1,
+        readers: &[],
+    });
+    inputs.collect::<Vec<_>>().leak()
+}
+
+/// The table of outputs.
+fn network_outputs(outputs: &[End]) -> &'static [NetworkOutput] {
+    let outputs = outputs.iter().map(|(federate, port, delay, awaited, physical, _)| NetworkOutput {
+        name: "node.out",
+        source: PortId(0),
+        federate: *federate,
+        port: *port,
+        delay: delay.filter(|_| !physical),
+        max_len: 4,
+        tells_absence: *awaited,
+        physical: *physical,
+    });
+    outputs.collect::<Vec<_>>().leak()
+}
+
 impl<const N: usize> Program for Node<N> {
     fn tables(&self) -> &'static Tables {
         self.tables
@@ -219,13 +251,19 @@ impl<const N: usize> Program for Node<N> {
                 let value = ctx.get(&self.physical);
                 ctx.set_opt(&mut self.output, value);
             }
-            Does::Input(input) => self.on_input(usize::from(input), ctx),
+            Does::Input(input) => self.on_input(usize::from(input), ctx, false),
             Does::Shutdown => self.on_shutdown(ctx),
             Does::Send(_) => unreachable!("the engine sends"),
         }
     }
 
     fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
+
+    fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        if let Does::Input(input) = self.order[usize::from(reaction.0)] {
+            self.on_input(usize::from(input), ctx, true);
+        }
+    }
 
     fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
         match port.0.checked_sub(FIRST_INPUT_PORT) {
@@ -253,5 +291,10 @@ impl<const N: usize> Program for Node<N> {
 
     fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         self.inputs.get_mut(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?.deliver(tag, bytes)
+    }
+
+    fn deliver_tardy(&mut self, input: InputId, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        let input = self.inputs.get_mut(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?;
+        input.deliver_tardy(tag, intended, bytes)
     }
 }

@@ -44,6 +44,18 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
     }
 }
 
+/// The tag of the message at the beginning of `bytes`, if it has a tag and a payload, and all but the payload is there.
+pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
+    const TAG_BYTES: usize = 12;
+    let message_type = MessageType::from_byte(*bytes.first()?)?;
+    if !matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage) {
+        return None;
+    }
+    // The tag is the last of the header's fields.
+    let header = bytes.get(..message_type.fixed_bytes())?;
+    Reader::new(header.get(header.len() - TAG_BYTES..)?).tag().ok()
+}
+
 /// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
 pub const fn message_bytes_max(limits: &Limits) -> usize {
     let id = if limits.federation_id_bytes_max < super::FEDERATION_ID_BYTES_MAX {

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Decentralized coordination: how long a federate waits for what its inputs may bring.
+//!
+//! Nobody grants tags. What one federate sends comes in order, so a message, or word that there is none, tells of an
+//! input what has come up to its tag. A tag begins when all inputs are known up to just before it, or when the time
+//! that the others are waited for (`@maxwait`) is over. Within the tag, reactions from the level of an input on wait
+//! until it is known at that tag too, or until another time (`@absent_after`) is over: then it is taken as absent. What
+//! comes later than that is tardy.
+//!
+//! Messages that have come but cannot be handled yet, because they are incomplete or their queue has no room, are the
+//! event loop's business; so is reading all that has come before it lets a time pass.
+
+use lf_model::time::{Instant, Interval, Tag};
+
+use super::awaited::Awaited;
+
+/// Where reactions of the open tag have to wait.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pause {
+    /// Reactions below this level may run.
+    pub level: u16,
+    /// The physical time at which the first input is to be taken as absent, by [`Awaited::assume_absent`]; FOREVER
+    /// when only word from others helps.
+    pub until: Instant,
+}
+
+impl Awaited<'_> {
+    /// The federation starts at `start`: nothing comes at an input before that and its connection's delay, which is
+    /// asked for by port.
+    pub fn start(&mut self, start: Tag, delay: impl Fn(u16) -> Option<Interval>) {
+        for (input, known) in self.inputs() {
+            *known = (*known).max(start.delayed(delay(input.port)).before());
+        }
+    }
+
+    /// Whether all is known that comes before this tag.
+    pub fn knows_before(&self, tag: Tag) -> bool {
+        self.known().all(|(_, known)| known >= tag.before())
+    }
+
+    /// The physical time from which on a tag may begin: its own time, and later by the longest wait of the inputs of
+    /// which it is not known what comes before it. FOREVER when only word from others helps.
+    pub fn begin_time(&self, tag: Tag, max_wait: impl Fn(u16) -> Interval) -> Instant {
+        let unknown = self.known().filter(|(_, known)| *known < tag.before());
+        let wait = unknown.map(|(input, _)| max_wait(input.port)).max().unwrap_or(Interval::ZERO);
+        wait_until(tag.time, wait.max(Interval::ZERO))
+    }
+
+    /// Where reactions of the open tag have to wait; `None` when all is known. `patience` is, by port, how long after
+    /// the tag's time an input is waited for within the tag.
+    pub fn pause(&self, current: Tag, patience: impl Fn(u16) -> Interval) -> Option<Pause> {
+        let unknown = || self.known().filter(|(_, known)| *known < current).map(|(input, _)| input);
+        let level = unknown().map(|input| input.level).min()?;
+        let until = unknown().map(|input| wait_until(current.time, patience(input.port))).min()?;
+        Some(Pause { level, until })
+    }
+
+    /// It is `now` by the federation's clock: the inputs of which it is not known what comes at the open tag, and whose
+    /// time is over, are taken as absent.
+    pub fn assume_absent(&mut self, current: Tag, now: Instant, patience: impl Fn(u16) -> Interval) {
+        for (input, known) in self.inputs() {
+            if *known < current && wait_until(current.time, patience(input.port)) <= now {
+                *known = current;
+            }
+        }
+    }
+}
+
+/// A wait for ever does not end, not even at the end of time.
+fn wait_until(time: Instant, wait: Interval) -> Instant {
+    if wait == Interval::FOREVER { Instant::FOREVER } else { time + wait }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::super::AwaitedInput;
+    use super::*;
+
+    const START: Instant = Instant(1_000);
+
+    /// An input as a table has it: level, delay, maximum wait, absence after.
+    type Row = (u16, Option<i64>, i64, i64);
+
+    fn rows() -> impl Strategy<Value = Vec<Row>> {
+        let wait = || prop_oneof![4 => 0..50i64, 1 => Just(i64::MAX)];
+        prop::collection::vec((0..5u16, prop::option::of(0..20i64), wait(), 0..30i64), 0..5)
+    }
+
+    fn inputs(rows: &[Row]) -> Vec<AwaitedInput> {
+        (0..).zip(rows).map(|(port, row)| AwaitedInput { port, level: row.0 }).collect()
+    }
+
+    fn tag(time: i64, microstep: u32) -> Tag {
+        Tag::new(START + Interval(time), lf_model::time::Microstep(microstep))
+    }
+
+    #[test]
+    fn the_start_begins_at_its_time_and_then_waits_for_inputs_without_delay() {
+        let rows = [(3, None, i64::MAX, 0), (1, Some(10), 5, 0)];
+        let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 2]);
+        let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
+        awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+        let (max_wait, patience) = (
+            |port| Interval(rows[usize::from(port)].2),
+            |port| Interval(rows[usize::from(port)].2).saturating_add(Interval(rows[usize::from(port)].3)),
+        );
+        assert_eq!(awaited.begin_time(tag(0, 0), max_wait), START);
+        assert_eq!(awaited.pause(tag(0, 0), patience), Some(Pause { level: 3, until: Instant::FOREVER }));
+        awaited.learn(0, tag(0, 0));
+        assert_eq!(awaited.pause(tag(0, 0), patience), None);
+        // The next microstep needs word again; the other input is known for as long as its delay.
+        assert_eq!(awaited.begin_time(tag(0, 1), max_wait), START);
+        assert_eq!(awaited.pause(tag(0, 1), patience).map(|pause| pause.level), Some(3));
+        assert_eq!(awaited.begin_time(tag(2, 0), max_wait), Instant::FOREVER);
+        awaited.learn(0, Tag::FOREVER);
+        assert_eq!(awaited.begin_time(tag(10, 0), max_wait), START + Interval(10));
+        assert_eq!(awaited.begin_time(tag(11, 0), max_wait), START + Interval(16));
+    }
+
+    proptest! {
+        /// A tag never begins before its time, nor later than the longest wait after it; and it begins at its time
+        /// exactly when everything is known up to just before it, or what is not known is not waited for.
+        #[test]
+        fn tags_begin_when_they_should(
+            rows in rows(), words in prop::collection::vec((0..5u16, 0..60i64, 0..3u32), 0..12), at in 0..60i64, step in 0..3u32,
+        ) {
+            let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
+            let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
+            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+            for (port, time, microstep) in &words {
+                awaited.learn(*port, tag(*time, *microstep));
+            }
+            let at = tag(at, step);
+            let begin = awaited.begin_time(at, |port| Interval(rows[usize::from(port)].2));
+            let mut expected = at.time;
+            for (port, row) in (0..).zip(&rows) {
+                let first = tag(0, 0).delayed(row.1.map(Interval));
+                let told = words.iter().filter(|word| word.0 == port).map(|word| tag(word.1, word.2));
+                let is_known = at <= first || told.max().is_some_and(|told| told.next_microstep() >= at);
+                if !is_known {
+                    expected = expected.max(at.time.saturating_add(Interval(row.2)));
+                }
+            }
+            prop_assert_eq!(begin, expected);
+            prop_assert!(begin > at.time || awaited.knows_before(at) || rows.iter().any(|row| row.2 == 0));
+        }
+
+        /// Time alone lets every tag go on that is not waited for for ever, level by level, and what is taken as absent
+        /// once is known for the next tag to begin.
+        #[test]
+        fn time_lets_a_tag_go_on(rows in rows(), at in 0..60i64) {
+            let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
+            let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
+            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+            let patience = |port| {
+                let row = rows[usize::from(port)];
+                Interval(row.2).saturating_add(Interval(row.3))
+            };
+            let current = tag(at, 0);
+            let mut levels = Vec::new();
+            while let Some(pause) = awaited.pause(current, patience) {
+                levels.push(pause.level);
+                if pause.until == Instant::FOREVER {
+                    prop_assert!(rows.iter().any(|row| row.2 == i64::MAX));
+                    return Ok(());
+                }
+                awaited.assume_absent(current, pause.until - Interval(1), patience);
+                prop_assert_eq!(awaited.pause(current, patience), Some(pause));
+                awaited.assume_absent(current, pause.until, patience);
+            }
+            prop_assert!(levels.is_sorted() && levels.len() <= rows.len());
+            prop_assert!(awaited.knows_before(current.next_microstep()));
+        }
+    }
+}

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Federations with decentralized coordination: as long as all waits are long enough, they do what the program does
+//! without any federation; and when they are not, each message that comes late is known.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use std::collections::BTreeMap;
+
+use lf_coordination::rti::Outcome;
+use lf_model::time::{Interval, Tag};
+use lf_model::{Instant, Microstep};
+use lf_runtime::{Coordination, RunError};
+use proptest::prelude::*;
+use support::federation::{Edge, Plan, Report, run};
+use support::network::Conditions;
+use support::node::{Behavior, Log};
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+
+fn edge(from: u16, to: u16, delay: Option<Interval>) -> Edge {
+    Edge { from, to, delay, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
+}
+
+fn timer(offset: i64, period: i64) -> Behavior {
+    Behavior { timer: Some((MS(offset), MS(period))), ..Behavior::default() }
+}
+
+fn relay() -> Behavior {
+    Behavior { relay: true, ..Behavior::default() }
+}
+
+fn decentralized(nodes: Vec<Behavior>, edges: Vec<Edge>) -> Plan {
+    Plan { coordination: Coordination::Decentralized, capacity: 16, ..Plan::new(nodes, edges) }
+}
+
+/// What nodes without cycles of edges without delay note when they run in one program, until a last tag.
+fn unfederated(plan: &Plan, last: Interval) -> Vec<Log> {
+    let count = plan.nodes.len();
+    let mut logs = vec![Log::new(); count];
+    let mut fired = vec![0u32; count];
+    let port_of = |index: usize| {
+        let to = plan.edges[index].to;
+        plan.edges[..index].iter().filter(|edge| edge.to == to).count()
+    };
+    // By tag: timers of nodes, and values of edges.
+    let mut timers: BTreeMap<Tag, Vec<usize>> = BTreeMap::new();
+    let mut values: BTreeMap<Tag, BTreeMap<usize, u32>> = BTreeMap::new();
+    for (node, behavior) in plan.nodes.iter().enumerate() {
+        if let Some((offset, _)) = behavior.timer {
+            timers.entry(Tag::at(Instant(0) + offset)).or_default().push(node);
+        }
+    }
+    loop {
+        let next = [timers.keys().next(), values.keys().next()].into_iter().flatten().min().copied();
+        let Some(tag) = next.filter(|tag| *tag <= Tag::at(Instant(0) + last)) else { return logs };
+        let due = timers.remove(&tag).unwrap_or_default();
+        let mut present = values.remove(&tag).unwrap_or_default();
+        // Edges without delay lead to nodes of higher numbers.
+        for node in 0..count {
+            let behavior = plan.nodes[node];
+            let mut output = None;
+            if due.contains(&node) {
+                fired[node] += 1;
+                output = Some(fired[node]);
+                let (_, period) = behavior.timer.unwrap();
+                if period > Interval::ZERO {
+                    timers.entry(Tag::at(tag.time + period)).or_default().push(node);
+                }
+            }
+            for (index, _) in plan.edges.iter().enumerate().filter(|(_, edge)| usize::from(edge.to) == node) {
+                if let Some(value) = present.remove(&index) {
+                    logs[node].push((tag.time.as_nanos(), tag.microstep.0, port_of(index), value));
+                    output = if behavior.relay { Some(value.wrapping_add(1)) } else { output };
+                }
+            }
+            let Some(value) = output else { continue };
+            for (index, edge) in plan.edges.iter().enumerate().filter(|(_, edge)| usize::from(edge.from) == node) {
+                if edge.delay.is_none() {
+                    present.insert(index, value);
+                    continue;
+                }
+                let mut at = tag.delayed(edge.delay);
+                while values.entry(at).or_default().contains_key(&index) {
+                    at = at.next_microstep();
+                }
+                values.entry(at).or_default().insert(index, value);
+            }
+        }
+    }
+}
+
+fn assert_complete(report: &Report) {
+    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+    assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
+}
+
+/// How long each node has to wait when a message takes no longer than `hop`, clock error included: as the longest path
+/// of others' waits and hops to it says, less the delays on it.
+fn sufficient_waits(count: usize, edges: &[Edge], hop: Interval) -> Vec<Interval> {
+    let mut waits = vec![Interval::ZERO; count];
+    // Cycles have more delay than hops, so the longest path visits no node twice.
+    for _ in 0..=count {
+        for edge in edges {
+            let lag = waits[usize::from(edge.from)].as_nanos() + hop.as_nanos();
+            let needed = lag - edge.delay.map_or(0, Interval::as_nanos);
+            let to = &mut waits[usize::from(edge.to)];
+            *to = (*to).max(Interval(needed));
+        }
+    }
+    waits
+}
+
+/// A program: timers and relays, edges without delay to higher numbers, edges with much delay anywhere.
+fn programs() -> impl Strategy<Value = (Vec<Behavior>, Vec<Edge>)> {
+    let node = prop_oneof![
+        3 => (0..4i64, 3..12i64).prop_map(|(offset, period)| timer(offset, period)),
+        2 => (0..4i64, 3..12i64).prop_map(|(offset, period)| Behavior { relay: true, ..timer(offset, period) }),
+        2 => Just(relay()),
+        1 => Just(Behavior::default()),
+    ];
+    prop::collection::vec(node, 2..5).prop_flat_map(|nodes| {
+        let count = u16::try_from(nodes.len()).unwrap();
+        let edges = prop::collection::vec((0..count, 0..count, any::<bool>(), 20..40i64), 1..6);
+        (Just(nodes), edges).prop_map(move |(nodes, edges)| {
+            let edges = edges.into_iter().filter(|(from, to, ..)| from != to);
+            let edges =
+                edges.map(|(from, to, delayed, delay)| edge(from, to, (delayed || from > to).then_some(MS(delay))));
+            (nodes, edges.collect::<Vec<_>>())
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// With waits as long as the network and the clocks need, all happens as in one program, and nothing is late.
+    #[test]
+    fn with_bounds_kept_it_is_the_same_program(
+        seed: u64,
+        (nodes, mut edges) in programs(),
+        pipe_bytes in 40usize..200,
+        within in any::<bool>(),
+        spare_bytes in 0..64usize,
+    ) {
+        let waits = sufficient_waits(nodes.len(), &edges, MS(2));
+        for edge in &mut edges {
+            let wait = waits[usize::from(edge.to)];
+            // The wait can be before the tag, or within it.
+            edge.waits = if within { (Interval::ZERO, wait) } else { (wait, Interval::ZERO) };
+        }
+        let last = MS(60);
+        let plan = Plan { timeout: Some(last), spare_bytes, ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        if within {
+            // The message of a past tag can come when a tag that nobody waits for has begun.
+            return Ok(());
+        }
+        prop_assert_eq!(&report.late_messages, &vec![0; plan.nodes.len()]);
+        prop_assert_eq!(&report.logs, &unfederated(&plan, last));
+        prop_assert!(report.late.iter().all(Vec::is_empty));
+    }
+
+    /// Who waits for ever for every input is never late, however long a message takes, as long as all inputs speak.
+    #[test]
+    fn waiting_for_ever_needs_no_bounds(seed: u64, latency_ns_max in 0..30_000_000u64, periods in [2..9i64, 2..9i64]) {
+        let nodes = vec![timer(0, periods[0]), timer(1, periods[1]), relay(), Behavior::default()];
+        let mut edges = vec![edge(0, 2, None), edge(1, 2, Some(MS(3))), edge(2, 3, None), edge(0, 3, Some(MS(1)))];
+        for edge in &mut edges {
+            edge.waits = (Interval::FOREVER, Interval::ZERO);
+        }
+        // The sources stop, and that they have left is word enough of what they would still have sent.
+        let timeouts = BTreeMap::from([(2, None), (3, None)]);
+        let last = MS(60);
+        let plan = Plan { timeout: Some(last), timeouts, ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions { latency_ns_max, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        prop_assert_eq!(&report.late_messages, &vec![0; 4]);
+        let alone = unfederated(&plan, last);
+        prop_assert!(report.logs[2].starts_with(&alone[2]) && report.logs[3].starts_with(&alone[3]));
+    }
+
+    /// With waits that are too short, each value still happens exactly once and in order, and each that does not happen
+    /// at its tag is known and counted, by handlers and without.
+    #[test]
+    fn with_bounds_broken_nothing_goes_unnoticed(
+        seed: u64,
+        wait in 0..4i64,
+        latency_ns_max in 1_000_000..40_000_000u64,
+        periods in [1..9i64, 1..9i64],
+        delays in [prop::option::of(0..9i64), prop::option::of(0..9i64)],
+        capacity in prop_oneof![Just(1usize), Just(2), Just(16)],
+        pipe_bytes in 25usize..200,
+        handles_tardy: bool,
+    ) {
+        let receiver = Behavior { handles_tardy, ..timer(0, 2) };
+        let nodes = vec![timer(0, periods[0]), timer(0, periods[1]), receiver];
+        let mut edges: Vec<_> = (0..2u16).map(|from| edge(from, 2, delays[usize::from(from)].map(MS))).collect();
+        for edge in &mut edges {
+            edge.waits = (MS(wait), Interval::ZERO);
+        }
+        let timeouts = BTreeMap::from([(2, Some(MS(3_000)))]);
+        let plan = Plan { timeout: Some(MS(60)), timeouts, capacity, ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        let log = &report.logs[2];
+        let late: BTreeMap<_, _> = report.late[2].iter().map(|(at, meant, handled)| (*at, (*meant, *handled))).collect();
+        prop_assert_eq!(report.late_messages[2], late.len() as u64);
+        for (input, (period, delay)) in periods.into_iter().zip(delays).enumerate() {
+            let own: Vec<_> = log.iter().enumerate().filter(|(_, entry)| entry.2 == input).collect();
+            let tag_of = |number: i64| Tag::at(Instant(MS(number * period).as_nanos())).delayed(delay.map(MS));
+            // What would happen after the sender's last tag is not sent.
+            let sent = (0..=60 / period).filter(|number| tag_of(*number) <= Tag::at(Instant(MS(60).as_nanos())));
+            prop_assert_eq!(own.len(), sent.count(), "{:?}", log);
+            for (number, (at, (time, microstep, _, value))) in (0..).zip(own) {
+                prop_assert_eq!(i64::from(*value), number + 1);
+                let sent = tag_of(number);
+                let happened = Tag::new(Instant(*time), Microstep(*microstep));
+                prop_assert!(happened >= sent);
+                let meant = late.get(&at).map(|(meant, handled)| {
+                    assert_eq!(*handled, handles_tardy);
+                    *meant
+                });
+                let expected = (happened > sent).then_some((sent.time.as_nanos(), sent.microstep.0));
+                prop_assert_eq!(meant, expected);
+            }
+        }
+    }
+}
+
+/// A cycle without delay: word of absence lets both go on though they would wait much longer within each tag.
+#[test]
+fn absences_go_from_federate_to_federate_in_cycles() {
+    for seed in 0..20 {
+        let first = Behavior { level: 0, answers: Some((0, 20)), ..timer(0, 5) };
+        let second = Behavior { level: 10, relay: true, ..timer(0, 5) };
+        let mut edges = vec![edge(0, 1, None), edge(1, 0, None)];
+        for edge in &mut edges {
+            edge.waits = (Interval::ZERO, MS(5_000));
+        }
+        let plan = Plan { timeout: Some(MS(50)), ..decentralized(vec![first, second], edges) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        assert_eq!(report.late_messages, [0, 0]);
+        assert_eq!((report.logs[0].len(), report.logs[1].len()), (11, 11), "{:?}", report.logs);
+        assert!(report.ended.iter().all(|ended| *ended < MS(3_000)), "{:?}", report.ended);
+    }
+}
+
+/// A stop goes through the RTI, and all stop at one tag; at that tag nobody waits.
+#[test]
+fn all_stop_at_one_tag() {
+    for seed in 0..20 {
+        let mut edges = vec![edge(0, 1, None), edge(1, 2, None)];
+        for edge in &mut edges {
+            edge.waits = (MS(4), MS(10_000));
+        }
+        let nodes = vec![Behavior { stop_at: Some(5), ..timer(0, 10) }, relay(), Behavior::default()];
+        let plan = Plan { keepalive: true, ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        assert_eq!(report.shut_down, [true; 3]);
+        assert!(report.ended.iter().all(|ended| *ended < MS(3_000)), "{:?}", report.ended);
+    }
+}
+
+/// What one connection brings is far ahead, and fills queue and buffer for good, while word of another input of that
+/// sender lies behind it, for which the receiver waits for ever.
+#[test]
+fn a_wait_that_would_last_for_ever_is_an_error() {
+    let nodes = vec![timer(0, 1), Behavior::default()];
+    let mut edges = vec![edge(0, 1, None), edge(0, 1, Some(Interval::from_secs(10)))];
+    for edge in &mut edges {
+        edge.waits = (Interval::FOREVER, Interval::ZERO);
+    }
+    let plan = Plan { capacity: 1, timeout: Some(MS(20_000)), ..decentralized(nodes, edges) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_eq!(report.trouble, None, "{:?}", report.results);
+    assert_eq!(report.results[1], Err(RunError::InputFull { input: "node.in" }));
+}

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The whole event loop against recordings of C federates with decentralized coordination: the tester's part, as the
+//! RTI and as the other federate, is played from the file, and what the federate sends is compared byte for byte.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::net::SocketAddrV4;
+
+use lf_coordination::Deadline;
+use lf_golden::{Fill, Frame, Step};
+use lf_model::time::{Instant, Interval};
+use lf_runtime::Coordination;
+use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use support::federation::{Edge, PORT, Plan, RTI, Ran, run_node};
+use support::network::{Conditions, address_of};
+use support::node::Behavior;
+use support::world::{VirtualPlatform, World};
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+/// The federate's number among the participants.
+const FEDERATE: usize = 1;
+/// Connections between federates have numbers from here on.
+const FIRST_PEER: u16 = 1000;
+/// How long the tester waits for anything.
+const PATIENCE: Interval = Interval::from_secs(5);
+
+/// All but the federate.
+struct Tester {
+    platform: VirtualPlatform,
+    rti: SocketId,
+    peer: SocketId,
+    connections: BTreeMap<u16, SocketId>,
+    /// Where the federate listens.
+    advertised: u16,
+    start: Instant,
+}
+
+impl Tester {
+    fn new(mut platform: VirtualPlatform) -> Self {
+        platform.begin();
+        let (rti, peer) = (platform.listen(PORT).unwrap(), platform.listen(0).unwrap());
+        Self { platform, rti, peer, connections: BTreeMap::new(), advertised: 0, start: Instant::NEVER }
+    }
+
+    fn play(&mut self, steps: &[Step]) {
+        for (index, step) in steps.iter().enumerate() {
+            let at = format!("step {index}: {step:?}");
+            match step {
+                Step::Connect(connection) => {
+                    let listener = if *connection < FIRST_PEER { self.rti } else { self.peer };
+                    let accepted =
+                        self.wait_for(listener, Interest::READ, &at, |platform| platform.accept(listener).unwrap());
+                    self.connections.insert(*connection, accepted.0);
+                }
+                Step::P2pConnect(connection) => {
+                    let address = SocketAddrV4::new(address_of(FEDERATE), self.advertised);
+                    let socket = self.platform.connect(address).unwrap();
+                    self.wait_for(socket, Interest::WRITE, &at, |platform| platform.connected(socket).ok());
+                    self.connections.insert(*connection, socket);
+                }
+                Step::Send(frame) => self.send(frame),
+                Step::Recv(frame) => self.receive(frame, &at),
+                Step::Silence(connections) => {
+                    let until = self.platform.now() + MS(5);
+                    while self.platform.now() < until {
+                        self.platform.wait(Deadline::At(until), &mut |_, _| {});
+                    }
+                    for connection in connections {
+                        let found = self.platform.read(self.connections[connection], &mut [0; 1]);
+                        assert_eq!(found, Ok(Transfer::WouldBlock), "{at}");
+                    }
+                }
+                Step::ClosedByPeer(connection) => {
+                    let socket = self.connections[connection];
+                    let found = self.wait_for(socket, Interest::READ, &at, |platform| {
+                        platform.read(socket, &mut [0; 1]).ok().filter(|found| *found != Transfer::WouldBlock)
+                    });
+                    assert_eq!(found, Transfer::Closed, "{at}");
+                }
+                Step::Close(connection) => self.platform.close(self.connections[connection]),
+                other => panic!("not of a decentralized federate: {other:?}"),
+            }
+        }
+    }
+
+    /// Asks again and again, as the socket becomes ready, until there is something.
+    fn wait_for<T>(
+        &mut self,
+        socket: SocketId,
+        interest: Interest,
+        at: &str,
+        ask: impl Fn(&mut VirtualPlatform) -> Option<T>,
+    ) -> T {
+        let until = self.platform.now() + PATIENCE;
+        loop {
+            if let Some(found) = ask(&mut self.platform) {
+                self.platform.set_interest(socket, Interest::NONE);
+                return found;
+            }
+            assert!(self.platform.now() < until, "{at}: the federate does nothing");
+            self.platform.set_interest(socket, interest);
+            self.platform.wait(Deadline::At(until), &mut |_, _| {});
+        }
+    }
+
+    fn send(&mut self, frame: &Frame) {
+        if let Some(tag) = frame.tag {
+            // The recording says that it is sent at its time.
+            let until = self.start + Interval(tag.time_ns);
+            while self.platform.now() < until {
+                self.platform.wait(Deadline::At(until), &mut |_, _| {});
+            }
+        }
+        let bytes = match &frame.fill {
+            None => frame.bytes.exact().unwrap(),
+            Some(Fill::PhysicalTime) => frame.bytes.fill_with(self.platform.now().as_nanos().to_le_bytes()),
+            Some(Fill::Start) => {
+                self.start = self.platform.now() + MS(300);
+                frame.bytes.fill_with(self.start.as_nanos().to_le_bytes())
+            }
+            Some(Fill::TagTime) => self.expected(frame),
+            Some(Fill::P2pPort) => {
+                let port = i32::from(self.platform.local_port(self.peer).unwrap());
+                let mut bytes = frame.bytes.fill_with(port.to_le_bytes());
+                // The tester is not on the computer on which it was recorded.
+                let address = bytes.len() - 4;
+                bytes[address..].copy_from_slice(&address_of(RTI).octets());
+                bytes
+            }
+            Some(other) => panic!("not of a decentralized federate: {other:?}"),
+        };
+        let mut rest = &bytes[..];
+        while !rest.is_empty() {
+            match self.platform.write(self.connections[&frame.connection], rest).unwrap() {
+                Transfer::Bytes(count) => rest = &rest[count..],
+                other => panic!("the network has room for it: {other:?}"),
+            }
+        }
+    }
+
+    /// The frame with its tag in place.
+    fn expected(&self, frame: &Frame) -> Vec<u8> {
+        let time = frame.tag.map_or(0, |tag| self.start.as_nanos() + tag.time_ns);
+        frame.bytes.fill_with(time.to_le_bytes())
+    }
+
+    fn receive(&mut self, frame: &Frame, at: &str) {
+        const ADVERTISEMENT: u8 = 15;
+        let socket = self.connections[&frame.connection];
+        let mut found = Vec::new();
+        while found.len() < frame.bytes.len() {
+            let needed = frame.bytes.len() - found.len();
+            let bytes = self.wait_for(socket, Interest::READ, at, |platform| {
+                let mut bytes = vec![0; needed];
+                match platform.read(socket, &mut bytes).unwrap() {
+                    Transfer::Bytes(count) => Some(bytes[..count].to_vec()),
+                    Transfer::WouldBlock => None,
+                    Transfer::Closed => panic!("{at}: the federate has closed the connection"),
+                }
+            });
+            found.extend(bytes);
+        }
+        if frame.tag.is_some() || frame.bytes.masked_len() == 0 {
+            assert_eq!(found, self.expected(frame), "{at}: found on the left");
+        } else {
+            assert!(frame.bytes.matches(&found), "{at}: found {found:02x?}");
+        }
+        if found[0] == ADVERTISEMENT {
+            self.advertised = u16::from_le_bytes([found[1], found[2]]);
+        }
+    }
+}
+
+/// Plays a recording of this federate; gives how it ran.
+fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64) -> Ran {
+    let recording = lf_golden::load(name).unwrap();
+    let mut nodes = vec![Behavior::default(); 2];
+    nodes[usize::from(id)] = behavior;
+    let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (MS(50), Interval::ZERO) };
+    let plan = Plan {
+        coordination: Coordination::Decentralized,
+        timeout: Some(timeout),
+        keepalive: true,
+        trials: 10,
+        federation_id: b"Unidentified Federation",
+        ..Plan::new(nodes, vec![edge])
+    };
+    let world = World::new(Conditions::seeded(seed));
+    let tester = world.join(Interval::ZERO, Interval::ZERO);
+    let mut federate = world.join(Interval::ZERO, MS(1_700));
+    std::thread::scope(|scope| {
+        scope.spawn(|| Tester::new(tester).play(&recording.steps));
+        let ran = scope.spawn(move || {
+            federate.begin();
+            run_node::<2>(&plan, id, &mut federate)
+        });
+        world.start();
+        ran.join().unwrap()
+    })
+}
+
+#[test]
+fn a_source_connects_to_its_receiver_and_sends_there() {
+    for seed in 0..8 {
+        let timer = Behavior { timer: Some((Interval::ZERO, MS(100))), ..Behavior::default() };
+        assert_eq!(replay("52-decentralized-source", 0, timer, MS(400), seed).result, Ok(()));
+    }
+}
+
+#[test]
+fn a_sink_takes_the_right_sender_only_and_what_it_sends() {
+    for seed in 0..8 {
+        let ran = replay("52b-decentralized-sink", 1, Behavior::default(), MS(800), seed);
+        assert_eq!((ran.result, ran.late_messages), (Ok(()), 0));
+        let expected: Vec<_> = (0..4u32).map(|n| (MS(100 * i64::from(n)).as_nanos(), 0, 0, 0x2a + n)).collect();
+        assert_eq!(ran.log, expected);
+    }
+}
