@@ -4,10 +4,10 @@
 //! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, three
 //! ports, a connection with `after` from port 0, an input, and an output from port 1.
 use lf_model::{
-    ActionTiming, DeliverError, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModelError, NetworkInput,
-    NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, Policy, Port, PortCell, PortId,
-    PortInfo, Program, Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings,
-    Storage, Tables, Tag, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModelError,
+    NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port,
+    PortCell, PortId, PortInfo, Program, Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind,
+    Settings, Storage, Tables, Tag, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::{Clock, Host};
@@ -40,7 +40,7 @@ pub struct Cells {
     pub physical: PhysicalActionQueue<u32, 3>,
     pub ports: [Port<u32>; 3],
     pub delayed: QueuedPort<u32, 2>,
-    pub input: QueuedPort<u32, 2>,
+    pub input: TardyInput<u32, 2>,
     /// What reactions want to tell the test: a word, and when.
     pub log: Vec<(String, Tag)>,
 }
@@ -62,6 +62,8 @@ struct Reaction {
     kind: ReactionKind,
     body: Body,
     handler: Option<Body>,
+    tardy: Option<Body>,
+    reads_input: bool,
 }
 
 pub struct BenchProgram {
@@ -80,6 +82,7 @@ pub struct Builder {
     output_delay: Option<Interval>,
     tells_absence: bool,
     physical_connections: bool,
+    tardy: bool,
     reactions: Vec<Reaction>,
 }
 
@@ -93,6 +96,7 @@ pub fn bench() -> Builder {
         output_delay: None,
         tells_absence: false,
         physical_connections: false,
+        tardy: false,
         reactions: Vec::new(),
     }
 }
@@ -139,6 +143,24 @@ impl Builder {
         self
     }
 
+    /// Messages can come after their tag.
+    pub fn tardy(mut self) -> Self {
+        self.tardy = true;
+        self
+    }
+
+    /// A handler for a tardy input of the reaction that was added last.
+    pub fn handles_tardy(mut self, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
+        self.reactions.last_mut().unwrap().tardy = Some(Box::new(handler));
+        self
+    }
+
+    /// The reaction that was added last reads the input, which does not trigger it.
+    pub fn reads_input(mut self) -> Self {
+        self.reactions.last_mut().unwrap().reads_input = true;
+        self
+    }
+
     /// A reaction; those of one level run in the order in which they are added.
     pub fn reaction(
         mut self,
@@ -153,6 +175,8 @@ impl Builder {
             kind: ReactionKind::Body,
             body: Box::new(body),
             handler: None,
+            tardy: None,
+            reads_input: false,
         });
         self
     }
@@ -175,7 +199,7 @@ impl Builder {
     pub fn build(self) -> Bench {
         let mut reactions = self.reactions;
         reactions.sort_by_key(|reaction| reaction.level);
-        let sees_input = |reaction: &&Reaction| reaction.triggers.contains(&By::Input);
+        let sees_input = |reaction: &&Reaction| reaction.triggers.contains(&By::Input) || reaction.reads_input;
         let input_level = reactions.iter().filter(sees_input).map(|reaction| reaction.level).min().unwrap_or(u16::MAX);
         let sends = |reaction: &Reaction| reaction.kind == ReactionKind::Send(OutputId(0));
         let sending = (0..).map(ReactionId).zip(&reactions).filter(|(_, reaction)| sends(reaction)).map(|(id, _)| id);
@@ -186,13 +210,15 @@ impl Builder {
         } else {
             TriggerKind::Delay { fills, delay }
         };
+        let reads = (0..).map(ReactionId).zip(&reactions).filter(|(_, reaction)| reaction.reads_input);
+        let readers = leak(reads.map(|(id, _)| id));
         let absence = if self.tells_absence { leak(sending) } else { &[] };
         let tables: &'static Tables = Box::leak(Box::new(Tables {
             reactions: leak(reactions.iter().map(|reaction| ReactionInfo {
                 name: "reaction",
                 level: reaction.level,
                 deadline: reaction.deadline,
-                tardy: false,
+                tardy: reaction.tardy.is_some(),
                 kind: reaction.kind,
             })),
             triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, delayed),
@@ -216,10 +242,10 @@ impl Builder {
                 level: input_level,
                 awaited: !self.physical_connections,
                 physical: self.physical_connections,
-                tardy: false,
+                tardy: self.tardy,
                 max_wait: Interval::ZERO,
                 absent_after: Interval::ZERO,
-                readers: &[],
+                readers,
             }]),
             absence,
         }));
@@ -231,14 +257,24 @@ impl Builder {
             physical: PhysicalActionQueue::new(TriggerId(6), inbox),
             ports: [0, 1, 2].map(|id| Port::new(PortId(id))),
             delayed: QueuedPort::new(PortId(3)),
-            input: QueuedPort::new(PortId(4)),
+            input: TardyInput::new(PortId(4)),
             log: Vec::new(),
         };
-        let storage: &'static mut Storage<9, 1, 1, 1> = Box::leak(Box::default());
-        let mut engine = Engine::new(tables, storage, self.settings);
+        let mut engine = engine(tables, self.settings, self.tardy);
         engine.start(START);
         let clock = Clock::new_static(START.as_nanos());
         Bench { program: BenchProgram { tables, reactions, cells }, engine, host: Host::new(clock), clock }
+    }
+}
+
+/// An engine in memory of the right size.
+fn engine(tables: &'static Tables, settings: Settings, tardy: bool) -> Engine<'static> {
+    if tardy {
+        let storage: &'static mut Storage<9, 1, 1, 1, 1, 1> = Box::leak(Box::default());
+        Engine::new(tables, storage, settings)
+    } else {
+        let storage: &'static mut Storage<9, 1, 1, 1> = Box::leak(Box::default());
+        Engine::new(tables, storage, settings)
     }
 }
 
@@ -300,6 +336,10 @@ impl Program for BenchProgram {
         (self.reactions[usize::from(reaction.0)].handler.as_mut().unwrap())(&mut self.cells, ctx);
     }
 
+    fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        (self.reactions[usize::from(reaction.0)].tardy.as_mut().unwrap())(&mut self.cells, ctx);
+    }
+
     fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
         match port.0 {
             3 => Some(&mut self.cells.delayed.port),
@@ -334,6 +374,10 @@ impl Program for BenchProgram {
 
     fn deliver(&mut self, _input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         self.cells.input.deliver(tag, bytes)
+    }
+
+    fn deliver_tardy(&mut self, _input: InputId, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        self.cells.input.deliver_tardy(tag, intended, bytes)
     }
 }
 
@@ -396,6 +440,10 @@ impl Bench {
 
     pub fn deliver(&mut self, tag: Tag, value: u32) -> Result<(), DeliverError> {
         self.engine.deliver(&mut self.program, InputId(0), tag, &value.to_le_bytes())
+    }
+
+    pub fn deliver_tardy(&mut self, tag: Tag, value: u32) -> Delivery {
+        self.engine.deliver_tardy(&mut self.program, InputId(0), tag, &value.to_le_bytes()).unwrap()
     }
 
     /// What the reactions logged since the last call: the word, the milliseconds after the start, the microstep.
