@@ -4,6 +4,7 @@
 //! The federates are raw sockets that keep the rules of the protocol ([`Peer`]) and all live in one thread
 //! ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
 
+pub mod clock;
 mod forwarder;
 mod graph;
 mod latency;

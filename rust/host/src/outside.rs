@@ -16,8 +16,17 @@ static PROGRAM: OnceLock<HostOutside> = OnceLock::new();
 #[derive(Debug)]
 pub(crate) struct HostOutside {
     clock: Clock,
-    correction: Mutex<ClockCorrection>,
+    physical: Mutex<Physical>,
     mailbox: Mailbox,
+}
+
+/// Physical time, as the program's threads see it.
+#[derive(Debug)]
+struct Physical {
+    correction: ClockCorrection,
+    /// The latest that anybody was told. A thread may be told the time between the event loop's reading of the clock
+    /// and the change of rate that this led to; nobody is told an earlier time then.
+    latest: Instant,
 }
 
 impl HostOutside {
@@ -25,7 +34,7 @@ impl HostOutside {
     pub(crate) fn of_program() -> &'static Self {
         PROGRAM.get_or_init(|| Self {
             clock: Clock::new(),
-            correction: Mutex::new(ClockCorrection::NONE),
+            physical: Mutex::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER }),
             mailbox: Mailbox::new(),
         })
     }
@@ -37,14 +46,19 @@ impl HostOutside {
 
     /// See [`lf_runtime::platform::Platform::set_correction`].
     pub(crate) fn set_correction(&self, correction: ClockCorrection) {
-        *self.correction.lock().unwrap_or_else(PoisonError::into_inner) = correction;
+        let mut physical = self.physical.lock().unwrap_or_else(PoisonError::into_inner);
+        if physical.correction.is_step(&correction) {
+            physical.latest = Instant::NEVER;
+        }
+        physical.correction = correction;
     }
 }
 
 impl Outside for HostOutside {
     fn physical_time(&self) -> Instant {
-        let correction = *self.correction.lock().unwrap_or_else(PoisonError::into_inner);
-        correction.physical(self.clock.now())
+        let mut physical = self.physical.lock().unwrap_or_else(PoisonError::into_inner);
+        physical.latest = physical.correction.physical(self.clock.now()).max(physical.latest);
+        physical.latest
     }
 
     fn wake(&self) {

@@ -68,6 +68,18 @@ impl Platform for Host {
         self.sockets.listen(port)
     }
 
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        self.sockets.bind(port)
+    }
+
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        self.sockets.receive_from(socket, buffer)
+    }
+
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        self.sockets.send_to(socket, to, bytes)
+    }
+
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
         self.sockets.local_port(listener)
     }

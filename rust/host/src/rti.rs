@@ -4,11 +4,12 @@
 use std::fmt;
 use std::path::PathBuf;
 
-pub use lf_coordination::rti::Outcome;
-use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
+use lf_coordination::clock_sync::RTI_UDP_PORT;
+use lf_coordination::rti::{AfterLoss, Config, Notice};
+pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_rti_memory::{Memory, Sizes};
-use lf_runtime::platform::{NetError, Platform};
+use lf_runtime::platform::{NetError, Platform, SocketId};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
 
 use crate::platform::Host;
@@ -33,8 +34,8 @@ pub struct Options {
     pub authentication: bool,
     /// The TCP port; 0 lets the system choose.
     pub port: u16,
-    /// Initial clock synchronization: how many exchanges; `None` for off.
-    pub clock_sync_trials: Option<u32>,
+    /// Clock synchronization.
+    pub clock_sync: ClockSync,
     /// Rounds the start time up to a multiple of this.
     pub start_time_multiple: Option<Interval>,
     /// Whether DNETs are sent.
@@ -63,7 +64,7 @@ impl Options {
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
-            clock_sync_trials: None,
+            clock_sync: ClockSync::Off,
             start_time_multiple: None,
             dnet: true,
             go_on_after_loss: false,
@@ -84,6 +85,8 @@ pub enum RtiError {
         /// Why not.
         error: NetError,
     },
+    /// No UDP port can be opened for clock synchronization.
+    Bind(NetError),
     /// The trace cannot be written.
     Trace {
         /// The file.
@@ -102,6 +105,7 @@ impl fmt::Display for RtiError {
             Self::Listen { port, error } => {
                 write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one with -p")
             }
+            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
             Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
             Self::Run(error) => error.fmt(f),
         }
@@ -130,12 +134,13 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let listener = host.listen(options.port).map_err(listen)?;
     listening(host.local_port(listener).map_err(listen)?);
 
+    let datagrams = open_datagrams(&mut host, options.clock_sync)?;
     let count = usize::from(options.federates);
     let connections = count + SPARE_CONNECTIONS;
     let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
     let config = Config {
         authentication: options.authentication,
-        clock_sync: options.clock_sync_trials.map_or(ClockSync::Off, |trials| ClockSync::Init { trials }),
+        clock_sync: options.clock_sync,
         start_time_multiple: options.start_time_multiple,
         dnet: options.dnet,
         after_loss: if options.go_on_after_loss { AfterLoss::GoOn } else { AfterLoss::StopAll },
@@ -149,8 +154,18 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
         buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
-    let setup = RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings };
+    let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
+    let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
     run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Run)
+}
+
+/// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to where the
+/// datagrams come from, so another port than the usual one will do.
+fn open_datagrams(host: &mut impl Platform, clock_sync: ClockSync) -> Result<Option<SocketId>, RtiError> {
+    let ClockSync::On { .. } = clock_sync else { return Ok(None) };
+    let usual = host.bind(RTI_UDP_PORT);
+    let socket = if usual == Err(NetError::AddressInUse) { host.bind(0) } else { usual };
+    socket.map(Some).map_err(RtiError::Bind)
 }
 
 /// Logs a notice at the level of its importance.
@@ -161,7 +176,10 @@ fn log_notice(notice: Notice<'_>) {
         | Notice::Rejected { .. }
         | Notice::RejectedBy { .. }
         | Notice::Late { .. } => log::error!("{notice}"),
-        Notice::HandshakeAbandoned { .. } | Notice::UnknownType { .. } | Notice::InTransitFull(_) => {
+        Notice::HandshakeAbandoned { .. }
+        | Notice::Stranger(_)
+        | Notice::UnknownType { .. }
+        | Notice::InTransitFull(_) => {
             log::warn!("{notice}");
         }
         Notice::Dropped { .. } => log::debug!("{notice}"),

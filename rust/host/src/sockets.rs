@@ -9,7 +9,7 @@ use std::time::Duration;
 use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
-use rustix::net::{AddressFamily, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
+use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
 
 /// The epoll key of the wake-up descriptor, which is no socket of the table.
 const WAKE_KEY: u64 = u64::MAX;
@@ -87,6 +87,42 @@ impl Sockets {
         rustix::net::bind(&descriptor, &address).map_err(error)?;
         rustix::net::listen(&descriptor, 1024).map_err(error)?;
         self.insert(descriptor)
+    }
+
+    /// See [`lf_runtime::platform::Platform::bind`].
+    pub(crate) fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        let descriptor = open(SocketType::DGRAM, ipproto::UDP)?;
+        let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
+        rustix::net::bind(&descriptor, &address).map_err(error)?;
+        self.insert(descriptor)
+    }
+
+    /// See [`lf_runtime::platform::Platform::receive_from`].
+    pub(crate) fn receive_from(
+        &self,
+        id: SocketId,
+        buffer: &mut [u8],
+    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        let descriptor = self.descriptor(id)?;
+        loop {
+            return match rustix::net::recvfrom(descriptor, &mut *buffer, RecvFlags::empty()) {
+                Ok((count, _, from)) => match from.map(SocketAddr::try_from) {
+                    Some(Ok(SocketAddr::V4(from))) => Ok(Some((count, from))),
+                    // The socket is one of IPv4, so there is no such datagram.
+                    _ => continue,
+                },
+                Err(Errno::INTR) => continue,
+                Err(Errno::AGAIN) => Ok(None),
+                Err(errno) => Err(error(errno)),
+            };
+        }
+    }
+
+    /// See [`lf_runtime::platform::Platform::send_to`].
+    pub(crate) fn send_to(&self, id: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        let descriptor = self.descriptor(id)?;
+        rustix::net::sendto(descriptor, bytes, SendFlags::NOSIGNAL, &SocketAddr::V4(to)).map_err(error)?;
+        Ok(())
     }
 
     /// See [`lf_runtime::platform::Platform::local_port`].
@@ -210,8 +246,12 @@ impl Sockets {
 }
 
 fn stream_socket() -> Result<OwnedFd, NetError> {
+    open(SocketType::STREAM, ipproto::TCP)
+}
+
+fn open(kind: SocketType, protocol: Protocol) -> Result<OwnedFd, NetError> {
     let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-    rustix::net::socket_with(AddressFamily::INET, SocketType::STREAM, flags, Some(ipproto::TCP)).map_err(error)
+    rustix::net::socket_with(AddressFamily::INET, kind, flags, Some(protocol)).map_err(error)
 }
 
 fn transfer(mut call: impl FnMut() -> Result<usize, Errno>) -> Result<Transfer, NetError> {

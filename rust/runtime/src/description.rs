@@ -71,6 +71,8 @@ pub struct Federation {
     pub peers_out: &'static [u16],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
+    /// What its own clock shows too much, as a test of clock synchronization.
+    pub test_offset: Interval,
     /// The least delay from a physical action to an output to another federate; `None` when there is no such path.
     pub physical_delay: Option<Interval>,
     /// The target property `advance-message-interval`: how often the federate tells how far it has got while its

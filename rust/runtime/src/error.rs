@@ -58,6 +58,8 @@ pub enum RunError {
         /// Tags that it holds.
         found: usize,
     },
+    /// No UDP port can be opened for clock synchronization.
+    Bind(NetError),
     /// No port can be listened on for other federates.
     Listen(NetError),
     /// Something is wrong with the direct connection with another federate.
@@ -118,6 +120,7 @@ impl fmt::Display for RunError {
             Self::KnownTooShort { needed, found } => {
                 write!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
             }
+            Self::Bind(error) => write!(f, "no UDP port can be opened for clock synchronization: {error}"),
             Self::Listen(error) => write!(f, "no TCP port can be listened on for other federates: {error}"),
             Self::Peer { federate, fault } => write!(f, "federate {federate} {fault}"),
             Self::TagFull { input } => write!(

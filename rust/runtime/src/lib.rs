@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod connection;
+mod datagram;
 mod description;
 mod error;
 mod federate;

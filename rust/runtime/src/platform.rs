@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
 //!
-//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking TCP over IPv4; they are named by
-//! [`SocketId`], whose generation makes a stale id an error and never another socket.
+//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, over IPv4, TCP but for those of
+//! [`Platform::bind`]; they are named by [`SocketId`], whose generation makes a stale id an error and never another socket.
 
 use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -136,7 +136,27 @@ pub trait Platform {
     /// [`NetError::AddressInUse`] when the port is taken.
     fn listen(&mut self, port: u16) -> Result<SocketId, NetError>;
 
-    /// The port on which a listener listens.
+    /// Opens a UDP port of all interfaces; port 0 lets the system choose. To be used with [`Platform::receive_from`] and
+    /// [`Platform::send_to`] only.
+    ///
+    /// # Errors
+    /// [`NetError::AddressInUse`] when the port is taken.
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError>;
+
+    /// Takes one datagram that has come: how many bytes of the buffer it fills, and who sent it. What does not fit is
+    /// lost. `None` when there is none.
+    ///
+    /// # Errors
+    /// When the system reports an error of the port; the next call may succeed.
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError>;
+
+    /// Sends a datagram, which may get lost without anybody noticing.
+    ///
+    /// # Errors
+    /// When the system does not take it; it is then lost.
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError>;
+
+    /// The port on which a listener listens, or a UDP port that was bound.
     ///
     /// # Errors
     /// When the id is stale.

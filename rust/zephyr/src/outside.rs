@@ -10,14 +10,25 @@ use lf_model::{Mailbox, Outside};
 
 use crate::{clock, wake};
 
-static PROGRAM: ZephyrOutside =
-    ZephyrOutside { correction: Mutex::new(Cell::new(ClockCorrection::NONE)), mailbox: Mailbox::new() };
+static PROGRAM: ZephyrOutside = ZephyrOutside {
+    physical: Mutex::new(Cell::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER })),
+    mailbox: Mailbox::new(),
+};
 
 /// The federation's clock, the wake-up of the event loop and the mailbox of this image.
 #[derive(Debug)]
 pub(crate) struct ZephyrOutside {
-    correction: Mutex<Cell<ClockCorrection>>,
+    physical: Mutex<Cell<Physical>>,
     mailbox: Mailbox,
+}
+
+/// Physical time, as the program's threads see it.
+#[derive(Clone, Copy, Debug)]
+struct Physical {
+    correction: ClockCorrection,
+    /// The latest that anybody was told. A thread may be told the time between the event loop's reading of the clock
+    /// and the change of rate that this led to; nobody is told an earlier time then.
+    latest: Instant,
 }
 
 impl ZephyrOutside {
@@ -28,14 +39,24 @@ impl ZephyrOutside {
 
     /// See [`lf_runtime::platform::Platform::set_correction`].
     pub(crate) fn set_correction(&self, correction: ClockCorrection) {
-        critical_section::with(|section| self.correction.borrow(section).set(correction));
+        critical_section::with(|section| {
+            let physical = self.physical.borrow(section);
+            let Physical { correction: before, latest } = physical.get();
+            let latest = if before.is_step(&correction) { Instant::NEVER } else { latest };
+            physical.set(Physical { correction, latest });
+        });
     }
 }
 
 impl Outside for ZephyrOutside {
     fn physical_time(&self) -> Instant {
-        let correction = critical_section::with(|section| self.correction.borrow(section).get());
-        correction.physical(clock::now())
+        critical_section::with(|section| {
+            let physical = self.physical.borrow(section);
+            let Physical { correction, latest } = physical.get();
+            let latest = correction.physical(clock::now()).max(latest);
+            physical.set(Physical { correction, latest });
+            latest
+        })
     }
 
     fn wake(&self) {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use lf_host::model::time::Interval;
-use lf_host::rti::Options;
+use lf_host::rti::{CLOCK_SYNC_TRIALS, ClockSync, Options};
 
 use crate::time;
 
@@ -14,8 +14,10 @@ use crate::time;
 const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
 /// The stock RTI's port.
 pub const PORT_DEFAULT: u16 = 15045;
-/// Exchanges of the initial clock synchronization.
-const TRIALS_DEFAULT: u32 = 10;
+/// The period of clock synchronization in nanoseconds, as the stock RTI's.
+const PERIOD_NS_DEFAULT: i64 = 10_000_000;
+/// A shorter period would be nothing but load.
+const PERIOD_NS_MIN: i64 = 1_000_000;
 /// More would delay the start by minutes on a slow link.
 const TRIALS_MAX: u32 = 1000;
 /// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
@@ -41,8 +43,9 @@ pub struct RtiArgs {
     /// The TCP port to listen on; 0 lets the system choose one.
     #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
     port: u16,
-    /// Clock synchronization: `off`, or `init` for once before the start; then `exchanges-per-interval N`.
-    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init")]
+    /// Clock synchronization: `off`, `init` for once before the start, or `on` for rounds over UDP from then on, too; then
+    /// `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`.
+    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init|on")]
     #[arg(default_value = "init")]
     clock_sync: Vec<String>,
     /// Accept only federates that prove with an HMAC that they know the federation id.
@@ -91,7 +94,7 @@ impl RtiArgs {
             federation_id: self.id.clone(),
             authentication: self.auth,
             port: self.port,
-            clock_sync_trials: trials(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
+            clock_sync: clock_sync(&self.clock_sync).map_err(|error| format!("-c, --clock_sync: {error}"))?,
             start_time_multiple,
             dnet: !self.dnet_disabled,
             go_on_after_loss: self.go_on_after_loss,
@@ -129,39 +132,50 @@ fn federation_id(text: &str) -> Result<String, String> {
     }
 }
 
-/// The number of exchanges of the initial clock synchronization; `None` for `off`.
-fn trials(words: &[String]) -> Result<Option<u32>, String> {
+/// What the words after `-c` ask for.
+fn clock_sync(words: &[String]) -> Result<ClockSync, String> {
     let mut words = words.iter().map(String::as_str);
-    let mut trials = match words.next() {
-        Some("off") => None,
-        Some("init" | "initial") => Some(TRIALS_DEFAULT),
-        Some("on") => return Err("`on` is not supported yet; use `init` or `off`".to_owned()),
+    let trials = CLOCK_SYNC_TRIALS;
+    let mut clock_sync = match words.next() {
+        Some("off") => ClockSync::Off,
+        Some("init" | "initial") => ClockSync::Init { trials },
+        Some("on") => ClockSync::On { trials, period: Interval::from_nanos(PERIOD_NS_DEFAULT) },
         other => return Err(format!("`{}` is none of off, init, on", other.unwrap_or_default())),
     };
     while let Some(word) = words.next() {
-        match word {
-            "period" => return Err("`period` only applies to `on`, which is not supported yet".to_owned()),
-            "exchanges-per-interval" if trials.is_none() => {
+        match (word, &mut clock_sync) {
+            ("period", ClockSync::On { period, .. }) => *period = number_of_nanoseconds(words.next())?,
+            ("period", _) => return Err("`period` only applies to `on`".to_owned()),
+            ("exchanges-per-interval", ClockSync::Init { trials } | ClockSync::On { trials, .. }) => {
+                *trials = number_of_trials(words.next())?;
+            }
+            ("exchanges-per-interval", ClockSync::Off) => {
                 return Err("`exchanges-per-interval` does not apply to `off`".to_owned());
             }
-            "exchanges-per-interval" => {
-                let number = words.next().unwrap_or_default();
-                let valid = number.parse().ok().filter(|trials| (1..=TRIALS_MAX).contains(trials));
-                trials = Some(valid.ok_or_else(|| {
-                    format!("`exchanges-per-interval` takes a number from 1 to {TRIALS_MAX}, not `{number}`")
-                })?);
-            }
-            other => return Err(format!("`{other}` is none of period, exchanges-per-interval")),
+            (other, _) => return Err(format!("`{other}` is none of period, exchanges-per-interval")),
         }
     }
-    Ok(trials)
+    Ok(clock_sync)
+}
+
+fn number_of_nanoseconds(word: Option<&str>) -> Result<Interval, String> {
+    let word = word.unwrap_or_default();
+    let valid = word.parse().ok().filter(|period| (PERIOD_NS_MIN..=i64::from(u32::MAX)).contains(period));
+    let wrong = || format!("`period` takes a number of nanoseconds from {PERIOD_NS_MIN} to {}, not `{word}`", u32::MAX);
+    valid.map(Interval::from_nanos).ok_or_else(wrong)
+}
+
+fn number_of_trials(word: Option<&str>) -> Result<u32, String> {
+    let word = word.unwrap_or_default();
+    let valid = word.parse().ok().filter(|trials| (1..=TRIALS_MAX).contains(trials));
+    valid.ok_or_else(|| format!("`exchanges-per-interval` takes a number from 1 to {TRIALS_MAX}, not `{word}`"))
 }
 
 #[cfg(test)]
 mod tests {
     use clap::Parser;
     use lf_host::model::time::Interval;
-    use lf_host::rti::Options;
+    use lf_host::rti::{ClockSync, Options};
 
     use super::super::{Cli, Command};
 
@@ -177,7 +191,7 @@ mod tests {
         let options = options(&["-n", "2"]).expect("it is valid");
         assert_eq!(options.federation_id, "Unidentified Federation");
         assert_eq!(options.port, 15045);
-        assert_eq!(options.clock_sync_trials, Some(10));
+        assert_eq!(options.clock_sync, ClockSync::Init { trials: 10 });
         assert!(options.dnet && !options.authentication);
         assert_eq!(options.start_time_multiple, None);
         assert_eq!(options.start_barrier_time_out, Some(Interval::from_secs(60)));
@@ -212,20 +226,22 @@ mod tests {
         ];
         let options = options(&arguments).expect("it is valid");
         assert_eq!(options.federates, 3);
-        assert_eq!(options.clock_sync_trials, Some(3));
+        assert_eq!(options.clock_sync, ClockSync::Init { trials: 3 });
         assert_eq!(options.start_time_multiple, Some(Interval::from_secs(7)));
         assert!(!options.dnet && options.authentication);
     }
 
     #[test]
-    fn what_is_not_there_yet_is_refused_by_name() {
-        for (arguments, name) in [
-            (&["-n", "2", "-c", "on"][..], "`on` is not supported yet"),
-            (&["-n", "2", "-c", "init", "period", "5"], "`period`"),
-        ] {
-            let error = options(arguments).expect_err("it is not supported");
-            assert!(error.contains(name), "{error}");
-        }
+    fn rounds_while_the_federation_runs_have_a_period() {
+        let of = |arguments: &[&str]| {
+            let all = ["-n", "2", "-c", "on"].iter().chain(arguments).copied().collect::<Vec<_>>();
+            options(&all).map(|options| options.clock_sync)
+        };
+        let on = |trials, period_ms| Ok(ClockSync::On { trials, period: Interval::from_millis(period_ms) });
+        assert_eq!(of(&[]), on(10, 10));
+        assert_eq!(of(&["period", "5000000"]), on(10, 5));
+        assert_eq!(of(&["period", "600000000", "exchanges-per-interval", "2"]), on(2, 600));
+        assert_eq!(of(&["exchanges-per-interval", "2", "period", "600000000"]), on(2, 600));
     }
 
     #[test]
@@ -236,6 +252,9 @@ mod tests {
             (&["-n", "2", "-c", "maybe"], "maybe"),
             (&["-n", "2", "-c", "off", "exchanges-per-interval", "3"], "does not apply"),
             (&["-n", "2", "-c", "init", "exchanges-per-interval", "0"], "1 to 1000"),
+            (&["-n", "2", "-c", "init", "period", "5"], "only applies to `on`"),
+            (&["-n", "2", "-c", "on", "period", "5 ms"], "nanoseconds"),
+            (&["-n", "2", "-c", "on", "period", "0"], "from 1000000"),
             (&["-n", "2", "-i", ""], "at least one character"),
             (&["-p", "15050"], "--number_of_federates"),
         ] {

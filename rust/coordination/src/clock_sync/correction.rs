@@ -3,6 +3,8 @@
 
 use lf_model::time::{Instant, Interval};
 
+use super::Line;
+
 /// The fastest that a [`ClockCorrection`] makes up for an error: 50 ms in a second, in parts per thousand million.
 ///
 /// Far below 1, so that time goes on while it is slowed down, and far above the drift of any quartz.
@@ -44,6 +46,11 @@ impl ClockCorrection {
         Self { local: 0, physical: offset.as_nanos(), drift_ppb: 0, error: 0 }
     }
 
+    /// Whether `next` follows from this one by a step, and not by a change of rate.
+    pub fn is_step(&self, next: &Self) -> bool {
+        self.physical(Instant(next.local)).as_nanos() != next.physical
+    }
+
     /// Physical time at `local` of the own clock.
     ///
     /// Later readings of the own clock give later or equal physical times, as long as they are not before the last
@@ -66,6 +73,18 @@ impl ClockCorrection {
         let rate_ppb = self.drift_ppb.saturating_add(if self.error == 0 { 0 } else { SLEW_PPB_MAX }).max(0);
         // 1 / (1 + r) >= 1 - r: the estimate with the fastest rate lies below the true reading.
         Instant(self.local.saturating_add(ahead.saturating_sub(scale(ahead, rate_ppb))))
+    }
+
+    /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from it:
+    /// one of `attenuation` parts.
+    ///
+    /// The part is made up for at the rate [`SLEW_PPB_MAX`]. Called after each exchange, what is left of the error
+    /// becomes less and less, and that a line changes a little with each exchange is hardly seen.
+    pub fn steer(&mut self, now: Instant, line: &Line, attenuation: u16) {
+        self.set_drift(now, line.drift_ppb);
+        let offset = self.physical(now).as_nanos().saturating_sub(now.as_nanos());
+        let error = line.offset_at(now).as_nanos().saturating_sub(offset);
+        self.slew(now, Interval(error / i64::from(attenuation.max(1))));
     }
 
     /// From `now` of the own clock on, makes up for `error`: positive when physical time is behind the RTI's.
@@ -101,7 +120,7 @@ impl ClockCorrection {
 }
 
 /// `nanos` × `ppb` / 10⁹, without overflow for any rate of less than 1.
-fn scale(nanos: i64, ppb: i32) -> i64 {
+pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
     let ppb = i64::from(ppb);
     let (whole, rest) = (nanos / BILLION, nanos % BILLION);
     whole.saturating_mul(ppb).saturating_add(rest * ppb / BILLION)

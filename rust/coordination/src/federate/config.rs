@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a federate is told about itself and the federation.
 
+use core::net::Ipv4Addr;
+
 use lf_model::time::Interval;
 use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
 
@@ -28,6 +30,23 @@ pub enum ClockSync {
         /// How many exchanges. The number is not on the wire: it has to be that of the RTI, at least 1.
         trials: u16,
     },
+    /// The same, and then rounds over UDP as long as the federation runs.
+    On {
+        /// How many exchanges before the start, as with `Init`.
+        trials: u16,
+        /// With each round, one of so many parts of what the clock is off is made up for; at least 1.
+        attenuation: u16,
+    },
+}
+
+impl ClockSync {
+    /// How many exchanges there are before the start.
+    pub const fn trials(self) -> u16 {
+        match self {
+            Self::Off => 0,
+            Self::Init { trials } | Self::On { trials, .. } => trials,
+        }
+    }
 }
 
 /// How tags are kept in order between the federates.
@@ -63,6 +82,13 @@ pub struct Config<'a> {
     pub peers: &'a [u16],
     /// Which clock synchronization to take part in.
     pub clock_sync: ClockSync,
+    /// The port on which this federate awaits the datagrams of clock synchronization; `None` if there is none, and then
+    /// [`ClockSync::On`] is as `Init`.
+    pub udp_port: Option<u16>,
+    /// From where the RTI's datagrams come; `None` if that is not known, and then they may come from anywhere.
+    pub rti: Option<Ipv4Addr>,
+    /// What this federate's clock shows too much, as a test of clock synchronization, which has to find it out.
+    pub test_offset: Interval,
     /// The least delay from a physical action to an output to another federate; `None` when no physical action can
     /// cause such an output.
     pub physical_delay: Option<Interval>,
@@ -87,6 +113,9 @@ impl<'a> Config<'a> {
             listening: None,
             peers: &[],
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
+            udp_port: None,
+            rti: None,
+            test_offset: Interval::ZERO,
             physical_delay: None,
             advance_interval: ADVANCE_INTERVAL,
             connect_time_out: CONNECT_TIME_OUT,
@@ -102,7 +131,7 @@ impl<'a> Config<'a> {
         if self.federation_id.len() > FEDERATION_ID_BYTES_MAX {
             return Err(ConfigError::FederationIdTooLong { bytes: self.federation_id.len() });
         }
-        if self.clock_sync == (ClockSync::Init { trials: 0 }) {
+        if self.clock_sync != ClockSync::Off && self.clock_sync.trials() == 0 {
             return Err(ConfigError::NoTrials);
         }
         // The federate that reached the timer would otherwise renew its NET without end at one instant.

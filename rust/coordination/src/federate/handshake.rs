@@ -116,9 +116,9 @@ impl Federate<'_> {
                 None => Err(self.unexpected(message)),
                 Some(seen) => Ok(self.exchanged(now, seen)),
             },
-            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match self.config.clock_sync {
-                ClockSync::Init { trials } => FederateError::TrialsDiffer { trials },
-                ClockSync::Off => self.unexpected(message),
+            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match self.config.clock_sync.trials() {
+                0 => self.unexpected(message),
+                trials => FederateError::TrialsDiffer { trials },
             }),
             (Phase::Starting, Message::Timestamp(start)) if self.outbox.timestamp.is_none() => {
                 let start = Instant(start);
@@ -164,7 +164,7 @@ impl Federate<'_> {
         self.outbox.udp_port = true;
         match self.config.clock_sync {
             ClockSync::Off => self.be_ready(now),
-            ClockSync::Init { .. } => {
+            ClockSync::Init { .. } | ClockSync::On { .. } => {
                 self.phase = Phase::Synchronizing;
                 self.expect_clock_sync(now);
             }
@@ -177,10 +177,7 @@ impl Federate<'_> {
 
     /// One exchange is complete, `seen` in all.
     fn exchanged(&mut self, now: Instant, seen: u16) -> Event<'static> {
-        let trials = match self.config.clock_sync {
-            ClockSync::Init { trials } => trials,
-            ClockSync::Off => 0,
-        };
+        let trials = self.config.clock_sync.trials();
         match self.sync.estimator.estimate() {
             Some(estimate) if seen >= trials => self.synchronized(now, estimate),
             _ => {

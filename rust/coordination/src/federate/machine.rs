@@ -16,7 +16,7 @@ use super::phase::Phase;
 use super::stop::Stop;
 use crate::Deadline;
 use crate::auth::Nonce;
-use crate::clock_sync::ClockCorrection;
+use crate::clock_sync::{ClockCorrection, Responder, Tracker};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
@@ -29,6 +29,8 @@ pub struct Federate<'a> {
     pub(super) sync: Synchronization,
     pub(super) meeting: Meeting,
     pub(super) clock: ClockCorrection,
+    pub(super) responder: Responder,
+    pub(super) tracker: Tracker,
     /// When to give up waiting for the RTI, before the start.
     pub(super) patience: Deadline,
     pub(super) start: Option<Instant>,
@@ -72,7 +74,9 @@ impl<'a> Federate<'a> {
             nonce: Nonce::default(),
             sync: Synchronization::new(),
             meeting: Meeting::default(),
-            clock: ClockCorrection::NONE,
+            clock: ClockCorrection::with_offset(config.test_offset),
+            responder: Responder::new(),
+            tracker: Tracker::new(),
             patience: Deadline::Never,
             start: None,
             net: match config.coordination {
@@ -108,7 +112,8 @@ impl<'a> Federate<'a> {
 
     /// From this participant's own clock to the federation's physical time.
     ///
-    /// Changes once, with [`Event::ClockCorrected`], before the start.
+    /// It makes one step, with [`Event::ClockCorrected`], before the start. Afterwards only its rate changes, with
+    /// [`Received::corrected`](super::Received::corrected).
     pub fn clock(&self) -> ClockCorrection {
         self.clock
     }

@@ -19,6 +19,9 @@
 //!    messages.
 //! 3. When the out-buffer has become empty by a write, call [`Federate::handle_written`]: T3 of the clock
 //!    synchronization is the time after the write.
+//!
+//!    With [`ClockSync::On`], give each datagram to [`Federate::handle_datagram`] as soon as it has come, with the time
+//!    right after it was read, and send the answer at once.
 //! 4. Call [`Federate::handle_timeout`] when [`Federate::poll_timeout`] says so; the deadline may change with each
 //!    call.
 //! 5. Once started: [`Federate::next_event`] whenever the next tag is another one; when it returns `true`, and the
@@ -38,6 +41,7 @@
 //!    final; the federate then ignores whatever comes.
 
 mod awaited;
+mod clock_sync;
 mod config;
 mod connect;
 mod decentralized;
@@ -54,6 +58,7 @@ mod running;
 mod stop;
 
 pub use awaited::{Awaited, AwaitedInput};
+pub use clock_sync::{ClockSyncReport, Received};
 pub use config::{
     ADVANCE_INTERVAL, CLOCK_SYNC_TIME_OUT, CLOCK_SYNC_TRIALS, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config,
     Coordination,

@@ -62,6 +62,7 @@ impl Outbox {
             return Some(Message::UdpPort(match config.clock_sync {
                 ClockSync::Off => UDP_PORT_CLOCK_SYNC_OFF,
                 ClockSync::Init { .. } => UDP_PORT_CLOCK_SYNC_INITIAL,
+                ClockSync::On { .. } => config.udp_port.unwrap_or(UDP_PORT_CLOCK_SYNC_INITIAL),
             }));
         }
         if self.t3 {

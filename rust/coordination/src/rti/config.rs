@@ -33,6 +33,13 @@ pub enum ClockSync {
         /// How many. The number is not on the wire, the federates have to know it.
         trials: u32,
     },
+    /// The same, and then rounds over UDP, as long as the federation runs, with each federate that asks for them.
+    On {
+        /// How many exchanges before the start, as with `Init`.
+        trials: u32,
+        /// How much time there is from one round with a federate to the next, longer than 0.
+        period: Interval,
+    },
 }
 
 /// What becomes of the others when a federate is lost after the start.
@@ -108,6 +115,9 @@ impl<'a> Config<'a> {
         if self.start_time_multiple.is_some_and(|multiple| multiple.as_nanos() <= 0) {
             return Err(SetupError::StartTimeMultiple);
         }
+        if matches!(self.clock_sync, ClockSync::On { period, .. } if period.as_nanos() <= 0) {
+            return Err(SetupError::ClockSyncPeriod);
+        }
         if self.window == 0 {
             return Err(SetupError::Window);
         }
@@ -125,6 +135,8 @@ pub enum SetupError {
     },
     /// The start time cannot be a multiple of nothing.
     StartTimeMultiple,
+    /// There would be no time between two rounds of clock synchronization.
+    ClockSyncPeriod,
     /// No message could ever be passed on.
     Window,
     /// There are no slots, or more than a federate id can name.
@@ -150,6 +162,7 @@ impl fmt::Display for SetupError {
                 write!(f, "the federation id has {bytes} bytes, at most {FEDERATION_ID_BYTES_MAX} are possible")
             }
             Self::StartTimeMultiple => f.write_str("the start time can be a multiple of a positive time only"),
+            Self::ClockSyncPeriod => f.write_str("the period of clock synchronization has to be longer than 0"),
             Self::Window => f.write_str("the window has to let one tag with messages through at least"),
             Self::Federates { slots } => {
                 write!(f, "a federation has from 1 to {} federates, not {slots}", u16::MAX)

@@ -248,7 +248,7 @@ impl Rti<'_> {
         outlet: &mut impl Outlet,
     ) -> Step {
         let trials = match self.config.clock_sync {
-            ClockSync::Init { trials } if port != UDP_PORT_CLOCK_SYNC_OFF => trials,
+            ClockSync::Init { trials } | ClockSync::On { trials, .. } if port != UDP_PORT_CLOCK_SYNC_OFF => trials,
             _ => 0,
         };
         if trials > 0 {

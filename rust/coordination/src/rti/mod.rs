@@ -9,6 +9,7 @@
 //! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, input that is
 //!   [`Verdict::Blocked`] by that connection is offered again, as is, after input, what is [`Verdict::Held`] for it;
 //! - [`Rti::handle_disconnect`] when a connection has ended and all its input has been offered;
+//! - [`Rti::poll_round`] and [`Rti::handle_datagram`] for clock synchronization over UDP;
 //! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
 //!
 //! It answers through the [`Outlet`], within these calls. [`Rti::status`] says when it is over.
@@ -24,6 +25,7 @@
 //! changes a next event.
 
 mod barrier;
+mod clock_sync;
 mod config;
 mod delay;
 mod departure;
@@ -49,6 +51,7 @@ use lf_model::time::Instant;
 use lf_wire::Limits;
 use lf_wire::june_2026::message_bytes_max;
 
+pub use clock_sync::Datagram;
 pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
@@ -61,6 +64,7 @@ pub use suspend::Suspended;
 
 use crate::{Deadline, FederateId};
 use barrier::Barrier;
+use clock_sync::Rounds;
 use graph::Graph;
 use idle::Idle;
 use in_transit::InTransit;
@@ -117,6 +121,7 @@ pub struct Rti<'s> {
     /// The first federate that was lost after the start.
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
+    rounds: Rounds,
     aborted: bool,
 }
 
@@ -147,6 +152,7 @@ impl<'s> Rti<'s> {
             patience: Deadline::Never,
             loss: None,
             barrier: Barrier::default(),
+            rounds: Rounds::default(),
             aborted: false,
         })
     }

@@ -2,6 +2,7 @@
 //! What the RTI asks of its owner, and what it answers.
 
 use core::fmt;
+use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::DecodeError;
@@ -213,6 +214,8 @@ pub enum Notice<'a> {
     StopRequested(FederateId),
     /// All stop at this tag.
     StopGranted(Tag),
+    /// A datagram that is no answer of a federate was ignored. Told once, for anybody can send datagrams.
+    Stranger(SocketAddrV4),
 }
 
 impl fmt::Display for Notice<'_> {
@@ -263,6 +266,9 @@ impl fmt::Display for Notice<'_> {
                 write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
             }
             Self::StopRequested(federate) => write!(f, "federate {federate} asks the federation to stop"),
+            Self::Stranger(from) => {
+                write!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
+            }
             Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
         }
     }

@@ -10,6 +10,7 @@ use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 use super::path::PathWords;
 use crate::auth::Nonce;
+use crate::clock_sync::Poll;
 use crate::in_turn;
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
@@ -113,6 +114,8 @@ pub struct Slot {
     pub(super) port: i32,
     /// UDP port of its clock synchronization.
     pub(super) udp_port: u16,
+    /// The rounds of its clock synchronization.
+    pub(super) poll: Poll,
 }
 
 impl Slot {
@@ -132,6 +135,7 @@ impl Slot {
         address: [0; 4],
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
+        poll: Poll::NONE,
     };
 
     /// Whether the federate wants to be told of a stop in its turn.

@@ -5,6 +5,7 @@
 use lf_model::time::{Instant, Tag};
 
 use super::barrier::Barrier;
+use super::clock_sync::Rounds;
 use super::config::SetupError;
 use super::graph::Graph;
 use super::idle::Idle;
@@ -20,6 +21,7 @@ pub struct Suspended {
     idle: Idle,
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
+    rounds: Rounds,
     aborted: bool,
 }
 
@@ -48,9 +50,10 @@ impl<'s> Rti<'s> {
             patience: _,
             loss,
             barrier,
+            rounds,
             aborted,
         } = self;
-        Suspended { start, stop, idle, loss, barrier, aborted }
+        Suspended { start, stop, idle, loss, barrier, rounds, aborted }
     }
 
     /// Goes on where another RTI was suspended: `storage` is a copy of what that one left, or the same, and the
@@ -64,7 +67,7 @@ impl<'s> Rti<'s> {
         let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
-        let Suspended { start, stop, idle, loss, barrier, aborted } = state;
+        let Suspended { start, stop, idle, loss, barrier, rounds, aborted } = state;
         let limits = config.limits(count);
         let patience = super::patience(connections);
         Ok(Self {
@@ -80,6 +83,7 @@ impl<'s> Rti<'s> {
             patience,
             loss,
             barrier,
+            rounds,
             aborted,
         })
     }

@@ -2,7 +2,7 @@
 //! What an RTI reads and writes, as a table of messages.
 //!
 //! The trace is taken between the event loop and the sockets: it shows what was on the wire and when, and costs nothing
-//! where there is none.
+//! where there is none. Clock synchronization over UDP is not in it.
 
 mod table;
 
@@ -118,6 +118,18 @@ impl<P: Platform> Platform for Traced<P> {
 
     fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
         self.platform.listen(port)
+    }
+
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        self.platform.bind(port)
+    }
+
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        self.platform.receive_from(socket, buffer)
+    }
+
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        self.platform.send_to(socket, to, bytes)
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {

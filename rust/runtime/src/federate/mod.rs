@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loop of a federate.
 
+mod clock_sync;
 mod direct;
 mod input;
 mod link;
@@ -26,6 +27,7 @@ use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES}
 use crate::error::RunError;
 use crate::platform::Platform;
 use crate::turn::Turn;
+use clock_sync::Port;
 use input::Held;
 use link::{Arrival, Link};
 pub(crate) use peers::Peers;
@@ -125,6 +127,8 @@ pub struct FederateLoop<'a, 's, P> {
     choked_since: Option<Instant>,
     /// The connections with other federates.
     peers: Peers<'s>,
+    /// For clock synchronization.
+    port: Port,
     /// Which of them is being made.
     meeting: Option<usize>,
     federation: &'a Federation,
@@ -171,12 +175,16 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         check_buffers(&buffers, engine.tables(), federation, join)?;
         let mut peers = core::mem::take(&mut buffers.peers);
         let listening = peers.listen(platform).map_err(RunError::Listen)?;
+        let (port, udp_port) = Port::open(platform, federation.clock_sync)?;
         let config = Config {
             authentication: federation.authentication,
             coordination: federation.coordination,
             upstream: federation.upstream,
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,
+            udp_port,
+            rti: Some(*join.rti.ip()),
+            test_offset: federation.test_offset,
             physical_delay: federation.physical_delay,
             listening,
             peers: federation.peers_out,
@@ -205,6 +213,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             held: Held::NONE,
             choked_since: None,
             peers,
+            port,
             meeting: None,
             federation,
             federation_id: join.federation_id,
@@ -229,6 +238,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
                 }
             };
             self.report_late(&result);
+            self.end_synchronization();
             self.stage = Stage::Leaving(self.platform.now(), result);
         }
         if let Stage::Leaving(since, result) = &self.stage {
@@ -275,8 +285,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
     /// the time has come that the last [`FederateLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let (link, peers) = (&mut self.link, &mut self.peers);
+        let (link, peers, port) = (&mut self.link, &mut self.peers, &mut self.port);
         self.platform.wait(until, &mut |socket, interest| {
+            port.handle_ready(socket);
             link.handle_ready(socket, interest);
             peers.handle_ready(socket, interest);
         });
@@ -284,6 +295,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// One turn of a federate that takes part in the federation. `None` when it has resigned.
     fn take_part(&mut self) -> Result<Option<Advance>, RunError> {
+        self.synchronize();
         if self.platform.interrupted() {
             return Err(RunError::Interrupted);
         }

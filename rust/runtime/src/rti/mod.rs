@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The event loop of the RTI.
 
+mod clock_sync;
 mod connections;
 
 use core::fmt;
@@ -15,6 +16,7 @@ pub use connections::{Inlet, Outgoing};
 use crate::error::RunError;
 use crate::platform::{Interest, Platform, SocketId};
 use crate::turn::Turn;
+use clock_sync::Port;
 use connections::{Awaited, Due, Outgoings, State, connection_of, note_socket};
 
 /// How many messages of one connection are handled before the next connection has its turn.
@@ -32,6 +34,8 @@ pub struct RtiSetup<'s> {
     pub inlets: &'s mut [Inlet<'s>],
     /// The sending side of the connections.
     pub outgoings: &'s mut [Outgoing<'s>],
+    /// A UDP port for clock synchronization, if the configuration asks for it; the loop closes it.
+    pub datagrams: Option<SocketId>,
 }
 
 /// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
@@ -81,6 +85,8 @@ pub struct RtiLoop<'a, 's, P, N> {
     closing: Deadline,
     /// Until the federation is over.
     listener: Option<SocketId>,
+    /// For clock synchronization.
+    port: Port,
     /// A connection may be waiting at the listener.
     acceptable: bool,
     /// When to accept again after the system had no resources.
@@ -114,7 +120,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     where
         's: 'a,
     {
-        let RtiSetup { config, storage, inlets, outgoings } = setup;
+        let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
+        let mut port = Port::new(platform, datagrams);
         let authentication = config.authentication;
         let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
             check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
@@ -124,6 +131,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             Ok(rti) => rti,
             Err(error) => {
                 platform.close(listener);
+                port.close(platform);
                 return Err(error);
             }
         };
@@ -137,6 +145,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             open: 0,
             closing: Deadline::Never,
             listener: Some(listener),
+            port,
             acceptable: true,
             accept_again: None,
             aborted: false,
@@ -149,6 +158,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     /// Does what can be done now. Bounded by the number of connections with something to do times
     /// [`MESSAGES_PER_TURN`].
     pub fn turn(&mut self) -> Turn<Outcome> {
+        self.synchronize();
         if !self.aborted && self.platform.interrupted() {
             self.aborted = true;
             self.tell(|rti, outlet| rti.abort(outlet));
@@ -179,10 +189,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let Self { platform, inlets, outgoings, due, listener, acceptable, .. } = self;
+        let Self { platform, inlets, outgoings, due, listener, port, acceptable, .. } = self;
         platform.wait(until, &mut |socket, interest| {
             if Some(socket) == *listener {
                 *acceptable = true;
+            } else if port.handle_ready(socket) {
+                // It is read at the beginning of the next turn.
             } else if let Some(index) = connection_of(outgoings, socket) {
                 inlets[index].readable |= interest.readable;
                 due.push(outgoings, index);
@@ -201,6 +213,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             // Whoever comes now shall see at once that nobody is here.
             self.platform.close(listener);
         }
+        self.port.close(self.platform);
         for index in 0..self.outgoings.len() {
             if self.outgoings[index].is_read() {
                 self.outgoings[index].state = State::Closing(None);
@@ -393,6 +406,6 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             Some(_) => self.accept_again.into(),
             None => Deadline::Never,
         };
-        self.rti.poll_timeout().min(self.closing).min(accept)
+        self.rti.poll_timeout().min(self.rti.poll_round_timeout()).min(self.closing).min(accept)
     }
 }

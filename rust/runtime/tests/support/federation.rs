@@ -224,6 +224,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
         storage: memory.storage(),
         inlets: &mut inlets,
         outgoings: &mut outgoings,
+        datagrams: None,
     };
     run_rti(platform, setup, listener, &mut |_| {})
 }
@@ -258,6 +259,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
         awaited: &[],
         clock_sync: ClockSync::Init { trials: plan.trials },
+        test_offset: Interval::ZERO,
         physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO).or(physical_delay),
         advance_interval: Interval::from_millis(10),
         input_bytes: bytes + plan.spare_bytes,

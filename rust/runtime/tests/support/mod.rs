@@ -9,6 +9,7 @@
     reason = "a helper of tests"
 )]
 
+pub mod datagrams;
 pub mod federation;
 pub mod network;
 pub mod node;

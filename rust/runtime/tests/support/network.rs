@@ -80,7 +80,7 @@ impl Pipe {
 }
 
 #[derive(Debug)]
-enum Kind {
+pub(super) enum Kind {
     /// The outcome is known at the time.
     Connecting {
         at: Option<u64>,
@@ -95,6 +95,7 @@ enum Kind {
         port: u16,
         waiting: VecDeque<(u64, usize, Ipv4Addr)>,
     },
+    Datagrams(super::datagrams::Port),
 }
 
 #[derive(Debug)]
@@ -113,7 +114,7 @@ struct Table {
 /// All sockets and connections of a world. Participants are numbered; each has an address of its own.
 #[derive(Debug)]
 pub struct Network {
-    conditions: Conditions,
+    pub(super) conditions: Conditions,
     connections: Vec<[Pipe; 2]>,
     tables: BTreeMap<usize, Table>,
     /// Bytes that have been written, in all.
@@ -135,11 +136,11 @@ impl Network {
         self.tables.entry(owner).or_default();
     }
 
-    fn latency(&self, random: &mut Random) -> u64 {
+    pub(super) fn latency(&self, random: &mut Random) -> u64 {
         random.below(self.conditions.latency_ns_max + 1)
     }
 
-    fn insert(&mut self, owner: usize, kind: Kind) -> Result<SocketId, NetError> {
+    pub(super) fn insert(&mut self, owner: usize, kind: Kind) -> Result<SocketId, NetError> {
         let table = self.tables.entry(owner).or_default();
         if table.off {
             return Err(NetError::Unreachable);
@@ -152,6 +153,16 @@ impl Network {
         });
         table.places[index].1 = Some(socket);
         Ok(SocketId { index: u16::try_from(index).expect("few sockets"), generation: table.places[index].0 })
+    }
+
+    pub(super) fn kind(&mut self, owner: usize, id: SocketId) -> Result<&mut Kind, NetError> {
+        self.socket(owner, id).map(|socket| &mut socket.kind)
+    }
+
+    /// What the sockets of a participant are.
+    pub(super) fn kinds_of(&mut self, owner: usize) -> impl Iterator<Item = &mut Kind> {
+        let places = self.tables.get_mut(&owner).into_iter().flat_map(|table| &mut table.places);
+        places.filter_map(|(_, place)| place.as_mut()).map(|socket| &mut socket.kind)
     }
 
     fn socket(&mut self, owner: usize, id: SocketId) -> Result<&mut Socket, NetError> {
@@ -172,6 +183,7 @@ impl Network {
     pub fn local_port(&mut self, owner: usize, id: SocketId) -> Result<u16, NetError> {
         match self.socket(owner, id)?.kind {
             Kind::Listening { port, .. } => Ok(port),
+            Kind::Datagrams(ref port) => Ok(port.number),
             _ => Err(NetError::Stale),
         }
     }
@@ -382,6 +394,7 @@ impl Network {
                 (pipes[1 - side].is_readable(now), room, broken)
             }
             Kind::Listening { waiting, .. } => (waiting.front().is_some_and(|(at, ..)| *at <= now), false, false),
+            Kind::Datagrams(port) => (port.times().any(|at| at <= now), false, false),
         }
     }
 
@@ -391,6 +404,7 @@ impl Network {
         let of_sockets = sockets.flat_map(|socket| match &socket.kind {
             Kind::Connecting { at, .. } => at.iter().copied().collect::<Vec<_>>(),
             Kind::Listening { waiting, .. } => waiting.iter().map(|(at, ..)| *at).collect(),
+            Kind::Datagrams(port) => port.times().collect(),
             Kind::Open { .. } => Vec::new(),
         });
         let pipes = self.connections.iter().flatten().filter(|pipe| !pipe.deserted);

@@ -335,6 +335,20 @@ impl Platform for VirtualPlatform {
         self.world.state().network.listen(self.me, port)
     }
 
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        self.world.state().network.bind(self.me, port)
+    }
+
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        let State { network, now, .. } = &mut *self.world.state();
+        network.receive_from(self.me, socket, buffer, *now)
+    }
+
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        let State { network, random, now, .. } = &mut *self.world.state();
+        network.send_to(self.me, socket, to, bytes, *now, random)
+    }
+
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
         self.world.state().network.local_port(self.me, listener)
     }

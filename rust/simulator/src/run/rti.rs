@@ -83,6 +83,7 @@ impl<'a> RtiMemory<'a> {
             storage: self.memory.storage(),
             inlets: &mut self.inlets,
             outgoings: &mut self.outgoings,
+            datagrams: None,
         };
         RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices)
     }

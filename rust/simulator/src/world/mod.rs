@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Virtual time, the network in it, and whose turn is next.
 
+mod datagrams;
 mod network;
 mod pipe;
 mod platform;

@@ -7,6 +7,7 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
 
+use super::datagrams::Arriving;
 use super::pipe::Pipe;
 use crate::check::Watch;
 use crate::random::Random;
@@ -14,7 +15,7 @@ use crate::scenario::{Conditions, Wire};
 
 /// What a socket is.
 #[derive(Debug)]
-enum Kind {
+pub(super) enum Kind {
     /// The outcome is known at the time.
     Connecting {
         at: u64,
@@ -29,11 +30,15 @@ enum Kind {
         port: u16,
         waiting: VecDeque<(u64, usize, Ipv4Addr)>,
     },
+    Datagrams {
+        port: u16,
+        arriving: Arriving,
+    },
 }
 
 #[derive(Debug)]
-struct Socket {
-    kind: Kind,
+pub(super) struct Socket {
+    pub(super) kind: Kind,
     interest: Interest,
 }
 
@@ -88,12 +93,25 @@ impl Network {
     }
 
     /// What a piece of so many bytes takes on the wire of a federate.
-    fn latency(&mut self, federate: usize, bytes: usize) -> u64 {
+    pub(super) fn latency(&mut self, federate: usize, bytes: usize) -> u64 {
         let wire = &self.wires[federate];
         let jitter = self.random.time(0, wire.jitter);
         let jitter = if self.random.percent(wire.slow_percent) { 10 * jitter } else { jitter };
         let transfer = wire.ns_per_byte.saturating_mul(i64::try_from(bytes).unwrap_or(0));
         u64::try_from(wire.latency + jitter + transfer).unwrap_or(0)
+    }
+
+    pub(super) fn host_count(&self) -> usize {
+        self.tables.len()
+    }
+
+    pub(super) fn chance(&mut self, percent: u64) -> bool {
+        self.random.percent(percent)
+    }
+
+    /// What the sockets of a participant are.
+    pub(super) fn kinds_of(&mut self, owner: usize) -> impl Iterator<Item = &mut Kind> {
+        self.tables[owner].places.iter_mut().filter_map(|(_, place)| place.as_mut()).map(|socket| &mut socket.kind)
     }
 
     /// Numbers that the seed decides.
@@ -103,7 +121,7 @@ impl Network {
         }
     }
 
-    fn insert(&mut self, owner: usize, kind: Kind) -> Result<SocketId, NetError> {
+    pub(super) fn insert(&mut self, owner: usize, kind: Kind) -> Result<SocketId, NetError> {
         let table = &mut self.tables[owner];
         if table.off {
             return Err(NetError::Unreachable);
@@ -117,7 +135,7 @@ impl Network {
         Ok(SocketId { index, generation: table.places[free].0 })
     }
 
-    fn socket(&mut self, owner: usize, id: SocketId) -> Result<&mut Socket, NetError> {
+    pub(super) fn socket(&mut self, owner: usize, id: SocketId) -> Result<&mut Socket, NetError> {
         match self.tables[owner].places.get_mut(usize::from(id.index)) {
             Some((generation, Some(socket))) if *generation == id.generation => Ok(socket),
             _ => Err(NetError::Stale),
@@ -130,7 +148,7 @@ impl Network {
 
     pub(super) fn local_port(&mut self, owner: usize, id: SocketId) -> Result<u16, NetError> {
         match self.socket(owner, id)?.kind {
-            Kind::Listening { port, .. } => Ok(port),
+            Kind::Listening { port, .. } | Kind::Datagrams { port, .. } => Ok(port),
             _ => Err(NetError::Stale),
         }
     }
@@ -353,6 +371,7 @@ impl Network {
         match kind {
             Kind::Connecting { at, .. } => (None, Some(*at), None),
             Kind::Listening { waiting, .. } => (waiting.front().map(|(at, ..)| *at), None, None),
+            Kind::Datagrams { arriving, .. } => (arriving.next_time(), None, None),
             Kind::Open { connection, side } => {
                 let link = &self.links[*connection];
                 let (incoming, outgoing) = (&link.pipes[1 - side], &link.pipes[*side]);

@@ -54,6 +54,18 @@ impl Platform for Virtual {
         self.network.borrow_mut().listen(self.me, port)
     }
 
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        self.network.borrow_mut().bind(self.me, port)
+    }
+
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        self.network.borrow_mut().receive_from(self.me, socket, buffer, self.side.now())
+    }
+
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        self.network.borrow_mut().send_to(self.me, socket, to, bytes, self.side.now())
+    }
+
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
         self.network.borrow_mut().local_port(self.me, listener)
     }

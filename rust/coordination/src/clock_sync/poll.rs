@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI's side of the rounds over UDP, for one federate.
+
+use lf_model::time::{Instant, Interval};
+
+use super::ROUND_TIME_OUT;
+
+/// The RTI's patience is never less than this.
+const PATIENCE_MIN: Interval = Interval::from_millis(100);
+
+/// Whether a round with a federate is under way, and how long its answer may take.
+///
+/// T3 does not say which T1 it answers. So while an answer may still come, no other round begins with that federate;
+/// otherwise a late T3 would be taken for a quick one. What is usual is learnt: a lost T3 then costs little on a quick
+/// network, and a slow one is given up to [`ROUND_TIME_OUT`].
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Poll {
+    begun: Option<Instant>,
+    patience: Interval,
+}
+
+impl Poll {
+    /// No round has begun.
+    pub const NONE: Self = Self { begun: None, patience: ROUND_TIME_OUT };
+
+    /// Begins a round, unless one is under way whose answer may still come.
+    pub fn begin(&mut self, now: Instant) -> bool {
+        if let Some(begun) = self.begun {
+            if now.since(begun) < self.patience {
+                return false;
+            }
+            self.patience = self.patience.saturating_add(self.patience).min(ROUND_TIME_OUT);
+        }
+        self.begun = Some(now);
+        true
+    }
+
+    /// T3 has come. `true` if it was awaited, and is to be answered.
+    pub fn answer(&mut self, now: Instant) -> bool {
+        let Some(begun) = self.begun.take() else { return false };
+        let ample = now.since(begun).as_nanos().max(0).saturating_mul(8);
+        let less = self.patience.as_nanos() / 8 * 7;
+        self.patience = Interval(ample.max(less)).clamp(PATIENCE_MIN, ROUND_TIME_OUT);
+        true
+    }
+}

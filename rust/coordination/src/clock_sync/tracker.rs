@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From a stream of exchanges to an offset and a drift.
+//!
+//! Each exchange says two things that are certain. T1 cannot have come before it was sent, so the RTI's clock is ahead
+//! of the federate's by T1 − T2 at least; and T3 likewise, so it is ahead by T4 − T3 at most. How much is missing to
+//! the truth is what the network took, and of many messages in one direction one was quick. So a stretch of time keeps
+//! the highest lower bound and the lowest upper bound, which may come from different exchanges, and between them is its
+//! point: jitter on one way does not need a calm way back at the same moment, and the more exchanges there are, the
+//! less is left of it. This assumes what every method has to assume, that the quickest messages take equally long in
+//! both directions.
+//!
+//! Through the points of the last stretches goes a line, of which the slope is the drift: the median of the slopes
+//! between any two of them, so that a few wrong ones change nothing. Stretches whose bounds are far apart do not count.
+//!
+//! A clock that stood still for a moment, as that of a simulated board does while its computer is busy, makes bounds
+//! that exclude each other. An exchange that contradicts the line is left out; when most do, the line is wrong, and all
+//! begins anew.
+
+use lf_model::time::{Instant, Interval};
+
+use super::{Exchange, Round, scale};
+
+/// How many stretches the line goes through.
+const STRETCHES: usize = 16;
+/// Pairs of as many points, with that of the stretch under way.
+const PAIRS: usize = (STRETCHES + 1) * STRETCHES / 2;
+/// How long a stretch lasts at least.
+const STRETCH: Interval = Interval::from_secs(1);
+/// How many exchanges a stretch has at least, for only among several can a quick one be told from a slow one.
+const EXCHANGES_MIN: u16 = 8;
+/// T4 and the coded probe of a calm network come as far apart as they were sent, but for this: the stock federate's
+/// guard band. Such an exchange is known to be good without others to compare it with.
+const GUARD_BAND: Interval = Interval::from_micros(100);
+/// Differences that are no sign of anything: clocks tick, and processors do not answer at once.
+const TOLERANCE_NS: i64 = 20_000;
+/// What an exchange may contradict the line by, in addition to twice the usual distance of the bounds.
+const CONTRADICTION_NS: i64 = 100_000;
+/// So many more exchanges contradict the line than agree with it: it is wrong.
+const CONTRADICTIONS_MAX: u8 = 16;
+/// Points within less than this say nothing about the drift.
+const SPAN_MIN_NS: i64 = 1_900_000_000;
+/// Points closer together than this are not compared.
+const PAIR_MIN_NS: i64 = 400_000_000;
+/// More drift than any two clocks have.
+const DRIFT_PPB_MAX: i32 = super::SLEW_PPB_MAX / 2;
+
+/// How far the RTI's clock is ahead of the federate's own, at all times.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Line {
+    /// A reading of the own clock.
+    pub at: Instant,
+    /// What is to be added to the own clock there.
+    pub offset: Interval,
+    /// How much faster the RTI's clock is, in parts per thousand million.
+    pub drift_ppb: i32,
+    /// The usual distance of the bounds: the offset is wrong by at most half of it, and in general by far less.
+    pub width: Interval,
+}
+
+impl Line {
+    /// What is to be added to the own clock at `own`.
+    pub fn offset_at(&self, own: Instant) -> Interval {
+        let elapsed = own.as_nanos().saturating_sub(self.at.as_nanos());
+        Interval(self.offset.as_nanos().saturating_add(scale(elapsed, self.drift_ppb)))
+    }
+}
+
+/// A bound of the offset, and when it held. Relative to the first exchange.
+#[derive(Clone, Copy, Debug)]
+struct Bound {
+    at: i64,
+    offset: i64,
+}
+
+/// The exchanges of a stretch of time.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    begun: i64,
+    lower: Bound,
+    upper: Bound,
+    count: u16,
+    /// Exchanges whose coded probe has shown a calm network.
+    pure: u16,
+}
+
+/// What a stretch says.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    at: i64,
+    offset: i64,
+    /// The distance of the bounds.
+    width: i64,
+}
+
+/// Collects exchanges; see the module's description for what it makes of them.
+#[derive(Clone, Debug, Default)]
+pub struct Tracker {
+    /// Where own clock and offset are counted from: offsets between a clock since boot and one since 1970 do not leave
+    /// room for sums of them.
+    origin: Option<(i64, i64)>,
+    points: heapless::Deque<Point, STRETCHES>,
+    open: Option<Stretch>,
+    line: Option<Line>,
+    contradictions: u8,
+    seen: u32,
+    unused: u32,
+    pure: u32,
+}
+
+impl Tracker {
+    /// Without exchanges.
+    pub const fn new() -> Self {
+        Self {
+            origin: None,
+            points: heapless::Deque::new(),
+            open: None,
+            line: None,
+            contradictions: 0,
+            seen: 0,
+            unused: 0,
+            pure: 0,
+        }
+    }
+
+    /// What the exchanges say; `None` as long as there are too few.
+    pub fn line(&self) -> Option<Line> {
+        self.line
+    }
+
+    /// How many exchanges there were; how many of them were false or contradicted the others; and for how many the
+    /// coded probe has shown a calm network.
+    pub fn counts(&self) -> (u32, u32, u32) {
+        (self.seen, self.unused, self.pure)
+    }
+
+    /// Takes one exchange into account. Takes a bounded number of steps.
+    pub fn record(&mut self, round: Round) {
+        let Round { exchange, gap } = round;
+        self.seen = self.seen.saturating_add(1);
+        let pure = gap.is_some_and(|gap| gap < GUARD_BAND);
+        self.pure = self.pure.saturating_add(pure.into());
+        let (lower, upper) = self.bounds(&exchange);
+        if exchange.round_trip().as_nanos() < 0 || self.contradicts(lower, upper) {
+            self.unused = self.unused.saturating_add(1);
+            return;
+        }
+        let drift_ppb = self.line.map_or(0, |line| line.drift_ppb);
+        let fresh = Stretch { begun: lower.at, lower, upper, count: 0, pure: 0 };
+        let stretch = self.open.get_or_insert(fresh);
+        stretch.add(lower, upper, pure, drift_ppb);
+        let Stretch { begun, count, pure, .. } = *stretch;
+        let over = upper.at.saturating_sub(begun) >= STRETCH.as_nanos() && count >= EXCHANGES_MIN;
+        if over {
+            let point = stretch.point(drift_ppb);
+            self.open = None;
+            if self.points.is_full() {
+                self.points.pop_front();
+            }
+            // There is a place now.
+            let _ = self.points.push_back(point);
+            self.fit(None);
+        } else if count.is_power_of_two() && (count >= EXCHANGES_MIN || pure > 0) {
+            let point = stretch.point(drift_ppb);
+            self.fit(Some(point));
+        }
+    }
+
+    fn bounds(&mut self, exchange: &Exchange) -> (Bound, Bound) {
+        let Exchange { t1, t2, t3, t4 } = *exchange;
+        let (own, offset) = *self.origin.get_or_insert((t2.as_nanos(), exchange.offset().as_nanos()));
+        let bound = |rti: Instant, at: Instant| Bound {
+            at: at.as_nanos().saturating_sub(own),
+            offset: rti.as_nanos().saturating_sub(at.as_nanos()).saturating_sub(offset),
+        };
+        (bound(t1, t2), bound(t4, t3))
+    }
+
+    /// Whether the line is not between these bounds, nor near them. Begins anew when that is so too often.
+    fn contradicts(&mut self, lower: Bound, upper: Bound) -> bool {
+        let (Some(line), Some((own, offset))) = (self.line, self.origin) else { return false };
+        let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
+        let on_line = |bound: Bound| {
+            let at = Instant(own.saturating_add(bound.at));
+            line.offset_at(at).as_nanos().saturating_sub(offset)
+        };
+        let above = lower.offset.saturating_sub(on_line(lower)) > margin;
+        let below = on_line(upper).saturating_sub(upper.offset) > margin;
+        if !above && !below {
+            self.contradictions = self.contradictions.saturating_sub(1);
+            return false;
+        }
+        self.contradictions += 1;
+        if self.contradictions >= CONTRADICTIONS_MAX {
+            (self.origin, self.open, self.line, self.contradictions) = (None, None, None, 0);
+            self.points.clear();
+        }
+        true
+    }
+
+    /// Lays the line through the points, and that of the stretch under way.
+    fn fit(&mut self, under_way: Option<Point>) {
+        let Some((own, offset)) = self.origin else { return };
+        let all: heapless::Vec<Point, { STRETCHES + 1 }> = self.points.iter().copied().chain(under_way).collect();
+        let Some(width) = median(all.iter().map(|point| point.width.saturating_abs())) else { return };
+        let limit = width.saturating_mul(2).saturating_add(TOLERANCE_NS);
+        let near: heapless::Vec<Point, { STRETCHES + 1 }> =
+            all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
+        let Some(last) = near.last().copied() else { return };
+        let drift_ppb = slope_ppb(&near).or(self.line.map(|line| line.drift_ppb)).unwrap_or(0);
+        let levels = near.iter().map(|point| {
+            let since = last.at.saturating_sub(point.at);
+            point.offset.saturating_add(scale(since, drift_ppb))
+        });
+        let Some(level) = middle_mean(levels) else { return };
+        self.line = Some(Line {
+            at: Instant(own.saturating_add(last.at)),
+            offset: Interval(offset.saturating_add(level)),
+            drift_ppb,
+            width: Interval(width),
+        });
+    }
+}
+
+impl Stretch {
+    fn add(&mut self, lower: Bound, upper: Bound, pure: bool, drift_ppb: i32) {
+        // Bounds of different times are compared as if they were of one.
+        let level = |bound: Bound| bound.offset.saturating_sub(scale(bound.at.saturating_sub(self.begun), drift_ppb));
+        let (higher, deeper) = (level(lower) > level(self.lower), level(upper) < level(self.upper));
+        if higher {
+            self.lower = lower;
+        }
+        if deeper {
+            self.upper = upper;
+        }
+        self.count = self.count.saturating_add(1);
+        self.pure = self.pure.saturating_add(pure.into());
+    }
+
+    fn point(&self, drift_ppb: i32) -> Point {
+        let Self { lower, upper, .. } = *self;
+        let apart = upper.offset.saturating_sub(lower.offset);
+        let width = apart.saturating_sub(scale(upper.at.saturating_sub(lower.at), drift_ppb));
+        let at = lower.at.saturating_add(upper.at.saturating_sub(lower.at) / 2);
+        Point { at, offset: lower.offset.saturating_add(apart / 2), width }
+    }
+}
+
+/// The median of the slopes between any two points, in parts per thousand million; `None` if the points are too few or
+/// too close together.
+fn slope_ppb(points: &[Point]) -> Option<i32> {
+    let (first, last) = (points.first()?, points.last()?);
+    if points.len() < 3 || last.at.saturating_sub(first.at) < SPAN_MIN_NS {
+        return None;
+    }
+    let mut slopes: heapless::Vec<i64, PAIRS> = heapless::Vec::new();
+    for (index, one) in points.iter().enumerate() {
+        for other in &points[index + 1..] {
+            let run = other.at.saturating_sub(one.at);
+            if run >= PAIR_MIN_NS {
+                let rise = other.offset.saturating_sub(one.offset);
+                // There are no more pairs than that.
+                let _ = slopes.push(rise.saturating_mul(1_000_000_000) / run);
+            }
+        }
+    }
+    let limit = i64::from(DRIFT_PPB_MAX);
+    slopes.sort_unstable();
+    let slope = slopes.get(slopes.len() / 2)?;
+    i32::try_from((*slope).clamp(-limit, limit)).ok()
+}
+
+fn sorted(values: impl Iterator<Item = i64>) -> heapless::Vec<i64, { STRETCHES + 1 }> {
+    let mut values: heapless::Vec<i64, { STRETCHES + 1 }> = values.collect();
+    values.sort_unstable();
+    values
+}
+
+fn median(values: impl Iterator<Item = i64>) -> Option<i64> {
+    let values = sorted(values);
+    values.get(values.len() / 2).copied()
+}
+
+/// The mean of the half in the middle.
+fn middle_mean(values: impl Iterator<Item = i64>) -> Option<i64> {
+    let values = sorted(values);
+    let quarter = values.len() / 4;
+    let middle = values.get(quarter..values.len() - quarter)?;
+    let first = *middle.first()?;
+    let sum = middle.iter().fold(0_i64, |sum, value| sum.saturating_add(value.saturating_sub(first)));
+    Some(first.saturating_add(sum / i64::try_from(middle.len()).unwrap_or(1)))
+}

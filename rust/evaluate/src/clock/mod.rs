@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How far clocks are apart, in virtual time: our clock synchronization and the stock runtime's algorithm, under the
+//! same delays.
+//!
+//! One federate, whose clock is a second off and drifts, and an RTI. What is compared are the algorithms, not their
+//! programs: a round begins with each period if the one before is over, and takes no time but that of the network.
+
+mod network;
+mod ours;
+mod stock;
+
+use std::time::Duration;
+
+pub use network::{Network, RoundDelays};
+pub use ours::Ours;
+pub use stock::Stock;
+
+use crate::Samples;
+
+/// How far the federate's clock is ahead at the beginning.
+const OFFSET_NS: i64 = -1_000_000_000;
+/// How much the federate's clock gains: 26 µs in a second.
+pub const DRIFT_PPB: i64 = 26_000;
+/// How many exchanges there are before the start, and how many rounds the stock algorithm takes a mean of.
+pub const TRIALS: usize = 10;
+/// The period of the rounds, LF's default.
+pub const PERIOD_NS: i64 = 5_000_000;
+/// LF's default.
+pub const ATTENUATION: u16 = 10;
+/// How long the federation runs.
+const RUN_NS: i64 = 60_000_000_000;
+/// What comes before this does not count.
+const SETTLED_NS: i64 = 5_000_000_000;
+/// How often the error is looked at.
+const LOOK_NS: i64 = 10_000_000;
+/// The federate's side of clock synchronization, to be measured. All times are those of the federate's own clock,
+/// except T1, T4 and T5.
+pub trait Algorithm {
+    /// Whether the RTI of this algorithm begins a round now, by its clock.
+    fn begins(&mut self, now: i64) -> bool;
+
+    /// T3 has come at the RTI, at this time of its clock.
+    fn answered(&mut self, now: i64);
+
+    /// The exchanges before the start, each with T1 to T4 and the time at which T4 came.
+    fn initial(&mut self, exchanges: &[[i64; 5]]);
+
+    /// A round over UDP: T1 to T5, and the times at which T4 and the coded probe came. What was lost is `None`.
+    fn round(&mut self, times: &RoundTimes);
+
+    /// Physical time.
+    fn physical(&self, own: i64) -> i64;
+}
+
+/// What a round over UDP has shown.
+#[derive(Clone, Copy, Debug)]
+pub struct RoundTimes {
+    /// When the RTI sent T1, by its clock.
+    pub t1: i64,
+    /// When T1 came.
+    pub t2: i64,
+    /// When T3 was sent.
+    pub t3: i64,
+    /// When T3 came at the RTI, by its clock.
+    pub t4: i64,
+    /// When T4 came, if it did.
+    pub r4: Option<i64>,
+    /// When the RTI sent the coded probe, by its clock.
+    pub t5: i64,
+    /// When the coded probe came, if it did.
+    pub r5: Option<i64>,
+}
+
+/// What the federate's clock shows at a time of the RTI's.
+fn own(rti: i64) -> i64 {
+    let drift = i128::from(rti) * i128::from(DRIFT_PPB) / 1_000_000_000;
+    rti + OFFSET_NS + i64::try_from(drift).unwrap_or(0)
+}
+
+/// Runs a federation for a minute, and gives how far the federate's physical time was off after the first seconds.
+/// With `on`, rounds follow the initial exchanges.
+pub fn run(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: bool) -> Samples {
+    let mut delays = network.delays(seed);
+    let mut now = 1_000_000_000;
+    let mut exchanges = Vec::new();
+    for _ in 0..TRIALS {
+        let [there, back, answer, _] = delays.next_round().times;
+        let (t1, t4) = (now, now + there + back);
+        exchanges.push([t1, own(t1 + there), own(t1 + there), t4, own(t4 + answer)]);
+        now = t4 + answer;
+    }
+    algorithm.initial(&exchanges);
+    let start = now + 1_000_000_000;
+    let mut samples = Samples::default();
+    let mut look = start;
+    let mut next_round = start + PERIOD_NS;
+    // What is on its way: when it comes, and what it says.
+    let mut pending: Vec<(i64, RoundTimes)> = Vec::new();
+    while look < start + RUN_NS {
+        while next_round <= look {
+            let begun = next_round;
+            next_round += PERIOD_NS;
+            if !algorithm.begins(begun) {
+                continue;
+            }
+            let round = delays.next_round();
+            let [there, back, answer, probe] = round.times;
+            if round.lost[0] || round.lost[1] {
+                continue;
+            }
+            let (t2, t4) = (begun + there, begun + there + back);
+            let t5 = t4 + network.between_ns;
+            let arrives = |lost: bool, at: i64| (!lost).then(|| own(at));
+            let times = RoundTimes {
+                t1: begun,
+                t2: own(t2),
+                t3: own(t2),
+                t4,
+                r4: arrives(round.lost[2], t4 + answer),
+                t5,
+                r5: arrives(round.lost[3], t5 + probe),
+            };
+            algorithm.answered(t4);
+            while next_round <= t4 {
+                next_round += PERIOD_NS;
+            }
+            if on {
+                pending.push(((t4 + answer).max(t5 + probe), times));
+            }
+        }
+        pending.sort_by_key(|(at, _)| *at);
+        let come = pending.partition_point(|(at, _)| *at <= look);
+        for (_, times) in pending.drain(..come) {
+            algorithm.round(&times);
+        }
+        if look >= start + SETTLED_NS {
+            let error = (algorithm.physical(own(look)) - look).unsigned_abs();
+            samples.push(Duration::from_nanos(error));
+        }
+        look += LOOK_NS;
+    }
+    samples
+}
