@@ -24,6 +24,7 @@ class Rti:
     federates: int
     clock_sync: str
     clock_sync_trials: int
+    clock_sync_period_ns: int
     # Whether the RTI tells federates which of their next event tags nobody waits for.
     dnet: bool
     # Whether the federates authenticate.
@@ -144,6 +145,7 @@ def _rti(item: Any) -> Rti:
         federates=_number(item["federates"]),
         clock_sync=_text(item["clock_sync"]),
         clock_sync_trials=_number(item["clock_sync_trials"]),
+        clock_sync_period_ns=_number(item["clock_sync_period_ns"]),
         dnet=_truth(item["dnet"]),
         auth=_truth(item["auth"]),
     )

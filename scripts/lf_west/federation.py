@@ -47,6 +47,8 @@ class Federation:
         if self.rti.auth:
             words.append("--auth")
         words += ["--clock_sync", self.rti.clock_sync]
+        if self.rti.clock_sync == "on":
+            words += ["period", str(self.rti.clock_sync_period_ns)]
         if self.rti.clock_sync != "off":
             words += ["exchanges-per-interval", str(self.rti.clock_sync_trials)]
         return self._guarded(words)

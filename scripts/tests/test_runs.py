@@ -160,6 +160,15 @@ def test_clock_sync_can_be_off(world: World) -> None:
     assert planned(world).rti_command()[-2:] == ["--clock_sync", "off"]
 
 
+def test_clock_sync_can_go_on(world: World) -> None:
+    """The RTI is told the period that the program asks for."""
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    world.write({**source, "rti": {**source["rti"], "clock_sync": "on", "clock_sync_period_ns": 7_000_000}})
+    words = ["--clock_sync", "on", "period", "7000000", "exchanges-per-interval", "10"]
+    assert planned(world).rti_command()[-6:] == words
+
+
 def test_dnet_can_be_off(world: World) -> None:
     world.program("grid-a", "")
     source = description.load(world.description).source

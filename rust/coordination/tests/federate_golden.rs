@@ -2,21 +2,26 @@
 //! The state machine of the federate against recordings of C federates: the tester's part is played from the file, and
 //! what the federate sends is compared byte for byte.
 //!
-//! One difference is allowed, and only this one: a NET that repeats the federate's last NET is left out. The recorded
+//! Two differences are allowed, and only these: a NET that repeats the federate's last NET is left out. The recorded
 //! federates often send a NET twice, and always that of their last tag; the README of the recordings says that others
 //! need not. So a NET in a recording is passed over if the NET before it, with or without other messages between the
-//! two, is the same; and our federate never sends such a one. Everything else has to be there, in the same order, and
+//! two, is the same; and our federate never sends such a one. And after many tags with messages our federate asks the
+//! RTI for its own address, to see how far the RTI has come. Everything else has to be there, in the same order, and
 //! nothing more.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;
 
+use std::collections::VecDeque;
+use std::net::{Ipv4Addr, SocketAddrV4};
+
 use federate_support::{Driver, NONCE, Program};
+use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
 use lf_coordination::{FederateId, in_turn};
 use lf_golden::{Fill, Frame, Recording, Step};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{DELAY_NONE, RejectCode};
+use lf_wire::june_2026::{DELAY_NONE, MessageType, RejectCode};
 
 /// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
 const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);
@@ -24,6 +29,11 @@ const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);
 const LATENCY: Interval = Interval(40_000);
 const NET: u8 = 6;
 const FED_NONCE: u8 = 100;
+const OWN_ADDRESS_QUERY: [u8; 3] = [13, 0, 0];
+const ADDRESS_UNKNOWN: [u8; 9] = [14, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
+/// Where the federate awaits datagrams, and from where those of the RTI come.
+const UDP_PORT: u16 = 40_000;
+const RTI_UDP: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, RTI_UDP_PORT);
 
 struct Replay<'a> {
     driver: Driver<'a>,
@@ -33,6 +43,8 @@ struct Replay<'a> {
     send_times: &'a [Interval],
     sent_since_start: usize,
     last_net: Vec<u8>,
+    /// From the federate, not looked at yet.
+    datagrams: VecDeque<Vec<u8>>,
 }
 
 impl Replay<'_> {
@@ -48,8 +60,29 @@ impl Replay<'_> {
                     self.silence(&at);
                     assert_eq!(self.driver.federate.handle_disconnected(), Ok(Disconnected::Ended), "{at}");
                 }
+                Step::UdpSend(frame) => self.send_datagram(frame, &at),
+                Step::UdpRecv { frame, .. } => {
+                    let found = self.datagrams.pop_front();
+                    assert_eq!(found, frame.bytes.exact(), "{at}: found on the left");
+                }
                 other => panic!("not for a centralized federate: {other:?}"),
             }
+            if !matches!(steps.get(index + 1), Some(Step::UdpRecv { .. })) {
+                assert!(self.datagrams.is_empty(), "{at}: the federate answers {:02x?}", self.datagrams[0]);
+            }
+        }
+    }
+
+    /// A datagram of the RTI, and the answer.
+    fn send_datagram(&mut self, frame: &Frame, at: &str) {
+        self.silence(at);
+        let bytes = self.clock(frame);
+        let heard = self.driver.federate.handle_datagram(self.driver.now, RTI_UDP, &bytes);
+        if let Some(answer) = heard.answer {
+            self.driver.federate.answer_leaves(self.driver.now);
+            let mut bytes = vec![0; answer.encoded_len()];
+            answer.encode(&mut bytes).unwrap();
+            self.datagrams.push_back(bytes);
         }
     }
 
@@ -64,8 +97,14 @@ impl Replay<'_> {
             assert!(self.driver.step(Instant::FOREVER), "{at}: the federate does not go on");
         }
         let found = self.driver.out.pop_front().unwrap();
+        if found == OWN_ADDRESS_QUERY {
+            self.driver.receive(&ADDRESS_UNKNOWN);
+            return self.recv(frame, at);
+        }
         assert!(found != self.last_net, "{at}: a NET is repeated");
-        if found[0] == FED_NONCE {
+        if found[0] == MessageType::UdpPort.byte() && frame.bytes.masked_len() > 0 {
+            assert_eq!(frame.bytes.extract(&found).as_deref(), Some(&UDP_PORT.to_le_bytes()[..]), "{at}");
+        } else if found[0] == FED_NONCE {
             assert_eq!(frame.bytes.extract(&found).as_deref(), Some(&NONCE[..]), "{at}");
         } else if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
             // The federate's clock, which asks for a stop in turn.
@@ -147,11 +186,20 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
     config.authentication = setup.auth;
     if name == "57-clock-sync-off" {
         config.clock_sync = ClockSync::Off;
+    } else if name == "56-clock-sync-on" {
+        config.clock_sync = ClockSync::On { trials: 10, attenuation: 10 };
+        (config.udp_port, config.rti) = (Some(UDP_PORT), Some(*RTI_UDP.ip()));
     }
     let send_times: Vec<_> = send_times_ms.iter().map(|ms| Interval::from_millis(*ms)).collect();
     let driver = Driver::new(config, program, time_out(&recording), Instant(5_000_000_000));
-    let mut replay =
-        Replay { driver, start: Instant::NEVER, send_times: &send_times, sent_since_start: 0, last_net: vec![] };
+    let mut replay = Replay {
+        driver,
+        start: Instant::NEVER,
+        send_times: &send_times,
+        sent_since_start: 0,
+        last_net: vec![],
+        datagrams: VecDeque::new(),
+    };
     replay.run(&recording.steps);
     assert!(replay.send_times.len() <= replay.sent_since_start);
     check(&replay.driver);
@@ -186,6 +234,16 @@ fn a_source_with_dnets_leaves_out_nets_and_sends_the_one_that_is_needed_after_al
     // The notes of the recording say when the DNETs came.
     let program = Program::Source { sends: |number| number % 4 == 1, stops: None };
     replay("50b-centralized-source-dnet", program, &[50, 450, 650, 850, 1050], resigned);
+}
+
+#[test]
+fn rounds_over_udp() {
+    replay("56-clock-sync-on", ALWAYS, &[], |driver| {
+        resigned(driver);
+        let report = driver.federate.clock_sync_report().unwrap();
+        assert_eq!((report.exchanges, report.calm, report.unused), (3, 3, 0));
+        assert_eq!(driver.federate.clock().physical(driver.now), driver.now + RTI_AHEAD);
+    });
 }
 
 #[test]
@@ -237,7 +295,14 @@ fn a_rejection_is_final() {
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
     config.downstream = &setup.downstream;
     let driver = Driver::new(config, ALWAYS, time_out(&recording), Instant(0));
-    let mut replay = Replay { driver, start: Instant::NEVER, send_times: &[], sent_since_start: 0, last_net: vec![] };
+    let mut replay = Replay {
+        driver,
+        start: Instant::NEVER,
+        send_times: &[],
+        sent_since_start: 0,
+        last_net: vec![],
+        datagrams: VecDeque::new(),
+    };
     let until_rejected = recording.steps.iter().position(|step| matches!(step, Step::Send(_))).unwrap() + 1;
     replay.run(&recording.steps[..until_rejected]);
     let driver = replay.driver;

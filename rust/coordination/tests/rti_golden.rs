@@ -62,6 +62,7 @@ recordings! {
     auth_accepted: "28-auth-accepted",
     clock_sync_init: "30-clock-sync-init",
     clock_sync_init_three: "30b-clock-sync-init-three",
+    clock_sync_on: "31-clock-sync-on",
     clock_sync_off: "30c-clock-sync-off",
     start_time_multiple: "32-start-time-multiple",
     start_time_multiple_exact: "32b-start-time-multiple-exact",

@@ -60,6 +60,8 @@ enum Part {
     Growth,
     /// One large federation from its start to its end.
     Large,
+    /// How far clocks are apart, in virtual time.
+    Clock,
 }
 
 fn main() -> ExitCode {

@@ -4,7 +4,8 @@
 use std::time::Duration;
 
 use lf_evaluate::{
-    Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, forwarder_latency, program_latency,
+    Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, clock, forwarder_latency,
+    program_latency,
 };
 
 use crate::{Arguments, Part};
@@ -35,16 +36,59 @@ struct Run {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut programs: Vec<Program> = arguments.lfz.iter().cloned().map(Program::Ours).collect();
     programs.extend(arguments.stock_rti.iter().cloned().map(Program::Stock));
-    let parts = [Part::Latency, Part::Throughput, Part::Growth, Part::Large];
+    let parts = [Part::Clock, Part::Latency, Part::Throughput, Part::Growth, Part::Large];
     for part in parts.into_iter().filter(|part| arguments.only.is_empty() || arguments.only.contains(part)) {
         match part {
             Part::Latency => latency(arguments, &programs)?,
             Part::Throughput => throughput(arguments, &programs),
             Part::Growth => growth(arguments, &programs),
             Part::Large => large(arguments, &programs),
+            Part::Clock => clocks(arguments),
         }
     }
     Ok(())
+}
+
+fn clocks(arguments: &Arguments) {
+    println!(
+        "\nError of a federate's clock in µs over 60 s, in virtual time; the first 5 s after the start do not count"
+    );
+    println!(
+        "The clock is 1 s off and gains {} µs/s; period {} ms, {} trials, attenuation {}; worst of {} seeds",
+        clock::DRIFT_PPB / 1000,
+        clock::PERIOD_NS / 1_000_000,
+        clock::TRIALS,
+        clock::ATTENUATION,
+        arguments.rounds
+    );
+    let mut table = Table::new(&[
+        "network, mode",
+        "ours: median",
+        "ours: worst",
+        "stock algorithm: median",
+        "stock algorithm: worst",
+    ]);
+    for network in clock::Network::ALL {
+        for (mode, on) in [("init", false), ("on", true)] {
+            let mut worst = [Duration::ZERO; 4];
+            for seed in 1..=u64::from(arguments.rounds) {
+                let ours = clock::run(&mut clock::Ours::default(), &network, seed, on);
+                let stock = clock::run(&mut clock::Stock::default(), &network, seed, on);
+                for (index, samples) in [ours, stock].iter().enumerate() {
+                    worst[2 * index] = worst[2 * index].max(samples.percentile(50));
+                    worst[2 * index + 1] = worst[2 * index + 1].max(samples.percentile(100));
+                }
+            }
+            let mut cells = vec![format!("{}, {mode}", network.name)];
+            cells.extend(worst.iter().map(|time| format!("{:.1}", micros(*time))));
+            table.row(cells);
+        }
+    }
+    println!("{table}");
+    println!(
+        "The stock federate discards the exchanges before the start when their round trips differ by 100 µs or more, \
+         and then begins with the whole offset."
+    );
 }
 
 fn latency(arguments: &Arguments, programs: &[Program]) -> Result<()> {

@@ -51,6 +51,24 @@ pub trait Rti {
     /// # Errors
     /// The connection cannot be read.
     fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> Result<Received, Self::Error>;
+
+    /// Opens a UDP port for a federate; returns its number.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    fn bind(&mut self, federate: u16) -> Result<u16, Self::Error>;
+
+    /// Sends a datagram of a federate to where its last one came from.
+    ///
+    /// # Errors
+    /// It cannot be sent.
+    fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> Result<(), Self::Error>;
+
+    /// Waits for the next datagram to a federate, as long as is reasonable.
+    ///
+    /// # Errors
+    /// None has come.
+    fn receive_datagram(&mut self, federate: u16) -> Result<Vec<u8>, Self::Error>;
 }
 
 /// Where a replay differed.
@@ -77,7 +95,7 @@ impl std::error::Error for Difference {}
 /// # Errors
 /// The first [`Difference`], or what prevented the replay.
 pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Difference> {
-    let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new() };
+    let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new(), ports: BTreeMap::new() };
     let fail = |step: usize, reason: String| Difference { recording: recording.name.clone(), step, reason };
     if !matches!(recording.role, Role::Rti(_)) {
         return Err(fail(0, "this is not the recording of an RTI".into()));
@@ -102,7 +120,8 @@ pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Differen
 
 /// The action at `index`, what was recorded because of it, and the index of the next action.
 fn round(steps: &[Step], index: usize) -> (&Step, Vec<&Step>, usize) {
-    let is_expectation = |step: &&Step| matches!(step, Step::Recv(_) | Step::ClosedByPeer(_) | Step::Silence(_));
+    let is_expectation =
+        |step: &&Step| matches!(step, Step::Recv(_) | Step::UdpRecv { .. } | Step::ClosedByPeer(_) | Step::Silence(_));
     let expected: Vec<_> = steps[index + 1..].iter().take_while(is_expectation).collect();
     let next = index + 1 + expected.len();
     (&steps[index], expected, next)
@@ -134,6 +153,8 @@ struct Replay<'r, R> {
     open: BTreeSet<u16>,
     /// What came last on each connection where the recording masks it.
     varying: BTreeMap<u16, Vec<u8>>,
+    /// The UDP ports of the federates.
+    ports: BTreeMap<u16, u16>,
 }
 
 impl<R: Rti> Replay<'_, R> {
@@ -151,6 +172,13 @@ impl<R: Rti> Replay<'_, R> {
                 self.open.remove(connection);
                 self.rti.close(*connection)
             }
+            Step::UdpBind(federate) => self.rti.bind(*federate).map(|port| {
+                self.ports.insert(*federate, port);
+            }),
+            Step::UdpSend(frame) => {
+                let bytes = self.filled(frame)?;
+                self.rti.send_datagram(frame.connection, &bytes)
+            }
             other => return Err(format!("this replay cannot do {other:?}")),
         };
         done.map_err(|error| format!("{step:?}: {error}"))
@@ -166,6 +194,10 @@ impl<R: Rti> Replay<'_, R> {
                 let proven: Vec<u8> = message_type.into_iter().chain(nonce.iter().copied()).collect();
                 Ok(frame.bytes.fill_with(hmac(key, &proven)))
             }
+            Some(Fill::UdpPort) => {
+                let port = self.ports.get(&frame.connection).ok_or("no UDP port is open")?;
+                Ok(frame.bytes.fill_with(port.to_le_bytes()))
+            }
             Some(other) => Err(format!("this replay cannot fill in {other:?}")),
         }
     }
@@ -174,6 +206,19 @@ impl<R: Rti> Replay<'_, R> {
         for connection in self.open.clone() {
             let own: Vec<_> = expected.iter().copied().filter(|step| of(step) == Some(connection)).collect();
             self.check(connection, &own)?;
+        }
+        // Where each datagram comes from, its receiver sees to: whoever sends T3 there gets T4.
+        for step in expected {
+            let Step::UdpRecv { frame, .. } = step else { continue };
+            let found = self.rti.receive_datagram(frame.connection).map_err(|error| format!("{step:?}: {error}"))?;
+            if !frame.bytes.matches(&found) {
+                return Err(format!(
+                    "federate {} should get {}, but got {}",
+                    frame.connection,
+                    frame.message,
+                    hex(&found)
+                ));
+            }
         }
         Ok(())
     }

@@ -7,7 +7,9 @@ use std::process::ExitCode;
 
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Storage};
-use lf_runtime::{Buffers, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated};
+use lf_runtime::{
+    Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+};
 
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::platform::Host;
@@ -72,6 +74,9 @@ fn run(
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
     let rti = rti_address(arguments, federation)?;
     let mut host = Host::new().map_err(MainError::System)?;
+    let shares_clock = !federation.local_clock_sync && rti.ip().is_loopback();
+    let clock_sync = if shares_clock { ClockSync::Off } else { federation.clock_sync };
+    let federation = &Federation { clock_sync, ..*federation };
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];

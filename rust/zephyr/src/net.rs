@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! TCP sockets of Zephyr, one call each: descriptors that close themselves, and errors as values.
+//! Sockets of Zephyr, one call each: descriptors that close themselves, and errors as values.
 
 use core::ffi::{c_int, c_void};
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -12,6 +12,7 @@ use crate::raw::{self, lf_network_error as error};
 const DYNAMIC_PORTS: core::ops::RangeInclusive<u16> = 49_152..=u16::MAX;
 
 const TCP: u32 = raw::net_ip_protocol::IPPROTO_TCP;
+const UDP: u32 = raw::net_ip_protocol::IPPROTO_UDP;
 
 /// An open socket, closed when it is dropped.
 #[derive(Debug)]
@@ -27,9 +28,12 @@ impl Drop for Descriptor {
 impl Descriptor {
     /// A TCP socket whose calls return at once.
     fn stream() -> Result<Self, NetError> {
+        Self::open(raw::net_sock_type::SOCK_STREAM, TCP)
+    }
+
+    fn open(kind: raw::net_sock_type::Type, protocol: u32) -> Result<Self, NetError> {
         // SAFETY: it has no precondition.
-        let number =
-            unsafe { raw::zsock_socket(integer(raw::AF_INET), integer(raw::net_sock_type::SOCK_STREAM), integer(TCP)) };
+        let number = unsafe { raw::zsock_socket(integer(raw::AF_INET), integer(kind), integer(protocol)) };
         Self::adopt(number)
     }
 
@@ -74,28 +78,72 @@ impl Descriptor {
 
     /// Listens on a port, or on any for 0; returns which one it is.
     pub(crate) fn listen(port: u16) -> Result<(Self, u16), NetError> {
-        let descriptor = Self::listen_on(port)?;
+        Self::on_port(port, Self::listen_on)
+    }
+
+    /// Opens a UDP port, or any for 0; returns which one it is.
+    pub(crate) fn datagrams(port: u16) -> Result<(Self, u16), NetError> {
+        Self::on_port(port, Self::datagrams_on)
+    }
+
+    fn on_port(port: u16, open: impl Fn(u16) -> Result<Self, NetError>) -> Result<(Self, u16), NetError> {
+        let descriptor = open(port)?;
         if port != 0 {
             return Ok((descriptor, port));
         }
         match descriptor.local_port() {
-            Ok(port) => Ok((descriptor, port)),
-            Err(_) if last_class() == error::LF_NETWORK_NOT_SUPPORTED => {
-                drop(descriptor);
-                Self::listen_on_some_dynamic_port()
-            }
-            Err(error) => Err(error),
+            Ok(port) => return Ok((descriptor, port)),
+            Err(_) if last_class() == error::LF_NETWORK_NOT_SUPPORTED => drop(descriptor),
+            Err(error) => return Err(error),
         }
-    }
-
-    fn listen_on_some_dynamic_port() -> Result<(Self, u16), NetError> {
         for port in DYNAMIC_PORTS {
-            match Self::listen_on(port) {
+            match open(port) {
                 Err(NetError::AddressInUse) => {}
                 result => return result.map(|descriptor| (descriptor, port)),
             }
         }
         Err(NetError::AddressInUse)
+    }
+
+    fn datagrams_on(port: u16) -> Result<Self, NetError> {
+        let descriptor = Self::open(raw::net_sock_type::SOCK_DGRAM, UDP)?;
+        let (address, length) = system_address(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
+        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
+        check(unsafe { raw::zsock_bind(descriptor.0, (&raw const address).cast(), length) })?;
+        Ok(descriptor)
+    }
+
+    /// Takes a datagram that has come, if there is one.
+    pub(crate) fn receive_from(&self, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        let mut address = raw::sockaddr_in::default();
+        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
+        // SAFETY: pointers and lengths are those of a slice that may be written to, and of a local that has room for an
+        // IPv4 address.
+        let count = unsafe {
+            let (bytes, sender) = (buffer.as_mut_ptr().cast(), (&raw mut address).cast());
+            raw::zsock_recvfrom(self.0, bytes, buffer.len(), 0, sender, &raw mut length)
+        };
+        match usize::try_from(count) {
+            Ok(count) => {
+                // SAFETY: all three views of the address are integers or arrays of them, without invalid values.
+                let sender = unsafe { address.sin_addr.__bindgen_anon_1.s_addr };
+                let sender = Ipv4Addr::from_bits(u32::from_be(sender));
+                Ok(Some((count, SocketAddrV4::new(sender, u16::from_be(address.sin_port)))))
+            }
+            Err(_) if matches!(last_class(), error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED) => Ok(None),
+            Err(_) => Err(last_error()),
+        }
+    }
+
+    /// Sends a datagram.
+    pub(crate) fn send_to(&self, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        let (address, length) = system_address(to);
+        // SAFETY: pointers and lengths are those of a slice, and of a local that holds an IPv4 address.
+        let count = unsafe {
+            let to = (&raw const address).cast();
+            raw::zsock_sendto(self.0, bytes.as_ptr().cast(), bytes.len(), 0, to, length)
+        };
+        if count < 0 { Err(last_error()) } else { Ok(()) }
     }
 
     fn listen_on(port: u16) -> Result<Self, NetError> {

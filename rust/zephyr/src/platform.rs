@@ -38,7 +38,7 @@ struct Place {
 struct Socket {
     descriptor: Descriptor,
     interest: Interest,
-    /// The port, if it listens.
+    /// The port, if it listens or takes datagrams.
     port: Option<u16>,
 }
 
@@ -140,6 +140,26 @@ impl Platform for ZephyrPlatform {
         }
         let (descriptor, port) = Descriptor::listen(port)?;
         self.insert(descriptor, Some(port))
+    }
+
+    fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
+        if !self.has_place() {
+            return Err(NetError::NoSocketLeft);
+        }
+        let (descriptor, port) = Descriptor::datagrams(port)?;
+        self.insert(descriptor, Some(port))
+    }
+
+    fn receive_from(
+        &mut self,
+        socket: SocketId,
+        buffer: &mut [u8],
+    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        self.socket(socket)?.descriptor.receive_from(buffer)
+    }
+
+    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+        self.socket(socket)?.descriptor.send_to(to, bytes)
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {

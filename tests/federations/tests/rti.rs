@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
 
 use lf_federations::{Lfz, PATIENCE};
@@ -18,6 +18,7 @@ use lf_wire::june_2026::{self, Decoded, Message};
 const LIMITS: Limits = Limits { payload_bytes_max: 1 << 20, federation_id_bytes_max: 255, neighbors_max: 100 };
 /// Type bytes of what a federate sends.
 const UDP_PORT: u8 = 254;
+const TIMESTAMP: u8 = 2;
 const RESIGN: u8 = 4;
 const FAILED: u8 = 25;
 
@@ -26,6 +27,8 @@ struct Tcp {
     connections: BTreeMap<u16, Connection>,
     /// Federates that may ask for addresses.
     joined: BTreeSet<u16>,
+    /// The UDP ports of federates, each with where its last datagram came from.
+    datagrams: BTreeMap<u16, (UdpSocket, Option<SocketAddr>)>,
 }
 
 struct Connection {
@@ -81,7 +84,11 @@ impl Rti for Tcp {
         let open = self.connections.get_mut(&connection).ok_or(io::ErrorKind::NotConnected)?;
         open.stream.write_all(bytes)?;
         match bytes.first() {
-            Some(&UDP_PORT) => {
+            // Clock synchronization follows the port, and then nothing but the time may come.
+            Some(&UDP_PORT) if self.datagrams.is_empty() => {
+                self.joined.insert(connection);
+            }
+            Some(&TIMESTAMP) => {
                 self.joined.insert(connection);
             }
             Some(&(RESIGN | FAILED)) => {
@@ -104,6 +111,27 @@ impl Rti for Tcp {
             let _ = open.stream.shutdown(Shutdown::Both);
         }
         Ok(())
+    }
+
+    fn bind(&mut self, federate: u16) -> io::Result<u16> {
+        let socket = UdpSocket::bind(("127.0.0.1", 0))?;
+        socket.set_read_timeout(Some(PATIENCE))?;
+        let port = socket.local_addr()?.port();
+        self.datagrams.insert(federate, (socket, None));
+        Ok(port)
+    }
+
+    fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> io::Result<()> {
+        let (socket, rti) = self.datagrams.get(&federate).ok_or(io::ErrorKind::NotConnected)?;
+        socket.send_to(bytes, rti.ok_or(io::ErrorKind::NotConnected)?).map(drop)
+    }
+
+    fn receive_datagram(&mut self, federate: u16) -> io::Result<Vec<u8>> {
+        let (socket, rti) = self.datagrams.get_mut(&federate).ok_or(io::ErrorKind::NotConnected)?;
+        let mut bytes = [0; 64];
+        let (count, from) = socket.recv_from(&mut bytes)?;
+        *rti = Some(from);
+        Ok(bytes[..count].to_vec())
     }
 
     fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> io::Result<Received> {
@@ -134,7 +162,7 @@ fn play_with(name: &str, trace: Option<&Path>) {
             Lfz::rti_in(folder, &arguments)
         }
     };
-    let mut tcp = Tcp { port, connections: BTreeMap::new(), joined: BTreeSet::new() };
+    let mut tcp = Tcp { port, connections: BTreeMap::new(), joined: BTreeSet::new(), datagrams: BTreeMap::new() };
     if let Err(difference) = replay(&recording, &mut tcp) {
         panic!("{difference}");
     }
@@ -165,6 +193,7 @@ recordings! {
     failed: "23-failed",
     large_message: "26-large-message",
     auth: "28-auth-accepted",
+    clock_sync_on: "31-clock-sync-on",
     start_time_multiple: "32-start-time-multiple",
     random_dag_40: "33-random-dag-40",
 }

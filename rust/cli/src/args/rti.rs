@@ -16,8 +16,9 @@ const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
 pub const PORT_DEFAULT: u16 = 15045;
 /// The period of clock synchronization in nanoseconds, as the stock RTI's.
 const PERIOD_NS_DEFAULT: i64 = 10_000_000;
-/// A shorter period would be nothing but load.
+/// A shorter period would be nothing but load, and with a longer one drift cannot be told from temperature.
 const PERIOD_NS_MIN: i64 = 1_000_000;
+const PERIOD_NS_MAX: i64 = 3_600_000_000_000;
 /// More would delay the start by minutes on a slow link.
 const TRIALS_MAX: u32 = 1000;
 /// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
@@ -160,8 +161,8 @@ fn clock_sync(words: &[String]) -> Result<ClockSync, String> {
 
 fn number_of_nanoseconds(word: Option<&str>) -> Result<Interval, String> {
     let word = word.unwrap_or_default();
-    let valid = word.parse().ok().filter(|period| (PERIOD_NS_MIN..=i64::from(u32::MAX)).contains(period));
-    let wrong = || format!("`period` takes a number of nanoseconds from {PERIOD_NS_MIN} to {}, not `{word}`", u32::MAX);
+    let valid = word.parse().ok().filter(|period| (PERIOD_NS_MIN..=PERIOD_NS_MAX).contains(period));
+    let wrong = || format!("`period` takes nanoseconds from {PERIOD_NS_MIN} to {PERIOD_NS_MAX}, not `{word}`");
     valid.map(Interval::from_nanos).ok_or_else(wrong)
 }
 

@@ -107,10 +107,13 @@ fn rti_options(plan: &Plan, port: u16, id: &str) -> Vec<String> {
         options.push("--auth");
     }
     // These come last, because the stock RTI does not read the word behind them.
-    let trials = plan.target.clock_sync_trials.to_string();
+    let (trials, period) = (plan.target.clock_sync_trials.to_string(), plan.target.clock_sync_period_ns.to_string());
     match plan.target.clock_sync {
         ClockSync::Off => options.extend(["--clock_sync", "off"]),
         ClockSync::Init => options.extend(["--clock_sync", "init", "exchanges-per-interval", &trials]),
+        ClockSync::On => {
+            options.extend(["--clock_sync", "on", "period", &period, "exchanges-per-interval", &trials]);
+        }
     }
     options.into_iter().map(str::to_owned).collect()
 }

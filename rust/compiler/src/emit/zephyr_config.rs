@@ -6,7 +6,7 @@ use core::fmt::Write;
 use core::net::Ipv4Addr;
 
 use super::deployment::{Deployment, Mac, Place, Platform};
-use crate::plan::{Federate, Logging, Plan, TriggerKind};
+use crate::plan::{ClockSync, Federate, Logging, Plan, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
 const ETHERNET_LABELS: [(&str, &str); 9] = [
@@ -89,13 +89,19 @@ fn network(fragment: &mut Fragment, place: &Place) {
 }
 
 fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate, place: &Place) {
-    // One to the RTI, which is closed before another is made; one per physical connection, and one that awaits them.
+    // One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, and one for the
+    // datagrams of clock synchronization.
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
-    let sockets = 1 + peers_in + usize::from(peers_in > 0) + peers_out;
+    let datagrams = plan.is_federated() && plan.target.clock_sync == ClockSync::On;
+    let sockets = 1 + peers_in + usize::from(peers_in > 0) + peers_out + usize::from(datagrams);
     fragment.comment("What the federate needs: sockets, and descriptors for them, the wake-up and the console.");
     fragment.set("LF_SOCKETS", sockets);
     fragment.set("ZVFS_OPEN_MAX", sockets + 3);
     fragment.set("ZVFS_POLL_MAX", 2 * sockets + 1);
+    if datagrams {
+        fragment.comment("Clock synchronization while the federation runs.");
+        fragment.set("NET_UDP", "y");
+    }
     if sockets > 1 && !is_native_sim(place) {
         fragment.comment("What Zephyr's own network stack keeps for them.");
         fragment.set("NET_MAX_CONTEXTS", sockets + 2);

@@ -46,6 +46,9 @@ pub struct Plan {
 /// The advance message interval of a program that names none, as in LF.
 pub(crate) const ADVANCE_INTERVAL_NS_DEFAULT: i64 = 10_000_000;
 
+/// The period of clock synchronization of a program that names none, as in LF.
+const CLOCK_SYNC_PERIOD_NS_DEFAULT: i64 = 5_000_000;
+
 /// Target properties, with LF's defaults where the program sets none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(clippy::struct_excessive_bools, reason = "these are switches, each of its own")]
@@ -64,6 +67,14 @@ pub struct Target {
     pub clock_sync: ClockSync,
     /// `clock-sync-options: {trials}`: exchanges of the initial clock synchronization.
     pub clock_sync_trials: u16,
+    /// `clock-sync-options: {period}` in nanoseconds: how much time there is between rounds with `clock-sync: on`.
+    pub clock_sync_period_ns: i64,
+    /// `clock-sync-options: {attenuation}`: one of so many parts of an error is made up for with each round.
+    pub clock_sync_attenuation: u16,
+    /// `clock-sync-options: {local-federates-on}`: whether programs on the RTI's own computer take part.
+    pub clock_sync_local: bool,
+    /// `clock-sync-options: {test-offset}` in nanoseconds: the clock of federate i shows 1 + i times as much too much.
+    pub clock_sync_test_offset_ns: i64,
     /// `coordination-options: {advance-message-interval}` in nanoseconds: how often a federate whose outputs depend on
     /// physical actions tells how far it has got.
     pub advance_interval_ns: i64,
@@ -89,6 +100,10 @@ impl Default for Target {
             logging: Logging::Info,
             clock_sync: ClockSync::Init,
             clock_sync_trials: 10,
+            clock_sync_period_ns: CLOCK_SYNC_PERIOD_NS_DEFAULT,
+            clock_sync_attenuation: 10,
+            clock_sync_local: true,
+            clock_sync_test_offset_ns: 0,
             advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
             dnet: true,
             authentication: false,
@@ -133,6 +148,8 @@ pub enum ClockSync {
     Off,
     /// Once, before the start.
     Init,
+    /// Before the start, and as long as the federation runs.
+    On,
 }
 
 /// Where the RTI is, and the name of the federation.

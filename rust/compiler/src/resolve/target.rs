@@ -99,6 +99,10 @@ fn is_rust(target: &Target) -> bool {
     target.name.text.eq_ignore_ascii_case("Rust")
 }
 
+/// What can be in `clock-sync-options`.
+const CLOCK_SYNC_OPTIONS: [&str; 6] =
+    ["trials", "period", "attenuation", "local-federates-on", "test-offset", "collect-stats"];
+
 struct Reader {
     target: plan::Target,
     found: Vec<Diagnostic>,
@@ -133,8 +137,8 @@ impl Reader {
             "clock-sync" => match self.word(key, value, &["off", "init", "on"]) {
                 Some("off") => self.target.clock_sync = plan::ClockSync::Off,
                 Some("init") => self.target.clock_sync = plan::ClockSync::Init,
-                Some(_) => self.refuse_value(key, value, "use `init`, which synchronizes the clocks at the start"),
-                None => {}
+                Some("on") => self.target.clock_sync = plan::ClockSync::On,
+                _ => {}
             },
             "clock-sync-options" => self.clock_sync_options(key, value),
             "coordination-options" => self.coordination_options(key, value),
@@ -240,22 +244,48 @@ impl Reader {
         for Property { key, value } in properties {
             match key.text.as_str() {
                 "trials" => {
-                    let trials = self.number(key, value, u64::from(u16::MAX));
-                    if trials == Some(0) {
-                        self.bad(key, value, "a number from 1 to 65535");
-                    } else if let Some(trials) = trials {
-                        self.target.clock_sync_trials = u16::try_from(trials).unwrap_or(u16::MAX);
+                    self.target.clock_sync_trials = self.count(key, value).unwrap_or(self.target.clock_sync_trials);
+                }
+                "attenuation" => {
+                    let attenuation = self.count(key, value);
+                    self.target.clock_sync_attenuation = attenuation.unwrap_or(self.target.clock_sync_attenuation);
+                }
+                "period" => self.clock_sync_period(key, value),
+                "local-federates-on" => self.target.clock_sync_local = self.boolean(key, value).unwrap_or(true),
+                "test-offset" => {
+                    if matches!(value.kind, PropertyKind::Time(TimeValue::Forever)) {
+                        self.bad(key, value, "a time by which the clocks are wrong");
+                    } else {
+                        self.target.clock_sync_test_offset_ns = self.time(key, value).unwrap_or(0);
                     }
                 }
-                "attenuation" | "period" => self.idle(key, "only `clock-sync: on` uses it"),
-                "local-federates-on" => {
+                "collect-stats" => {
                     if self.boolean(key, value) == Some(false) {
-                        self.refuse_value(key, value, "remove it: every federate synchronizes its clock");
+                        self.idle(key, "what is collected costs next to nothing, and is told at the end in any case");
                     }
                 }
-                "test-offset" | "collect-stats" => self.refuse_value(key, value, "remove it"),
-                _ => self.unknown(key, ["trials", "local-federates-on", "attenuation", "period"].into_iter()),
+                _ => self.unknown(key, CLOCK_SYNC_OPTIONS.into_iter()),
             }
+        }
+    }
+
+    /// A number from 1 on, where there is one.
+    fn count(&mut self, key: &Name, value: &PropertyValue) -> Option<u16> {
+        let count = self.number(key, value, u64::from(u16::MAX)).and_then(|count| u16::try_from(count).ok());
+        if count == Some(0) {
+            self.bad(key, value, "a number from 1 to 65535");
+        }
+        count.filter(|count| *count > 0)
+    }
+
+    fn clock_sync_period(&mut self, key: &Name, value: &PropertyValue) {
+        const LEAST_NS: i64 = 1_000_000;
+        const MOST_NS: i64 = 3_600_000_000_000;
+        let forever = matches!(value.kind, PropertyKind::Time(TimeValue::Forever));
+        match self.time(key, value) {
+            Some(ns) if (LEAST_NS..=MOST_NS).contains(&ns) => self.target.clock_sync_period_ns = ns,
+            None if !forever => {}
+            _ => self.bad(key, value, "a time from 1 ms to 1 h"),
         }
     }
 
@@ -281,8 +311,17 @@ impl Reader {
 
     fn idle_options(&mut self, properties: &[Property]) {
         let options = properties.iter().find(|property| property.key.text == "clock-sync-options");
-        if let Some(options) = options.filter(|_| self.target.clock_sync == plan::ClockSync::Off) {
-            self.idle(&options.key, "with `clock-sync: off` nothing uses it");
+        let Some(options) = options else { return };
+        match self.target.clock_sync {
+            plan::ClockSync::Off => self.idle(&options.key, "with `clock-sync: off` nothing uses it"),
+            plan::ClockSync::Init => {
+                let PropertyKind::Map(properties) = &options.value.kind else { return };
+                let only_on = |key: &str| matches!(key, "attenuation" | "period");
+                for property in properties.iter().filter(|property| only_on(&property.key.text)) {
+                    self.idle(&property.key, "only `clock-sync: on` uses it");
+                }
+            }
+            plan::ClockSync::On => {}
         }
     }
 

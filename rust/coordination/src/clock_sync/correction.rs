@@ -12,6 +12,7 @@ pub const SLEW_PPB_MAX: i32 = 50_000_000;
 
 /// One second: the denominator of rates in parts per thousand million.
 const BILLION: i64 = 1_000_000_000;
+const PPB: i32 = 1_000_000_000;
 
 /// How the federation's physical time follows from a federate's own clock.
 ///
@@ -63,16 +64,24 @@ impl ClockCorrection {
 
     /// A reading of the own clock at which physical time has reached `physical`, to wait for.
     ///
-    /// Exact without drift and error; otherwise so near below that waiting, asking [`ClockCorrection::physical`] and
-    /// waiting again comes to an end after a few rounds, and never too late by more than 1 ns.
+    /// Exact to some nanoseconds, and rather too early: waiting, asking [`ClockCorrection::physical`] and waiting again
+    /// comes to an end after a few rounds, however long ago the rate has changed, and never too late by more than 1 ns.
     pub fn local(&self, physical: Instant) -> Instant {
         let ahead = physical.as_nanos().saturating_sub(self.physical);
-        if self.drift_ppb == 0 && self.error == 0 {
-            return Instant(self.local.saturating_add(ahead));
-        }
-        let rate_ppb = self.drift_ppb.saturating_add(if self.error == 0 { 0 } else { SLEW_PPB_MAX }).max(0);
-        // 1 / (1 + r) >= 1 - r: the estimate with the fastest rate lies below the true reading.
-        Instant(self.local.saturating_add(ahead.saturating_sub(scale(ahead, rate_ppb))))
+        let elapsed = if ahead <= 0 {
+            ahead
+        } else {
+            // First the error is made up for, then time goes on without.
+            let slewing = unscale(self.error.saturating_abs(), SLEW_PPB_MAX - PPB);
+            let slewed = slewing.saturating_add(scale(slewing, self.drift_ppb)).saturating_add(self.error);
+            if ahead < slewed || slewed < 0 {
+                let slew_ppb = if self.error < 0 { -SLEW_PPB_MAX } else { SLEW_PPB_MAX };
+                unscale(ahead, self.drift_ppb.saturating_add(slew_ppb))
+            } else {
+                slewing.saturating_add(unscale(ahead.saturating_sub(slewed), self.drift_ppb))
+            }
+        };
+        Instant(self.local.saturating_add(elapsed))
     }
 
     /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from it:
@@ -124,4 +133,11 @@ pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
     let ppb = i64::from(ppb);
     let (whole, rest) = (nanos / BILLION, nanos % BILLION);
     whole.saturating_mul(ppb).saturating_add(rest * ppb / BILLION)
+}
+
+/// `nanos` / (1 + `ppb` / 10⁹), rounded down, without overflow for any rate between -1 and 1.
+fn unscale(nanos: i64, ppb: i32) -> i64 {
+    let rate = BILLION.saturating_add(ppb.into()).max(1);
+    let (whole, rest) = (nanos / rate, nanos % rate);
+    whole.saturating_mul(BILLION).saturating_add(rest * BILLION / rate)
 }

@@ -13,7 +13,7 @@
 //! between any two of them, so that a few wrong ones change nothing. Stretches whose bounds are far apart do not count.
 //!
 //! A clock that stood still for a moment, as that of a simulated board does while its computer is busy, makes bounds
-//! that exclude each other. An exchange that contradicts the line is left out; when most do, the line is wrong, and all
+//! that exclude each other. Then the stretch's quickest exchange counts by itself. An exchange that contradicts the line is left out; when most do, the line is wrong, and all
 //! begins anew.
 
 use lf_model::time::{Instant, Interval};
@@ -78,6 +78,8 @@ struct Stretch {
     begun: i64,
     lower: Bound,
     upper: Bound,
+    /// The quickest exchange.
+    best: (Bound, Bound),
     count: u16,
     /// Exchanges whose coded probe has shown a calm network.
     pure: u16,
@@ -145,7 +147,7 @@ impl Tracker {
             return;
         }
         let drift_ppb = self.line.map_or(0, |line| line.drift_ppb);
-        let fresh = Stretch { begun: lower.at, lower, upper, count: 0, pure: 0 };
+        let fresh = Stretch { begun: lower.at, lower, upper, best: (lower, upper), count: 0, pure: 0 };
         let stretch = self.open.get_or_insert(fresh);
         stretch.add(lower, upper, pure, drift_ppb);
         let Stretch { begun, count, pure, .. } = *stretch;
@@ -232,16 +234,23 @@ impl Stretch {
         if deeper {
             self.upper = upper;
         }
+        let distance = |(lower, upper): (Bound, Bound)| upper.offset.saturating_sub(lower.offset);
+        if distance((lower, upper)) < distance(self.best) {
+            self.best = (lower, upper);
+        }
         self.count = self.count.saturating_add(1);
         self.pure = self.pure.saturating_add(pure.into());
     }
 
     fn point(&self, drift_ppb: i32) -> Point {
-        let Self { lower, upper, .. } = *self;
-        let apart = upper.offset.saturating_sub(lower.offset);
-        let width = apart.saturating_sub(scale(upper.at.saturating_sub(lower.at), drift_ppb));
-        let at = lower.at.saturating_add(upper.at.saturating_sub(lower.at) / 2);
-        Point { at, offset: lower.offset.saturating_add(apart / 2), width }
+        let between = |lower: Bound, upper: Bound| {
+            let apart = upper.offset.saturating_sub(lower.offset);
+            let width = apart.saturating_sub(scale(upper.at.saturating_sub(lower.at), drift_ppb));
+            let at = lower.at.saturating_add(upper.at.saturating_sub(lower.at) / 2);
+            Point { at, offset: lower.offset.saturating_add(apart / 2), width }
+        };
+        let point = between(self.lower, self.upper);
+        if point.width < -TOLERANCE_NS { between(self.best.0, self.best.1) } else { point }
     }
 }
 

@@ -7,8 +7,10 @@ pub mod peer;
 pub mod plain;
 
 use std::convert::Infallible;
+use std::net::{Ipv4Addr, SocketAddrV4};
 
-use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Verdict};
+use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Notice, Outlet, Rti, Verdict};
+use lf_coordination::{Deadline, clock_sync};
 use lf_golden::RtiSetup;
 use lf_golden::replay::{self, Received};
 use lf_model::time::{Instant, Interval};
@@ -221,6 +223,8 @@ pub struct Recorded {
     pub world: World,
     /// Connections by their numbers in the recording.
     connections: std::collections::BTreeMap<u16, ConnectionId>,
+    /// On their way to the federates.
+    datagrams: Vec<Datagram>,
 }
 
 impl Recorded {
@@ -228,7 +232,11 @@ impl Recorded {
         let federates = usize::from(setup.federates);
         let mut world = World::new(config(setup), Sizes::ample(federates));
         world.piece = piece;
-        Self { world, connections: std::collections::BTreeMap::new() }
+        Self { world, connections: std::collections::BTreeMap::new(), datagrams: Vec::new() }
+    }
+
+    fn udp_address(federate: u16) -> SocketAddrV4 {
+        SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000 + federate)
     }
 }
 
@@ -251,6 +259,33 @@ impl replay::Rti for Recorded {
         Ok(())
     }
 
+    fn bind(&mut self, federate: u16) -> Result<u16, Infallible> {
+        Ok(Self::udp_address(federate).port())
+    }
+
+    fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> Result<(), Infallible> {
+        let World { rti, outlet, now, .. } = &mut self.world;
+        if let Some(answer) = rti.handle_datagram(*now, Self::udp_address(federate), bytes, outlet) {
+            self.datagrams.extend([answer, answer.coded_probe(*now)]);
+        }
+        Ok(())
+    }
+
+    /// Time goes on until there is one.
+    fn receive_datagram(&mut self, federate: u16) -> Result<Vec<u8>, Infallible> {
+        while self.datagrams.is_empty() {
+            let Deadline::At(time) = self.world.rti.poll_round_timeout() else { panic!("no datagram is to come") };
+            self.world.now = self.world.now.max(time);
+            let question = self.world.rti.poll_round(self.world.now);
+            self.datagrams.extend(question);
+        }
+        let datagram = self.datagrams.remove(0);
+        assert_eq!(datagram.to, Self::udp_address(federate));
+        let mut bytes = vec![0; datagram.message.encoded_len()];
+        datagram.message.encode(&mut bytes).expect("there is as much room as the message is long");
+        Ok(bytes)
+    }
+
     fn receive(&mut self, connection: u16, _bytes: usize, _end: bool) -> Result<Received, Infallible> {
         let id = self.connections[&connection];
         let bytes = self.world.take(id, usize::MAX);
@@ -269,9 +304,13 @@ pub fn config(setup: &RtiSetup) -> Config<'static> {
             ("-c", _) => match options.next() {
                 Some("off") => config.clock_sync = ClockSync::Off,
                 Some("init") => config.clock_sync = ClockSync::Init { trials: 10 },
+                Some("on") => config.clock_sync = ClockSync::On { trials: 10, period: clock_sync::PERIOD },
                 other => panic!("-c {other:?}"),
             },
-            ("exchanges-per-interval", ClockSync::Init { trials }) => {
+            ("period", ClockSync::On { period, .. }) => {
+                *period = Interval(options.next().and_then(|text| text.parse().ok()).expect("a number follows"));
+            }
+            ("exchanges-per-interval", ClockSync::Init { trials } | ClockSync::On { trials, .. }) => {
                 *trials = options.next().and_then(|text| text.parse().ok()).expect("a number follows");
             }
             ("-m", _) => {

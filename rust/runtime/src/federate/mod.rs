@@ -192,6 +192,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             ..Config::new(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;
+        if federation.test_offset != Interval::ZERO {
+            platform.set_correction(machine.clock());
+        }
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
         let limits = Limits {

@@ -259,6 +259,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
         awaited: &[],
         clock_sync: ClockSync::Init { trials: plan.trials },
+        local_clock_sync: true,
         test_offset: Interval::ZERO,
         physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO).or(physical_delay),
         advance_interval: Interval::from_millis(10),

@@ -130,6 +130,7 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
             plan::ClockSync::Off => ClockSync::Off,
             plan::ClockSync::Init => ClockSync::Init { trials: plan.target.clock_sync_trials },
         },
+        local_clock_sync: true,
         test_offset: Interval::ZERO,
         authentication: plan.target.authentication,
         physical_delay: federate.physical_delay_ns.map(Interval::from_nanos),

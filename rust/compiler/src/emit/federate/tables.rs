@@ -277,11 +277,20 @@ impl Module<'_> {
                 let trials = Literal::u16_unsuffixed(self.plan.target.clock_sync_trials);
                 quote!(lf::runtime::ClockSync::Init { trials: #trials })
             }
+            ClockSync::On => {
+                let trials = Literal::u16_unsuffixed(self.plan.target.clock_sync_trials);
+                let attenuation = Literal::u16_unsuffixed(self.plan.target.clock_sync_attenuation);
+                quote!(lf::runtime::ClockSync::On { trials: #trials, attenuation: #attenuation })
+            }
         };
         let coordination = match self.plan.target.coordination {
             Coordination::Centralized => quote!(Centralized),
             Coordination::Decentralized => quote!(Decentralized),
         };
+        let local_clock_sync = self.plan.target.clock_sync_local;
+        // As in LF, each federate's clock is wrong by another time.
+        let times = i64::from(federate.id) + 1;
+        let test_offset = interval(self.plan.target.clock_sync_test_offset_ns.saturating_mul(times));
         let physical_delay = optional_interval(federate.physical_delay_ns);
         let advance_interval = interval(self.plan.target.advance_interval_ns);
         quote! {
@@ -299,6 +308,8 @@ impl Module<'_> {
                 peers_in: &[#(#peers_in),*],
                 peers_out: &[#(#peers_out),*],
                 clock_sync: #clock_sync,
+                local_clock_sync: #local_clock_sync,
+                test_offset: #test_offset,
                 physical_delay: #physical_delay,
                 advance_interval: #advance_interval,
                 input_bytes: INPUT_BYTES,

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the rounds over UDP promise, whatever the network does with the datagrams and the clocks show.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+use std::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_coordination::clock_sync::{
+    ClockCorrection, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX, Tracker,
+};
+use lf_model::time::{Instant, Interval};
+use lf_wire::june_2026::Message;
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+const RTI: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, RTI_UDP_PORT);
+const MS: i64 = 1_000_000;
+/// The RTI's clock is ahead by this much, at all times.
+const AHEAD: i64 = 1_790_000_000_000_000_123;
+
+fn bytes(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes).unwrap();
+    bytes
+}
+
+/// A federate that answers at once; gives the rounds that are complete.
+#[derive(Default)]
+struct Follower {
+    responder: Responder,
+    rounds: Vec<Round>,
+}
+
+impl Follower {
+    /// Hears a message at this time of its own clock; whether it answers.
+    fn hear_from(&mut self, from: SocketAddrV4, own: i64, message: &Message<'_>) -> bool {
+        let heard = self.responder.handle(Instant(own), from, &bytes(message));
+        self.rounds.extend(heard.round);
+        if heard.answer {
+            self.responder.answered(Instant(own));
+        }
+        heard.answer
+    }
+
+    fn hear(&mut self, own: i64, message: &Message<'_>) -> bool {
+        self.hear_from(RTI, own, message)
+    }
+}
+
+#[test]
+fn a_round_is_t1_t3_t4_and_the_coded_probe() {
+    let mut follower = Follower::default();
+    assert!(follower.hear(10, &Message::T1(1_000)));
+    assert!(!follower.hear(30, &Message::T4(1_020)));
+    assert!(!follower.hear(37, &Message::CodedProbe(1_024)));
+    let exchange = Exchange { t1: Instant(1_000), t2: Instant(10), t3: Instant(10), t4: Instant(1_020) };
+    assert_eq!(follower.rounds, [Round { exchange, gap: Some(Interval(3)) }]);
+}
+
+#[test]
+fn what_is_lost_costs_its_own_round_and_no_other() {
+    let mut follower = Follower::default();
+    // T4 is lost.
+    assert!(follower.hear(0, &Message::T1(0)));
+    assert!(follower.hear(10 * MS, &Message::T1(10 * MS)));
+    follower.hear(11 * MS, &Message::T4(10 * MS + 7));
+    // The coded probe is lost: the exchange still counts.
+    assert!(follower.hear(20 * MS, &Message::T1(20 * MS)));
+    let found: Vec<_> = follower.rounds.iter().map(|round| (round.exchange.t4, round.gap)).collect();
+    assert_eq!(found, [(Instant(10 * MS + 7), None)]);
+}
+
+#[test]
+fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
+    let mut follower = Follower::default();
+    assert!(follower.hear(0, &Message::T1(10 * MS)));
+    assert!(!follower.hear(5, &Message::T1(10 * MS)), "a copy");
+    assert!(!follower.hear(6, &Message::T1(9 * MS)), "an earlier one that comes later");
+    let stranger = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 7);
+    follower.hear_from(stranger, 7, &Message::T4(10 * MS + 1));
+    follower.hear(7, &Message::T4(9 * MS));
+    follower.hear(8, &Message::T4(10 * MS + 2));
+    follower.hear_from(stranger, 9, &Message::CodedProbe(10 * MS + 3));
+    assert_eq!(follower.rounds, []);
+    follower.hear(10, &Message::CodedProbe(10 * MS + 4));
+    assert_eq!(follower.rounds.len(), 1);
+    assert_eq!(follower.rounds[0].exchange.t4, Instant(10 * MS + 2));
+    // A false T1 from the future is believed for a limited time only.
+    assert!(follower.hear(20 * MS, &Message::T1(i64::MAX)));
+    assert!(!follower.hear(30 * MS, &Message::T1(30 * MS)));
+    assert!(follower.hear(20 * MS + ROUND_TIME_OUT.as_nanos(), &Message::T1(40 * MS)));
+}
+
+#[test]
+fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
+    let mut poll = Poll::NONE;
+    assert!(!poll.answer(Instant(0)), "nothing was asked");
+    assert!(poll.begin(Instant(0)));
+    assert!(!poll.begin(Instant(999 * MS)), "its answer may still come");
+    assert!(poll.begin(Instant(1_000 * MS)));
+    assert!(poll.answer(Instant(1_001 * MS)));
+    assert!(!poll.answer(Instant(1_001 * MS)), "a copy");
+    // On a quick network a lost answer does not cost a second.
+    let mut now = 1_001 * MS;
+    for _ in 0..30 {
+        now += MS;
+        assert!(poll.begin(Instant(now)));
+        assert!(poll.answer(Instant(now + 1)));
+    }
+    assert!(poll.begin(Instant(now)));
+    assert!(poll.begin(Instant(now + 100 * MS)));
+    assert!(!poll.begin(Instant(now + 299 * MS)), "patience grows while answers fail to come");
+    assert!(poll.begin(Instant(now + 300 * MS)));
+}
+
+/// What becomes of the datagrams of a round: how long each takes, in µs; none if it is lost.
+type Fate = [Option<i64>; 4];
+
+fn fates(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<Fate>> {
+    let one = || prop::option::weighted(0.9999 - f64::from(lost) / 100.0, 0..longest_us);
+    vec([one(), one(), one(), one()], 1..120)
+}
+
+/// Plays rounds of 5 ms between a [`Poll`] and a federate, in which datagrams overtake each other.
+fn play(fates: &[Fate]) -> Vec<Round> {
+    let (mut poll, mut follower) = (Poll::NONE, Follower::default());
+    // When, to the federate or the RTI, what.
+    let mut under_way: Vec<(i64, Option<Message<'static>>, Fate)> = Vec::new();
+    let mut now = 0;
+    for fate in fates {
+        now += 5 * MS;
+        loop {
+            under_way.sort_by_key(|(at, ..)| std::cmp::Reverse(*at));
+            let Some((at, message, fate)) = under_way.pop_if(|(at, ..)| *at <= now) else { break };
+            let rti = at + AHEAD;
+            let sent = |index: usize| fate[index].map(|us| at + 1_000 * us);
+            match message {
+                Some(message) if follower.hear(at, &message) => {
+                    under_way.extend(sent(1).map(|at| (at, None, fate)));
+                }
+                Some(_) => {}
+                None if poll.answer(Instant(rti)) => {
+                    under_way.extend(sent(2).map(|at| (at, Some(Message::T4(rti)), fate)));
+                    under_way.extend(sent(3).map(|at| (at, Some(Message::CodedProbe(rti)), fate)));
+                }
+                None => {}
+            }
+        }
+        if poll.begin(Instant(now + AHEAD)) {
+            let t1 = Message::T1(now + AHEAD);
+            under_way.extend(fate[0].map(|us| (now + 1_000 * us, Some(t1), *fate)));
+        }
+    }
+    follower.rounds
+}
+
+/// A clock that gains `drift_ppb`, at a time of the RTI's.
+fn own_clock(rti: i64, drift_ppb: i64) -> i64 {
+    let drift = i128::from(rti) * i128::from(drift_ppb) / 1_000_000_000;
+    rti + i64::try_from(drift).unwrap() - AHEAD
+}
+
+proptest! {
+    // Each case of some is thousands of rounds.
+    #![proptest_config(ProptestConfig { cases: 48, max_shrink_iters: 100, ..ProptestConfig::default() })]
+
+    /// No matter what is lost or overtaken, the instants of an exchange belong together: they bound the offset.
+    #[test]
+    fn an_exchange_is_never_put_together_from_two_rounds(fates in fates(20, 40_000)) {
+        for Round { exchange: Exchange { t1, t2, t3, t4 }, .. } in play(&fates) {
+            prop_assert!(t1.since(t2).as_nanos() <= AHEAD && AHEAD <= t4.since(t3).as_nanos());
+        }
+    }
+
+    /// On a network that loses little, nearly every round is complete.
+    #[test]
+    fn rounds_go_on_though_datagrams_overtake_each_other(fates in fates(0, 4_000)) {
+        // T1 and T3 may take longer than a period; then one is left out. The last ones may be under way.
+        prop_assert!(play(&fates).len() + 3 >= fates.len() / 2);
+    }
+
+    /// Offset and drift are found, however much jitter there is, and though the federate's clock stands still now and
+    /// then for a moment.
+    #[test]
+    fn the_line_follows_the_clock(
+        drift_ppb in -100_000..100_000i64,
+        jitter in 1..4_000_000i64,
+        hiccups in any::<bool>(),
+        seed in any::<u32>(),
+    ) {
+        let mut tracker = Tracker::new();
+        let mut random = u64::from(seed) | 1;
+        let mut delay = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            50_000 + i64::try_from(random >> 33).unwrap() % jitter
+        };
+        let own = |rti: i64| own_clock(rti, drift_ppb);
+        let begin = AHEAD;
+        for round in 0..4_000 {
+            let t1 = begin + round * 5 * MS;
+            let (there, back) = (delay(), delay());
+            let late = if hiccups && round % 10 == 7 { 3 * MS } else { 0 };
+            let t2 = Instant(own(t1 + there) - late);
+            let exchange = Exchange { t1: Instant(t1), t2, t3: t2, t4: Instant(t1 + there + back) };
+            tracker.record(Round { exchange, gap: None });
+        }
+        let line = tracker.line().unwrap();
+        let now = begin + 20_000 * MS;
+        let error = line.offset_at(Instant(own(now))).as_nanos() - (now - own(now));
+        prop_assert!(error.abs() <= 1_000 + jitter / 20, "wrong by {} ns: {:?}", error, line);
+        let drift_error = i64::from(line.drift_ppb) + drift_ppb;
+        prop_assert!(drift_error.abs() <= 2_000 + jitter / 100, "{:?}", line);
+    }
+
+    /// A clock that was set is followed, after the old line has been contradicted often enough.
+    #[test]
+    fn a_line_that_has_become_wrong_is_given_up(step in prop_oneof![MS..1_000 * MS, -1_000 * MS..-MS]) {
+        let mut tracker = Tracker::new();
+        for round in 0..2_000 {
+            let own = round * 5 * MS;
+            let rti = own + AHEAD + if round < 1_000 { 0 } else { step };
+            let exchange =
+                Exchange { t1: Instant(rti), t2: Instant(own + 50), t3: Instant(own + 50), t4: Instant(rti + 100) };
+            tracker.record(Round { exchange, gap: None });
+        }
+        let found = tracker.line().unwrap().offset_at(Instant(10_000 * MS)).as_nanos();
+        prop_assert!((found - AHEAD - step).abs() < 1_000, "{}", found - AHEAD - step);
+    }
+
+    /// Clocks that show anything at all make no panic.
+    #[test]
+    fn any_instants_are_survived(all in vec((any::<[i64; 4]>(), any::<i64>()), 1..60)) {
+        let mut tracker = Tracker::new();
+        let mut clock = ClockCorrection::NONE;
+        for ([t1, t2, t3, t4], now) in all {
+            let exchange = Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t3), t4: Instant(t4) };
+            tracker.record(Round { exchange, gap: Some(Interval(now)) });
+            if let Some(line) = tracker.line() {
+                clock.steer(Instant(now), &line, 1);
+            }
+        }
+    }
+
+    /// Any datagram is survived, whoever it is from.
+    #[test]
+    fn any_datagram_is_survived(all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60)) {
+        let mut responder = Responder::new();
+        for (now, port, datagram) in all {
+            let heard = responder.handle(Instant(now), SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2), &datagram);
+            if heard.answer {
+                responder.answered(Instant(now));
+            }
+        }
+    }
+
+    /// Physical time never runs backwards, and an event that is awaited is never jumped over: whatever the rounds say,
+    /// physical time is past the event by no more than the time since the last look, a little faster.
+    #[test]
+    fn awaited_events_are_not_jumped_over(
+        rounds in vec((0..50 * MS, -2_000 * MS..2_000 * MS, 0..20 * MS), 1..100),
+        attenuation in 1..20u16,
+        spacing in MS..200 * MS,
+    ) {
+        let fastest = |elapsed: i64| elapsed + elapsed / 1_000_000_000 * 80_000_000 + elapsed / 12 + 2;
+        let mut tracker = Tracker::new();
+        let mut clock = ClockCorrection::with_offset(Interval(AHEAD));
+        let mut now = 0_i64;
+        let mut event = clock.physical(Instant(0)) + Interval(spacing);
+        for (pause, error, width) in rounds {
+            // The event loop waits for the event or the next datagram, whichever comes first.
+            let datagram = now + pause;
+            loop {
+                let before = (now, clock.physical(Instant(now)));
+                let due = clock.local(event).as_nanos().max(now + 1);
+                now = due.min(datagram);
+                let physical = clock.physical(Instant(now));
+                prop_assert!(physical >= before.1, "time runs backwards");
+                prop_assert!(physical.since(before.1).as_nanos() <= fastest(now - before.0), "time jumps");
+                if physical >= event {
+                    prop_assert!(physical.since(event).as_nanos() <= fastest(now - before.0));
+                    event = event + Interval(spacing);
+                }
+                if now == datagram {
+                    break;
+                }
+            }
+            let t1 = now + AHEAD + error;
+            let (t2, t4) = (Instant(now), Instant(t1 + width));
+            let exchange = Exchange { t1: Instant(t1), t2, t3: t2, t4 };
+            tracker.record(Round { exchange, gap: Some(Interval(0)) });
+            if let Some(line) = tracker.line() {
+                let before = clock.physical(Instant(now));
+                clock.steer(Instant(now), &line, attenuation);
+                prop_assert_eq!(clock.physical(Instant(now)), before, "a correction is no step");
+            }
+        }
+        prop_assert!(SLEW_PPB_MAX < 80_000_000);
+    }
+}
