@@ -119,3 +119,27 @@ fn a_broken_connection_is_ready_for_all() {
     assert!(sockets.wait(None, &mut |_, _| panic!("nobody asked")), "only the wake-up");
     assert_eq!(sockets.read(client, &mut [0; 4]), Err(NetError::Reset));
 }
+
+/// A datagram comes with its sender's address, and what is too long for the buffer is cut.
+#[test]
+fn datagrams_come_one_by_one_from_whoever_sent_them() {
+    let (mut sockets, ..) = table();
+    let (one, other) = (sockets.bind(0).expect("a port"), sockets.bind(0).expect("another"));
+    let address = |port| SocketAddrV4::new(Ipv4Addr::LOCALHOST, port);
+    let ports = [one, other].map(|socket| sockets.local_port(socket).expect("its number"));
+    assert_eq!(sockets.bind(ports[0]), Err(NetError::AddressInUse));
+    let mut buffer = [0; 4];
+    assert_eq!(sockets.receive_from(one, &mut buffer), Ok(None));
+    for bytes in [&b"a"[..], b"second"] {
+        sockets.send_to(other, address(ports[0]), bytes).expect("it goes to this computer");
+    }
+    for expected in [&b"a"[..], b"seco"] {
+        await_ready(&mut sockets, one, Interest::READ);
+        let (count, from) = sockets.receive_from(one, &mut buffer).expect("no error").expect("a datagram");
+        assert_eq!((&buffer[..count], from), (expected, address(ports[1])));
+    }
+    // That nobody listens is nobody's concern.
+    sockets.close(other);
+    assert_eq!(sockets.send_to(one, address(ports[1]), b"lost"), Ok(()));
+    assert_eq!(sockets.send_to(other, address(ports[0]), b"stale"), Err(NetError::Stale));
+}
