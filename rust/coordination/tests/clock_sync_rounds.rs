@@ -137,12 +137,11 @@ fn play(fates: &[Fate]) -> Vec<Round> {
                 Some(message) if follower.hear(at, &message) => {
                     under_way.extend(sent(1).map(|at| (at, None, fate)));
                 }
-                Some(_) => {}
                 None if poll.answer(Instant(rti)) => {
                     under_way.extend(sent(2).map(|at| (at, Some(Message::T4(rti)), fate)));
                     under_way.extend(sent(3).map(|at| (at, Some(Message::CodedProbe(rti)), fate)));
                 }
-                None => {}
+                _ => {}
             }
         }
         if poll.begin(Instant(now + AHEAD)) {

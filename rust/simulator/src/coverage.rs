@@ -77,6 +77,7 @@ impl Coverage {
             ("program: fast", scenario.target.fast),
             ("program: keepalive", scenario.target.keepalive),
             ("world: clocks synchronized", scenario.target.clock_sync.is_some()),
+            ("world: clocks synchronized all the time", scenario.target.rounds.is_some()),
             ("world: clocks drift", conditions.hosts.iter().any(|host| host.clock_drift_ppb != 0)),
             ("world: bytes in pieces", conditions.pieces),
             ("world: a slow link", conditions.hosts.iter().any(|host| host.link.ns_per_byte >= 1000)),

@@ -129,6 +129,9 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
         clock_sync: match plan.target.clock_sync {
             plan::ClockSync::Off => ClockSync::Off,
             plan::ClockSync::Init => ClockSync::Init { trials: plan.target.clock_sync_trials },
+            plan::ClockSync::On => {
+                ClockSync::On { trials: plan.target.clock_sync_trials, attenuation: plan.target.clock_sync_attenuation }
+            }
         },
         local_clock_sync: true,
         test_offset: Interval::ZERO,

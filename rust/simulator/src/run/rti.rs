@@ -2,6 +2,7 @@
 //! The RTI with its memory.
 
 use lf_compiler::plan::{ClockSync as PlannedSync, Plan};
+use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
 use lf_model::Payload as _;
 use lf_model::time::Interval;
@@ -59,6 +60,10 @@ impl<'a> RtiMemory<'a> {
             clock_sync: match plan.target.clock_sync {
                 PlannedSync::Off => ClockSync::Off,
                 PlannedSync::Init => ClockSync::Init { trials: plan.target.clock_sync_trials.into() },
+                PlannedSync::On => ClockSync::On {
+                    trials: plan.target.clock_sync_trials.into(),
+                    period: Interval::from_nanos(plan.target.clock_sync_period_ns),
+                },
             },
             authentication: plan.target.authentication,
             start_time_multiple: conditions.start_time_multiple.map(Interval::from_nanos),
@@ -74,6 +79,10 @@ impl<'a> RtiMemory<'a> {
 
     /// The RTI begins.
     pub(super) fn begin(&'a mut self) -> Result<Centre<'a>, RunError> {
+        let datagrams = match self.config.clock_sync {
+            ClockSync::On { .. } => Some(self.platform.bind(RTI_UDP_PORT).map_err(RunError::Bind)?),
+            ClockSync::Off | ClockSync::Init { .. } => None,
+        };
         let listener = self.platform.listen(PORT).map_err(|error| RunError::RtiUnreachable {
             address: std::net::SocketAddrV4::new(crate::world::address_of(0), PORT),
             last: Some(error),
@@ -83,7 +92,7 @@ impl<'a> RtiMemory<'a> {
             storage: self.memory.storage(),
             inlets: &mut self.inlets,
             outgoings: &mut self.outgoings,
-            datagrams: None,
+            datagrams,
         };
         RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices)
     }

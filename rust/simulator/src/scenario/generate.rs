@@ -20,6 +20,12 @@ pub(super) enum Ending {
     Idle,
 }
 
+/// The period of clock synchronization while the federation runs. Drawn apart, so that it changes nothing else.
+fn rounds(seed: u64) -> Option<i64> {
+    let mut random = Random::new(seed ^ 0x726f_756e_6473);
+    random.percent(20).then(|| random.one_of(&[MS, 5 * MS, 20 * MS]))
+}
+
 impl Scenario {
     /// The scenario of a seed.
     pub(crate) fn from_seed(seed: u64) -> Self {
@@ -39,7 +45,9 @@ impl Scenario {
             auth: random.percent(10),
             advance: random.percent(30).then(|| random.one_of(&[100 * US, MS, 3 * MS])),
             clock_sync: random.percent(70).then(|| random.one_of(&[1, 3, 10])),
+            rounds: None,
         };
+        let target = Target { rounds: target.clock_sync.and_then(|_| rounds(seed)), ..target };
         let connections = connections(&mut random, count, period);
         let types = output_types(&mut random, count, &connections);
         let style = Style { period, ending, slow: random.percent(35), busy: random.percent(40) };

@@ -56,6 +56,8 @@ pub(crate) struct Target {
     pub(crate) advance: Option<Nanos>,
     /// Exchanges of the initial clock synchronization; none for off.
     pub(crate) clock_sync: Option<u16>,
+    /// The period of its rounds while the federation runs, if there are any.
+    pub(crate) rounds: Option<Nanos>,
 }
 
 /// The type of a port's values.

@@ -57,6 +57,7 @@ fn conditions(scenario: &Scenario, add: &mut Add<'_>) {
     add(&|it| it.target.keepalive = false);
     add(&|it| it.target.auth = false);
     add(&|it| it.target.advance = None);
+    add(&|it| it.target.rounds = None);
     add(&|it| it.target.clock_sync = None);
     add(&|it| it.target.timeout = it.target.timeout.map(|ns| ns / 2));
     add(&|it| it.target.timeout = it.target.timeout.map(|ns| ns - ns / 10));

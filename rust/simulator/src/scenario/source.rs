@@ -10,6 +10,9 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     let mut text = String::new();
     let target = &scenario.target;
     let clock_sync = match target.clock_sync {
+        Some(trials) if let Some(ns) = target.rounds => {
+            format!("clock-sync: on,\n  clock-sync-options: {{trials: {trials}, period: {ns} nsec}}")
+        }
         Some(trials) => format!("clock-sync: init,\n  clock-sync-options: {{trials: {trials}}}"),
         None => "clock-sync: off".to_owned(),
     };
