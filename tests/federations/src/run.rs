@@ -130,6 +130,19 @@ impl Finished {
         let lines = self.lines.iter().filter_map(|line| line.split_once(" | "));
         lines.filter(move |(prefix, _)| prefix.trim_end() == name).map(|(_, text)| text)
     }
+
+    /// What each federate has printed, one federate after the other. What a federate says of its own part in the
+    /// federation is no result of the program, unless it is a warning.
+    pub fn trace(&self) -> String {
+        let lines = self.lines.iter().filter_map(|line| line.split_once(" | "));
+        let mut lines: Vec<(&str, &str)> = lines
+            .map(|(name, text)| (name.trim_end(), text))
+            .filter(|(name, text)| is_name(name) && *name != "RTI" && !text.starts_with("info: "))
+            .collect();
+        lines.sort_by_key(|(name, _)| *name);
+        let lines: Vec<String> = lines.iter().map(|(name, text)| format!("{name}: {text}")).collect();
+        if lines.is_empty() { "nothing".to_owned() } else { lines.join("\n") }
+    }
 }
 
 impl fmt::Display for Finished {
@@ -149,4 +162,9 @@ fn read(stream: Option<impl Read + Send + 'static>, lines: Sender<String>) {
             }
         }
     });
+}
+
+/// Whether a participant can have this name; the compiler's excerpts of a program have numbers in its place.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_alphabetic() || first == '_')
 }

@@ -5,7 +5,7 @@
 //! `INSTA_UPDATE=always cargo test -p lf-federations --test centralized` rewrites the traces. With `LF_TEST_RTI` in the
 //! environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
 
-use lf_federations::{Finished, Lfz, Run, programs};
+use lf_federations::{Lfz, Run, programs};
 
 /// Far longer than any of the programs takes; what hangs is ended, and its output shown.
 const TIME_LIMIT: &str = "--timeout=180s";
@@ -24,26 +24,13 @@ fn check(names: &[&str]) {
             prepend_module_to_snapshot => false,
             omit_expression => true,
         }, {
-            insta::assert_snapshot!(name, trace(&finished));
+            insta::assert_snapshot!(name, finished.trace());
         });
     }
 }
 
 fn program(name: &str) -> std::path::PathBuf {
     programs().join("centralized").join(format!("{name}.lf"))
-}
-
-/// What each federate has printed, one federate after the other. What a federate says of its own part in the
-/// federation is no result of the program, unless it is a warning.
-fn trace(finished: &Finished) -> String {
-    let lines = finished.lines.iter().filter_map(|line| line.split_once(" | "));
-    let mut lines: Vec<(&str, &str)> = lines
-        .map(|(name, text)| (name.trim_end(), text))
-        .filter(|(name, text)| *name != "RTI" && !text.starts_with("info: "))
-        .collect();
-    lines.sort_by_key(|(name, _)| *name);
-    let lines: Vec<String> = lines.iter().map(|(name, text)| format!("{name}: {text}")).collect();
-    if lines.is_empty() { "nothing".to_owned() } else { lines.join("\n") }
 }
 
 /// Messages without cycles: fan-in, fan-out, chains, several connections of one pair, inputs that are absent.

@@ -66,7 +66,11 @@ impl Offsets {
         let max_wait = Time(wait.max_wait_ns);
         match wait.needed_ns {
             Some(needed) => {
-                write!(f, "warning: `{name}` waits {max_wait}, and messages can come {} late", Time(needed))?;
+                write!(
+                    f,
+                    "warning: `{name}` waits {max_wait}, and messages can come up to {} after their tag",
+                    Time(needed)
+                )?;
             }
             None => {
                 write!(f, "warning: `{name}` waits {max_wait}, and nothing bounds how late messages can come")?;

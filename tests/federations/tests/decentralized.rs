@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Decentralized coordination as a whole: each program in `programs/decentralized` runs as processes of their own, and
+//! what its federates print is the expected trace beside the program. `README.md` says which of LF's own tests each
+//! covers.
+//!
+//! `INSTA_UPDATE=always cargo test -p lf-federations --test decentralized` rewrites the traces. With `LF_TEST_RTI` in
+//! the environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
+
+use lf_federations::{Finished, Lfz, Run, programs};
+
+/// Far longer than any of the programs takes; what hangs is ended, and its output shown.
+const TIME_LIMIT: &str = "--timeout=180s";
+
+/// Runs these programs, all at the same time because they mostly wait.
+fn run(names: &[&'static str]) -> Vec<(&'static str, Finished)> {
+    let rti = std::env::var("LF_TEST_RTI").map(|program| format!("--rti={program}"));
+    let arguments: Vec<&str> = std::iter::once(TIME_LIMIT).chain(rti.as_deref()).collect();
+    let file = |name: &str| programs().join("decentralized").join(format!("{name}.lf"));
+    let start = |name: &str| Lfz::run(&format!("decentralized-{name}"), &file(name), &arguments);
+    let runs: Vec<(&str, Run)> = names.iter().map(|name| (*name, start(name))).collect();
+    let finished = runs.into_iter().map(|(name, run)| (name, run.finish())).collect::<Vec<_>>();
+    for (name, finished) in &finished {
+        assert_eq!(finished.code(), 0, "{name}: {finished}");
+    }
+    finished
+}
+
+/// Runs programs whose federates wait long enough: no message is late, however busy the computer is.
+fn check(names: &[&'static str]) {
+    for (name, finished) in run(names) {
+        compare(name, &finished.trace());
+    }
+}
+
+/// Runs programs that go on without waiting for all messages; how many are late, and are reported, is not known.
+fn check_but_for_lateness(names: &[&'static str]) {
+    for (name, finished) in run(names) {
+        let trace = finished.trace();
+        let lines: Vec<&str> = trace.lines().filter(|line| !line.contains(": warn: ")).collect();
+        compare(name, &lines.join("\n"));
+    }
+}
+
+fn compare(name: &str, trace: &str) {
+    insta::with_settings!({
+        snapshot_path => "../programs/decentralized",
+        prepend_module_to_snapshot => false,
+        omit_expression => true,
+    }, {
+        insta::assert_snapshot!(name, trace);
+    });
+}
+
+/// A federate that waits for ever for each of its inputs needs neither clocks nor bounds.
+#[test]
+fn who_waits_for_ever_misses_nothing() {
+    check(&["FourSources", "BesideTimer", "TardyInside", "StepLater", "QuickClock", "LateButInTime", "Bursts"]);
+    check(&["StopTwice", "TwoHandlers"]);
+}
+
+/// Delays that are longer than anything takes, or messages that are the only events.
+#[test]
+fn tags_alone_can_be_enough() {
+    check(&["CountAfter", "QuietEnd"]);
+}
+
+/// A wait within a tag that has no end lets federates go round as slowly as they are.
+#[test]
+fn cycles_go_on_when_all_has_come() {
+    check(&["Lagging", "Microsteps", "Rounds"]);
+    check_but_for_lateness(&["PingPong", "PingPongDecoupled"]);
+}
+
+/// Waits that can be too short: whatever is late is handled, and nothing is lost.
+#[test]
+fn messages_that_are_late_are_handled() {
+    check_but_for_lateness(&["LateByDelay", "LoopersFromThreads", "LoopersInOrder", "LoopersInside"]);
+    check_but_for_lateness(&["OlderParameter", "Letters", "PhysicalBursts"]);
+    let [(_, finished)] = &run(&["BothWays"])[..] else { panic!("it has run") };
+    // How many come before the end depends on how late they are.
+    assert_eq!(finished.trace().lines().filter(|line| line.contains("ends after")).count(), 2, "{finished}");
+}
+
+/// Without a handler, the federate says which message was late, and when; with one, that is the handler's business.
+#[test]
+fn a_late_message_is_reported_and_what_comes_of_it_is_tardy_too() {
+    let [(_, finished)] = &run(&["TardyPassedOn"])[..] else { panic!("it has run") };
+    finished.line(&["sink", "stale Some(42)"]);
+    finished.line(&["sink", "fresh Some(42)"]);
+    finished.line(&["sink", "warn: late message to federate 1 over source.out -> sink.x for (T0 + 0 ns = 0 ms, 0)"]);
+    finished.line(&["sink", "warn: 1 late messages"]);
+}
+
+#[test]
+fn physical_connections_take_physical_time() {
+    check(&["PhysicalCount"]);
+    check_but_for_lateness(&["QuickClockPhysical"]);
+}
