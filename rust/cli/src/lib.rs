@@ -10,6 +10,7 @@ mod commands;
 mod compile;
 mod failure;
 mod guard;
+mod measure;
 mod supervisor;
 mod terminal;
 mod time;

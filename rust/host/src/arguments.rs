@@ -3,6 +3,7 @@
 
 use std::ffi::OsString;
 use std::fmt::{self, Write as _};
+use std::path::PathBuf;
 
 use lexopt::prelude::{Long, Short, Value, ValueExt as _};
 use lf_model::Settings;
@@ -33,6 +34,8 @@ pub(crate) struct Arguments {
     pub(crate) rti_host: Option<String>,
     /// `-r HOST:PORT`
     pub(crate) rti_port: Option<u16>,
+    /// `--observations FILE`
+    pub(crate) observations: Option<PathBuf>,
 }
 
 /// What is wrong with a command line.
@@ -72,7 +75,8 @@ impl Arguments {
                 Short('k') | Long("keepalive") => arguments.keepalive = Some(boolean(&mut parser)?),
                 Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
-                Short('i' | 'r') | Long("id" | "rti") => {
+                Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
+                Short('i' | 'r') | Long("id" | "rti" | "observations") => {
                     return Err(UsageError(
                         "this program is not federated: it has no RTI and no federation".to_owned(),
                     ));
@@ -175,7 +179,8 @@ pub(crate) fn usage(description: &Description) -> String {
         let _ = write!(
             text,
             "\x20 -r, --rti HOST[:PORT]     where the RTI listens (default: {}:{})\n\
-             \x20 -i, --id FEDERATION       the federation to join (default: {})\n",
+             \x20 -i, --id FEDERATION       the federation to join (default: {})\n\
+             \x20     --observations FILE   write down when tags begin and messages go and come\n",
             federation.rti_host, federation.rti_port, federation.federation_id
         );
     }
@@ -215,6 +220,7 @@ mod tests {
         assert_eq!(arguments.rti_port, Some(15046));
         assert_eq!(arguments.federation_id.as_deref(), Some("grid"));
         assert_eq!(run("-r 10.0.0.1").rti_port, None);
+        assert_eq!(run("--observations seen.txt").observations, Some(PathBuf::from("seen.txt")));
         assert!(matches!(parse("-o 1 sec --help"), Ok(Invocation::Help)));
     }
 

@@ -9,6 +9,7 @@ mod arguments;
 mod clock;
 mod logger;
 mod main_program;
+mod observations;
 mod outside;
 mod platform;
 pub mod rti;

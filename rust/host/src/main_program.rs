@@ -12,6 +12,7 @@ use lf_runtime::{
 };
 
 use crate::arguments::{Arguments, Invocation, usage};
+use crate::observations::Observations;
 use crate::platform::Host;
 
 /// The exit status of a program that a signal asked to end, as a shell reports SIGINT.
@@ -77,6 +78,9 @@ fn run(
     let shares_clock = !federation.local_clock_sync && rti.ip().is_loopback();
     let clock_sync = if shares_clock { ClockSync::Off } else { federation.clock_sync };
     let federation = &Federation { clock_sync, ..*federation };
+    if let Some(path) = &arguments.observations {
+        host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
+    }
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
@@ -107,6 +111,8 @@ fn rti_address(arguments: &Arguments, federation: &Federation) -> Result<SocketA
 enum MainError {
     /// The system refuses what every program needs.
     System(std::io::Error),
+    /// What is observed cannot be written.
+    Observations(std::io::Error),
     /// The RTI's host is unknown.
     Resolve { host: String, reason: String },
     /// The event loop ended early.
@@ -123,6 +129,7 @@ impl fmt::Display for MainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
+            Self::Observations(error) => write!(f, "cannot create the file of observations: {error}"),
             Self::Resolve { host, reason } => {
                 write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")
             }

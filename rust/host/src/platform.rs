@@ -10,9 +10,10 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
 
 use crate::clock::Clock;
+use crate::observations::Observations;
 use crate::outside::HostOutside;
 use crate::sockets::Sockets;
 use crate::wake::WakeUp;
@@ -23,6 +24,7 @@ pub struct Host {
     clock: Clock,
     sockets: Sockets,
     wake_up: Arc<WakeUp>,
+    observations: Option<Observations>,
 }
 
 impl Host {
@@ -35,11 +37,24 @@ impl Host {
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
         let sockets = Sockets::new(wake_up.descriptor())?;
-        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up })
+        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up, observations: None })
+    }
+}
+
+impl Host {
+    /// From now on writes what the event loop observes into a file.
+    pub(crate) fn observe_into(&mut self, observations: Observations) {
+        self.observations = Some(observations);
     }
 }
 
 impl Platform for Host {
+    fn observe(&mut self, observation: Observation) {
+        if let Some(observations) = &mut self.observations {
+            observations.note(observation);
+        }
+    }
+
     fn now(&mut self) -> Instant {
         self.clock.now()
     }

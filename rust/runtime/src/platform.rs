@@ -10,7 +10,7 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Tag};
 
 /// A socket of the platform: a place in its table, and how many sockets have had this place before.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -96,6 +96,34 @@ impl fmt::Display for RandomError {
 }
 
 impl core::error::Error for RandomError {}
+
+/// What happens in the event loop of a federate with decentralized coordination.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Observation {
+    /// A tag begins.
+    Begins {
+        /// The tag.
+        tag: Tag,
+        /// From when on it could begin, as far as that depends on clocks.
+        due: Instant,
+    },
+    /// A message goes out.
+    Sends {
+        /// The federate that receives it.
+        federate: u16,
+        /// Its input.
+        port: u16,
+        /// The message's tag.
+        tag: Tag,
+    },
+    /// A message has come; one that has to wait for room may be observed again.
+    Receives {
+        /// The input.
+        port: u16,
+        /// The message's tag.
+        tag: Tag,
+    },
+}
 
 /// The system under an event loop.
 pub trait Platform {
@@ -195,6 +223,10 @@ pub trait Platform {
     ///
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
+
+    /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes no
+    /// time where nobody measures.
+    fn observe(&mut self, _observation: Observation) {}
 
     /// Whether somebody (^C, a shutdown of the system) has asked this program to end.
     fn interrupted(&mut self) -> bool {

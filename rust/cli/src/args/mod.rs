@@ -152,6 +152,9 @@ pub struct RunArgs {
     /// Run this RTI instead of the one in `lfz`: a program with the stock RTI's options.
     #[arg(long, value_name = "PROGRAM")]
     pub rti: Option<PathBuf>,
+    /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
+    #[arg(long, value_name = "BOUNDS")]
+    pub measure: Option<PathBuf>,
     /// Record a trace of each participant; not supported yet.
     #[arg(long, value_name = "DIR", hide = true, value_parser = refuse_trace)]
     pub trace: Option<PathBuf>,

@@ -13,7 +13,9 @@ use crate::args::{PORT_DEFAULT, Platform, RunArgs};
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::guard;
+use crate::measure;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+use crate::terminal;
 
 /// The name under which the RTI speaks.
 const RTI_NAME: &str = "RTI";
@@ -29,12 +31,24 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         places: &arguments.places,
     };
     let built = request.build()?;
+    if arguments.measure.is_some() && !built.plan.is_decentralized() {
+        let name = &built.plan.name;
+        return Err(Failure::message(format!(
+            "{name} does not ask for decentralized coordination: nobody waits there"
+        )));
+    }
     let interrupts = Interrupts::of_this_process()?;
     let limits = Limits { run: arguments.timeout, ..Limits::default() };
     let ending = match &built.plan.rti {
         None => alone(&built, arguments, limits, interrupts)?,
         Some(rti) => federation(&built, rti, arguments, limits, interrupts)?,
     };
+    if let Some(bounds) = &arguments.measure {
+        let measured = measure::read(&built.plan, &built.out)?;
+        std::fs::write(bounds, measured.to_yaml(&built.plan))
+            .map_err(|error| Failure::message(format!("cannot write {}: {error}", bounds.display())))?;
+        terminal::remark(format_args!("{} messages measured: {}", measured.messages, bounds.display()));
+    }
     Ok(ExitCode::from(ending.exit_code()))
 }
 
@@ -86,6 +100,9 @@ fn federation(
                 })?;
             let mut command = guard::command(program)?;
             command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", &id]).args(&arguments.arguments);
+            if arguments.measure.is_some() {
+                command.arg("--observations").arg(measure::file(&built.out, federate));
+            }
             supervisor.start(&federate.name, Role::Federate, &mut command)?;
         }
     }

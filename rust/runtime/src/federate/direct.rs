@@ -16,7 +16,7 @@ use super::FederateLoop;
 use super::input::{Held, next_at};
 use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
 use crate::error::{PeerFault, RunError};
-use crate::platform::Platform;
+use crate::platform::{Observation, Platform};
 
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Makes the connections to other federates, and takes those that come from them.
@@ -96,6 +96,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             loop {
                 let next = next_at(&inbound.input, inbound.held.bytes(), &limits);
                 let Some((message, length)) = next.map_err(|error| fault(PeerFault::Bytes(error)))? else { break };
+                if let Message::P2pTaggedMessage { port, tag, .. } = message {
+                    self.platform.observe(Observation::Receives { port, tag: from_wire(tag) });
+                }
                 match receiver.take(from.0, &message).map_err(|refusal| refusal.of(from.0))? {
                     None => inbound.input.remove(inbound.held.bytes(), length),
                     Some((tag, input)) => inbound.held.hold(length, tag, Some(input)),

@@ -10,7 +10,7 @@ use lf_wire::june_2026::Message;
 use super::link::Link;
 use super::peers::{Outbound, Peers};
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
-use crate::platform::Platform;
+use crate::platform::{Observation, Platform};
 
 /// The connection to the RTI as the engine's environment.
 pub(super) struct Output<'a, 's, 'c, P> {
@@ -72,6 +72,8 @@ impl<'s, P: Platform> Output<'_, 's, '_, P> {
         match pushed {
             Ok(_) => {
                 if tag.is_some() {
+                    let Outgoing { output: NetworkOutput { federate, port, .. }, tag, .. } = *message;
+                    platform.observe(Observation::Sends { federate: *federate, port: *port, tag });
                     // At once, for its receiver may be waiting only for a time.
                     peer.flush(platform);
                 }

@@ -11,7 +11,7 @@ use lf_model::{InputId, Tables};
 use super::FederateLoop;
 use super::tags::Advance;
 use crate::error::RunError;
-use crate::platform::Platform;
+use crate::platform::{Observation, Platform};
 
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Begins the next tag, if all that comes before it is known or has been waited for; else says what it waits for.
@@ -35,6 +35,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             return Ok(Some(Advance::Until(Deadline::Now)));
         }
         self.machine.begin(tag)?;
+        self.platform.observe(Observation::Begins { tag, due: begins });
         self.engine.begin(self.program, tag)?;
         self.held.look_again();
         self.peers.look_again();
