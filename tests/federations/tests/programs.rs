@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use lf_federations::{Lfz, programs, wait_for_ends};
+use lf_federations::{Lfz, Run, programs, wait_for_ends};
 
 #[test]
 fn hello_world_is_one_process_with_its_own_output() {
@@ -55,6 +55,59 @@ fn the_smart_grid_isolates_the_fault() {
         assert_eq!(lines.len(), 1, "{finished}");
         assert!(lines[0].starts_with(status), "{finished}");
     }
+}
+
+/// Nobody grants anything here, so on a busy computer a message may be tardy. Then units are safe rather than clever, and
+/// B and C open all the same.
+#[test]
+fn the_smart_grid_without_grants_isolates_the_fault() {
+    let programs = ["After", "ShortAfter", "AfterAndWaits", "Waits"];
+    let runs = programs.map(|name| {
+        let file = format!("applications/smart_grid/src/SmartGrid{name}.lf");
+        Lfz::run(&format!("smart_grid_{name}"), Path::new(&file), &[])
+    });
+    for run in runs {
+        let finished = run.finish();
+        assert_eq!(finished.code(), 0, "{finished}");
+        for (federate, status) in [("b", "B: open,"), ("c", "C: open,")] {
+            assert!(finished.of(federate).any(|line| line.starts_with(status)), "{finished}");
+        }
+    }
+}
+
+#[test]
+fn messages_that_go_from_federate_to_federate_all_come_in_order() {
+    let path = |name: &str| format!("applications/message_test/src/{name}.lf");
+    let finished = Lfz::run("message_test_direct", Path::new(&path("MessageTestDecentralized")), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    assert!(
+        finished.of("receiver").any(|line| line.starts_with("received 3000 of 3000 messages in order")),
+        "{finished}"
+    );
+    let finished = Lfz::run("message_delay", Path::new(&path("MessageDelay")), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    assert!(finished.of("delays").any(|line| line.starts_with("1000 messages, delay in us: median ")), "{finished}");
+}
+
+/// What a run has shown is what the offsets are worked out from.
+#[test]
+fn a_run_can_be_measured() {
+    let file = Path::new("applications/smart_grid/src/SmartGridAfter.lf");
+    let folder = tempfile::tempdir().expect("there is room for a folder");
+    let bounds = folder.path().join("bounds.yaml");
+    let bounds = bounds.to_str().expect("it is a text");
+    let finished = Lfz::run("measured", file, &["--measure", bounds]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["12 messages measured"]);
+    let mut command = Lfz::command(["plan"]);
+    command.arg(file).args(["--stp", bounds]);
+    let plan = Run::start(command).finish();
+    assert_eq!(plan.code(), 0, "{plan}");
+    plan.line(&["smallest safe offsets of SmartGridAfter"]);
+    let centralized = Path::new("applications/smart_grid/src/SmartGrid.lf");
+    let refused = Lfz::run("measured-not", centralized, &["--measure", bounds]).finish();
+    assert_eq!(refused.code(), 1, "{refused}");
+    refused.line(&["does not ask for decentralized coordination"]);
 }
 
 #[test]
