@@ -17,6 +17,17 @@ pub type Nonce = [u8; NONCE_BYTES];
 /// An HMAC-SHA256 that shows knowledge of the key.
 pub type Proof = [u8; HMAC_BYTES];
 
+/// How a federate authenticates the RTI and itself: given the key, its id, its own nonce, the RTI's proof and the RTI's
+/// nonce, its own proof; `None` if that of the RTI is wrong.
+///
+/// It is handed to a federate as a pointer, so that one without authentication does not carry the algorithm.
+pub type Answer = fn(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof>;
+
+/// The [`Answer`] of the stock programs, by HMAC-SHA256.
+pub fn answer_rti(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof> {
+    is_rti_proof(key, federate, own, proof).then(|| federate_proof(key, rti))
+}
+
 /// What the RTI answers to the nonce of a federate that claims this id.
 pub fn rti_proof(key: &[u8], federate: u16, nonce: Nonce) -> Proof {
     of_rti(key, federate, nonce).finalize().into_bytes().into()
@@ -65,6 +76,8 @@ mod tests {
         assert!(!is_rti_proof(KEY, 1, NONCE, &proof));
         assert!(!is_rti_proof(KEY, 0, [0; 8], &proof));
         assert!(!is_federate_proof(KEY, NONCE, &proof));
+        assert_eq!(answer_rti(KEY, 0, NONCE, &proof, [9; 8]), Some(federate_proof(KEY, [9; 8])));
+        assert_eq!(answer_rti(KEY, 1, NONCE, &proof, [9; 8]), None);
         let proof = federate_proof(KEY, NONCE);
         assert!(is_federate_proof(KEY, NONCE, &proof));
         assert!(!is_federate_proof(b"", NONCE, &proof));

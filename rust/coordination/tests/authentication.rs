@@ -5,6 +5,7 @@
 mod rti_support;
 
 use lf_coordination::FederateId;
+use lf_coordination::auth::{Answer, answer_rti};
 use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
@@ -18,6 +19,7 @@ const KEY: &[u8] = b"grid";
 const NONCE: [u8; 8] = [7; 8];
 
 fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
+    let authentication = authentication.then_some(answer_rti as Answer);
     let mut federate =
         Federate::new(Config { authentication, clock_sync: ClockSync::Off, ..Config::new(FederateId(0), key) })
             .unwrap();

@@ -16,6 +16,7 @@ use std::collections::VecDeque;
 use std::net::{Ipv4Addr, SocketAddrV4};
 
 use federate_support::{Driver, NONCE, Program};
+use lf_coordination::auth::answer_rti;
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
 use lf_coordination::{FederateId, in_turn};
@@ -183,7 +184,7 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
     let upstream: Vec<_> = setup.upstream.iter().map(|id| (*id, DELAY_NONE)).collect();
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
     (config.upstream, config.downstream) = (&upstream, &setup.downstream);
-    config.authentication = setup.auth;
+    config.authentication = setup.auth.then_some(answer_rti);
     if name == "57-clock-sync-off" {
         config.clock_sync = ClockSync::Off;
     } else if name == "56-clock-sync-on" {

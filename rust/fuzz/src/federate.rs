@@ -3,6 +3,7 @@
 //! allowed, what it tells of its progress only goes on, and an error is its end.
 
 use arbitrary::{Arbitrary, Unstructured};
+use lf_coordination::auth::answer_rti;
 use lf_coordination::federate::{ClockSync, Config, Federate, Phase};
 use lf_coordination::{Deadline, FederateId, from_wire};
 use lf_model::time::{Instant, Interval, Tag};
@@ -79,7 +80,7 @@ impl Watched {
         config.physical_delay = (choice & 4 != 0).then_some(Interval(3));
         config.advance_interval = Interval(5);
         config.clock_sync = if choice & 8 != 0 { ClockSync::Init { trials: 2 } } else { ClockSync::Off };
-        config.authentication = choice & 16 != 0;
+        config.authentication = (choice & 16 != 0).then_some(answer_rti);
         let federate = Federate::new(config).expect("the configuration is one that works");
         Self { federate, now: Instant(START), completed: None, resigned: false }
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What generated code tells the event loop about its program. All of it is constant.
 
+use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_model::Settings;
 use lf_model::time::Interval;
@@ -46,8 +47,8 @@ pub struct Federation {
     pub id: u16,
     /// The federation's id, unless the command line or Kconfig names another.
     pub federation_id: &'static str,
-    /// The target property `auth`: whether it and the RTI prove to each other that they know the federation's id.
-    pub authentication: bool,
+    /// The target property `auth`: how it and the RTI prove to each other that they know the federation's id, if they do.
+    pub authentication: Option<Answer>,
     /// How tags are kept in order between the federates.
     pub coordination: Coordination,
     /// How many federates the federation has.

@@ -127,6 +127,10 @@ pub enum Observation {
 
 /// The system under an event loop.
 pub trait Platform {
+    /// Whether federates on it can have connections with other federates, past the RTI, as those with decentralized
+    /// coordination do. Where they cannot, nothing that handles such connections is linked.
+    const PEERS: bool = true;
+
     /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
     ///
     /// Its epoch is the platform's own: 1970 on Linux, the boot on Zephyr.

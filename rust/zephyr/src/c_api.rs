@@ -28,7 +28,11 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
-    pub fn run<E: fmt::Display>(self, logging: LevelFilter, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>) {
+    pub fn run<const PEERS: bool, E: fmt::Display>(
+        self,
+        logging: LevelFilter,
+        run: impl FnOnce(&mut ZephyrPlatform<PEERS>) -> Result<(), E>,
+    ) {
         crate::logger::install(logging);
         let outcome = match ZephyrPlatform::new() {
             Ok(mut platform) => run(&mut platform).inspect_err(|error| report(format_args!("{error}"))).is_ok(),

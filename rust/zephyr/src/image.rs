@@ -8,7 +8,9 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
-use lf_runtime::{Buffers, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated};
+use lf_runtime::{
+    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+};
 
 use crate::platform::ZephyrPlatform;
 use crate::settings::{self, SettingsError};
@@ -66,24 +68,32 @@ impl<const T: usize, const TW: usize, const RW: usize, const PW: usize, const DW
 /// known of inputs, and so many connections from and to other federates with buffers of so many bytes.
 ///
 /// It is a static and not on the main thread's stack, so that the linker counts it.
-pub struct Memory<P, S, const INPUT: usize,
+pub struct Memory<
+    P,
+    S,
+    const INPUT: usize,
     const OUTPUT: usize,
     const KNOWN: usize,
     const INS: usize,
     const IN_BYTES: usize,
     const OUTS: usize,
-    const OUT_BYTES: usize> {
+    const OUT_BYTES: usize,
+> {
     taken: AtomicBool,
     parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>>>,
 }
 
-struct Parts<P, S, const INPUT: usize,
+struct Parts<
+    P,
+    S,
+    const INPUT: usize,
     const OUTPUT: usize,
     const KNOWN: usize,
     const INS: usize,
     const IN_BYTES: usize,
     const OUTS: usize,
-    const OUT_BYTES: usize> {
+    const OUT_BYTES: usize,
+> {
     program: P,
     storage: S,
     input: [u8; INPUT],
@@ -94,39 +104,48 @@ struct Parts<P, S, const INPUT: usize,
 }
 
 // SAFETY: the cell is accessed only by the one call of `run` that has set `taken`, which is never unset.
-unsafe impl<P, S, const INPUT: usize,
+unsafe impl<
+    P,
+    S,
+    const INPUT: usize,
     const OUTPUT: usize,
     const KNOWN: usize,
     const INS: usize,
     const IN_BYTES: usize,
     const OUTS: usize,
-    const OUT_BYTES: usize> Sync
-    for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
+    const OUT_BYTES: usize,
+> Sync for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
 }
 
-impl<P, S, const INPUT: usize,
+impl<
+    P,
+    S,
+    const INPUT: usize,
     const OUTPUT: usize,
     const KNOWN: usize,
     const INS: usize,
     const IN_BYTES: usize,
     const OUTS: usize,
-    const OUT_BYTES: usize> fmt::Debug
-    for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
+    const OUT_BYTES: usize,
+> fmt::Debug for Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Memory").field("taken", &self.taken).finish_non_exhaustive()
     }
 }
 
-impl<P: Program, S: EngineStorage, const INPUT: usize,
+impl<
+    P: Program,
+    S: EngineStorage,
+    const INPUT: usize,
     const OUTPUT: usize,
     const KNOWN: usize,
     const INS: usize,
     const IN_BYTES: usize,
     const OUTS: usize,
-    const OUT_BYTES: usize>
-    Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
+    const OUT_BYTES: usize,
+> Memory<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>
 {
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
@@ -138,9 +157,9 @@ impl<P: Program, S: EngineStorage, const INPUT: usize,
     ///
     /// # Errors
     /// Why it ended early.
-    pub fn run(
+    pub fn run<const PEERS: bool>(
         &'static self,
-        platform: &mut ZephyrPlatform,
+        platform: &mut ZephyrPlatform<PEERS>,
         description: &'static Description,
         program: impl FnOnce() -> P,
     ) -> Result<(), ImageError> {
@@ -200,6 +219,18 @@ pub const fn awaited_inputs(description: &Description) -> usize {
     match &description.federation {
         Some(federation) => federation.awaited.len(),
         None => 0,
+    }
+}
+
+/// Whether a program has connections with other federates, past the RTI.
+pub const fn has_peers(description: &Description) -> bool {
+    match &description.federation {
+        Some(federation) => {
+            matches!(federation.coordination, Coordination::Decentralized)
+                || !federation.peers_in.is_empty()
+                || !federation.peers_out.is_empty()
+        }
+        None => false,
     }
 }
 

@@ -58,7 +58,7 @@ pub mod prelude {
 macro_rules! main {
     (&$module:ident::DESCRIPTION, $_1:ident::$program:ident::new() $(, $_2:ident::Storage::new())? $(,)?) => {
         $crate::main!(
-            |platform| {
+            |platform: &mut $crate::ZephyrPlatform<{ $crate::image::has_peers(&$module::DESCRIPTION) }>| {
                 static MEMORY: $crate::image::Memory<
                     $module::$program,
                     $module::Storage,

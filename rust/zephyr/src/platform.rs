@@ -21,9 +21,9 @@ const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVA
 
 /// [`Platform`] for Zephyr: `CONFIG_LF_SOCKETS` sockets, and the program's wake-up.
 ///
-/// One program has one; a second one would share the wake-up.
+/// One program has one; a second one would share the wake-up. `PEERS` is [`Platform::PEERS`].
 #[derive(Debug)]
-pub struct ZephyrPlatform {
+pub struct ZephyrPlatform<const PEERS: bool = true> {
     places: [Place; LF_SOCKETS],
     wake: c_int,
 }
@@ -42,7 +42,7 @@ struct Socket {
     port: Option<u16>,
 }
 
-impl ZephyrPlatform {
+impl<const PEERS: bool> ZephyrPlatform<PEERS> {
     /// A platform without sockets.
     ///
     /// # Errors
@@ -102,7 +102,9 @@ impl ZephyrPlatform {
     }
 }
 
-impl Platform for ZephyrPlatform {
+impl<const PEERS: bool> Platform for ZephyrPlatform<PEERS> {
+    const PEERS: bool = PEERS;
+
     fn now(&mut self) -> Instant {
         clock::now()
     }

@@ -8,6 +8,7 @@ use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
 
 use super::error::ConfigError;
 use crate::FederateId;
+use crate::auth::Answer;
 
 /// How long after a failed attempt to reach the RTI the next one is made.
 pub const CONNECT_RETRY: Interval = Interval::from_millis(500);
@@ -67,8 +68,8 @@ pub struct Config<'a> {
     pub id: FederateId,
     /// The federation's id; at most 255 bytes.
     pub federation_id: &'a [u8],
-    /// Whether this federate and the RTI prove to each other that they know the federation id.
-    pub authentication: bool,
+    /// How this federate and the RTI prove to each other that they know the federation id, if they do.
+    pub authentication: Option<Answer>,
     /// How tags are kept in order.
     pub coordination: Coordination,
     /// The federates with a connection to this one, each with the least delay of these connections in ns, or
@@ -106,7 +107,7 @@ impl<'a> Config<'a> {
         Self {
             id,
             federation_id,
-            authentication: false,
+            authentication: None,
             coordination: Coordination::Centralized,
             upstream: &[],
             downstream: &[],

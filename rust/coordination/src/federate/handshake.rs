@@ -11,7 +11,7 @@ use super::event::Event;
 use super::machine::Federate;
 use super::phase::Phase;
 use crate::Deadline;
-use crate::auth::{self, Nonce, Proof};
+use crate::auth::{Nonce, Proof};
 use crate::clock_sync::{ClockCorrection, Estimate, Estimator, Exchange};
 
 /// The initial clock synchronization, as far as it is.
@@ -78,7 +78,7 @@ impl Synchronization {
 impl Federate<'_> {
     pub(super) fn introduce(&mut self, now: Instant, nonce: Nonce) {
         self.outbox.clear();
-        if self.config.authentication {
+        if self.config.authentication.is_some() {
             self.phase = Phase::Authenticating;
             self.nonce = nonce;
             self.outbox.fed_nonce = Some(nonce);
@@ -150,10 +150,9 @@ impl Federate<'_> {
 
     /// The RTI has answered this federate's nonce. A right answer is repaid in kind, and the introduction follows.
     fn authenticate(&mut self, nonce: Nonce, proof: Proof) -> Result<(), FederateError> {
-        if !auth::is_rti_proof(self.config.federation_id, self.config.id.0, self.nonce, &proof) {
-            return Err(FederateError::RtiNotAuthentic);
-        }
-        self.outbox.fed_response = Some(auth::federate_proof(self.config.federation_id, nonce));
+        let (key, id) = (self.config.federation_id, self.config.id.0);
+        let response = self.config.authentication.and_then(|answer| answer(key, id, self.nonce, &proof, nonce));
+        self.outbox.fed_response = Some(response.ok_or(FederateError::RtiNotAuthentic)?);
         self.outbox.fed_ids = true;
         self.phase = Phase::Introducing;
         Ok(())

@@ -5,7 +5,7 @@
 //! it lies, and what comes behind it for other inputs is taken: with decentralized coordination, word of those may be
 //! what lets the tag begin that makes room.
 
-use lf_coordination::federate::{Awaited, Coordination, Phase};
+use lf_coordination::federate::{Awaited, Phase};
 use lf_coordination::from_wire;
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
@@ -21,6 +21,9 @@ use crate::platform::{Observation, Platform};
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Makes the connections to other federates, and takes those that come from them.
     pub(super) fn meet_peers(&mut self) -> Result<(), RunError> {
+        if !P::PEERS {
+            return Ok(());
+        }
         self.peers.welcome(self.platform, self.federation_id, self.federation.peers_in);
         self.peers.look_for_ends(self.platform);
         let Some(index) = self.meeting.filter(|_| self.machine.phase() == Phase::Meeting) else { return Ok(()) };
@@ -63,8 +66,8 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
     fn takes_messages(&self) -> bool {
         match self.machine.phase() {
-            Phase::Running => true,
-            Phase::Resigning | Phase::Ended => self.federation.coordination == Coordination::Decentralized,
+            Phase::Running => P::PEERS,
+            Phase::Resigning | Phase::Ended => self.is_decentralized(),
             _ => false,
         }
     }

@@ -11,16 +11,16 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
-use lf_coordination::federate::{Awaited, Coordination, Disconnected, Event, Federate, FederateError};
+use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, FederateError};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId, Program};
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{DecodeError, InBuffer, Limits};
 
-use super::FederateLoop;
 use super::link::Arrival;
 use super::peers::Peers;
+use super::{FederateLoop, is_decentralized};
 use crate::error::RunError;
 use crate::platform::Platform;
 
@@ -269,7 +269,7 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
         }
-        if self.machine.coordination() == Coordination::Decentralized {
+        if is_decentralized::<P>(self.machine.coordination()) {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }

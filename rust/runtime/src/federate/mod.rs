@@ -72,6 +72,11 @@ pub fn run_federate<'s, P: Platform>(
     }
 }
 
+/// Whether messages go past the RTI; never where there are no connections past it.
+fn is_decentralized<P: Platform>(coordination: Coordination) -> bool {
+    P::PEERS && coordination == Coordination::Decentralized
+}
+
 /// Whether the buffers can hold what this federate sends and receives; otherwise it would wait for room for ever.
 fn check_buffers(
     buffers: &Buffers<'_>,
@@ -248,8 +253,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             let (last_words, result) = (*since + LAST_WORDS, result.clone());
             let resigned = result.is_ok() && !self.platform.interrupted();
             let until = if resigned { *since + RESIGNATION } else { last_words };
-            let is_logical = self.federation.coordination == Coordination::Decentralized;
-            let direct_until = if is_logical { until } else { last_words };
+            let direct_until = if self.is_decentralized() { until } else { last_words };
             let direct = self.peers.take_leave(self.platform) && self.platform.now() < direct_until;
             if !direct {
                 self.peers.close(self.platform);
@@ -270,6 +274,10 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
     }
 
+    fn is_decentralized(&self) -> bool {
+        is_decentralized::<P>(self.federation.coordination)
+    }
+
     /// How many messages of other federates have come too late, with decentralized coordination. Each was reported.
     pub fn late_messages(&self) -> u64 {
         self.late_messages
@@ -280,7 +288,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         if result.is_ok() && self.sweep().is_err() {
             log::warn!("what another federate sent at the end could not be read");
         }
-        if self.late_messages > 0 {
+        if P::PEERS && self.late_messages > 0 {
             log::warn!("{} late messages", self.late_messages);
         }
     }
@@ -292,7 +300,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         self.platform.wait(until, &mut |socket, interest| {
             port.handle_ready(socket);
             link.handle_ready(socket, interest);
-            peers.handle_ready(socket, interest);
+            peers.handle_ready::<P>(socket, interest);
         });
     }
 
@@ -304,7 +312,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         if self.link.establish(self.platform)? {
             let mut nonce = Nonce::default();
-            if self.federation.authentication {
+            if self.federation.authentication.is_some() {
                 self.platform.random(&mut nonce)?;
             }
             let now = self.platform.now();
@@ -377,7 +385,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let running = self.machine.phase() == Phase::Running;
         self.link.set_interest(self.platform);
         self.peers.set_interest(self.platform, running);
-        let sockets = self.link.poll_timeout().min(self.peers.poll_timeout(running));
+        let sockets = self.link.poll_timeout().min(self.peers.poll_timeout::<P>(running));
         event.min(self.machine.poll_timeout()).min(sockets)
     }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the engine sends to, and what it sees of the world, while a tag runs.
 
-use lf_coordination::federate::{Coordination, Federate};
+use lf_coordination::federate::Federate;
 use lf_coordination::to_wire;
 use lf_model::{Env, NetworkOutput, Outgoing, Outside, SendError};
 use lf_wire::PushError;
 use lf_wire::june_2026::Message;
 
+use super::is_decentralized;
 use super::link::Link;
 use super::peers::{Outbound, Peers};
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
@@ -105,7 +106,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        if message.output.physical {
+        if P::PEERS && message.output.physical {
             return self.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
@@ -113,7 +114,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             return Ok(());
         }
         let tag = to_wire(message.tag);
-        if self.machine.coordination() == Coordination::Decentralized {
+        if is_decentralized::<P>(self.machine.coordination()) {
             return self.send_directly(message, Some(tag));
         }
         self.make_room(message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
@@ -138,7 +139,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
-        if self.machine.coordination() == Coordination::Decentralized {
+        if is_decentralized::<P>(self.machine.coordination()) {
             return self.tell_absent_directly(output.federate, &message);
         }
         self.make_room(message.encoded_len())?;

@@ -242,7 +242,7 @@ impl<'s> Peers<'s> {
 
     /// Begins to await connections, if any are to come; gives the port.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<Option<u16>, NetError> {
-        if self.inbound.is_empty() {
+        if !P::PEERS || self.inbound.is_empty() {
             return Ok(None);
         }
         let listener = platform.listen(0)?;
@@ -252,7 +252,7 @@ impl<'s> Peers<'s> {
 
     /// Begins to connect.
     pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, index: usize, address: SocketAddrV4) {
-        let Some(outbound) = self.outbound.get_mut(index) else { return };
+        let Some(outbound) = self.outbound.get_mut(index).filter(|_| P::PEERS) else { return };
         outbound.end(platform);
         if let Ok(socket) = platform.connect(address) {
             outbound.state = State::Connecting(socket, false);
@@ -319,6 +319,9 @@ impl<'s> Peers<'s> {
 
     /// Writes what is pending on all connections. `true` when nothing is left.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
+        if !P::PEERS {
+            return true;
+        }
         for outbound in self.outbound.iter_mut() {
             outbound.flush(platform);
         }
@@ -327,6 +330,9 @@ impl<'s> Peers<'s> {
 
     /// Sends what is still to be sent, and takes nothing any more. `false` when there is nothing left.
     pub(super) fn take_leave<P: Platform>(&mut self, platform: &mut P) -> bool {
+        if !P::PEERS {
+            return false;
+        }
         if let Some(listener) = self.listener.take() {
             platform.close(listener);
         }
@@ -338,18 +344,24 @@ impl<'s> Peers<'s> {
     }
 
     /// Whether another federate can still send something directly.
-    pub(super) fn can_receive(&self) -> bool {
-        self.inbound.iter().any(|inbound| inbound.from.is_some())
+    pub(super) fn can_receive<P: Platform>(&self) -> bool {
+        P::PEERS && self.inbound.iter().any(|inbound| inbound.from.is_some())
     }
 
     /// Since when the federate with this index has taken nothing though this one waits for that.
-    pub(super) fn stuck(&self) -> Option<(usize, Instant)> {
+    pub(super) fn stuck<P: Platform>(&self) -> Option<(usize, Instant)> {
+        if !P::PEERS {
+            return None;
+        }
         let stuck = |(index, outbound): (usize, &Outbound<'_>)| outbound.stuck.map(|since| (index, since));
         self.outbound.iter().enumerate().filter_map(stuck).min_by_key(|(_, since)| *since)
     }
 
     /// Says what to wait for; messages only while the program can take them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
+        if !P::PEERS {
+            return;
+        }
         if let Some(listener) = self.listener {
             let places = self.inbound.iter().any(|inbound| inbound.socket.is_none());
             platform.set_interest(listener, if places { Interest::READ } else { Interest::NONE });
@@ -366,7 +378,10 @@ impl<'s> Peers<'s> {
     }
 
     /// A wait found this socket ready.
-    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+    pub(super) fn handle_ready<P: Platform>(&mut self, ready: SocketId, interest: Interest) {
+        if !P::PEERS {
+            return;
+        }
         if self.listener == Some(ready) {
             self.acceptable = true;
         }
@@ -390,7 +405,10 @@ impl<'s> Peers<'s> {
     }
 
     /// When there is something to do though no socket is ready.
-    pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
+    pub(super) fn poll_timeout<P: Platform>(&mut self, running: bool) -> Deadline {
+        if !P::PEERS {
+            return Deadline::Never;
+        }
         let unread = |inbound: &mut Inbound<'_>| {
             inbound.readable && inbound.from.is_some() && !inbound.ended && !inbound.input.space().is_empty()
         };
@@ -407,6 +425,9 @@ impl<'s> Peers<'s> {
 
     /// Ends all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
+        if !P::PEERS {
+            return;
+        }
         if let Some(listener) = self.listener.take() {
             platform.close(listener);
         }

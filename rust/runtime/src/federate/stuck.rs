@@ -2,7 +2,6 @@
 //! When a federate can never go on, because some queue is too small for what others send: an error, not a hang.
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::Coordination;
 use lf_model::InputId;
 use lf_model::time::{Instant, Interval};
 
@@ -18,7 +17,7 @@ const TIME_OUT: Interval = Interval::from_secs(60);
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Ends with an error what would last for ever.
     pub(super) fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
-        if advance == Advance::NotGranted && self.federation.coordination == Coordination::Decentralized {
+        if advance == Advance::NotGranted && self.is_decentralized() {
             if let Some(input) = self.starved() {
                 return Err(RunError::InputFull { input: self.name_of(input) });
             }
@@ -33,7 +32,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         let waits = advance == Advance::OutputFull;
         let now = self.platform.now();
         if waits
-            && let Some((index, since)) = self.peers.stuck()
+            && let Some((index, since)) = self.peers.stuck::<P>()
             && now >= since + TIME_OUT
         {
             let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
@@ -51,7 +50,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// When to look again though nothing has happened.
     pub(super) fn stuck_deadline(&self) -> Deadline {
-        let since = self.peers.stuck().map(|(_, since)| since);
+        let since = self.peers.stuck::<P>().map(|(_, since)| since);
         let first: Option<Instant> = since.into_iter().chain(self.choked_since).min();
         first.map(|since| since + TIME_OUT).into()
     }

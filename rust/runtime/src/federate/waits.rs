@@ -4,7 +4,6 @@
 //! Before a time is taken to be over, all that has come is read, so that no message is late that was there in time.
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::Coordination;
 use lf_model::time::{Instant, Interval};
 use lf_model::{InputId, Tables};
 
@@ -44,7 +43,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for.
     pub(super) fn level_limit(&mut self) -> Result<(Option<u16>, Advance), RunError> {
-        if self.federation.coordination == Coordination::Centralized {
+        if !self.is_decentralized() {
             return Ok((self.awaited.max_level(&self.machine), Advance::NotGranted));
         }
         if self.peers.stale {
@@ -76,7 +75,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         // Neither the program, nor one of its threads, nor another federate can make an event out of nothing.
         let has_source = self.engine.settings().keepalive
             || self.platform.outside().mailbox().links() > 0
-            || self.peers.can_receive();
+            || self.peers.can_receive::<P>();
         if has_source {
             return Advance::Until(Deadline::Never);
         }

@@ -251,7 +251,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         id,
         federation_id: "virtual",
         coordination: plan.coordination,
-        authentication: plan.authentication != plan.otherwise.contains(&id),
+        authentication: (plan.authentication != plan.otherwise.contains(&id)).then_some(lf_runtime::answer_rti),
         federates: u16::try_from(plan.nodes.len()).unwrap(),
         rti_host: "10.0.0.1",
         rti_port: PORT,

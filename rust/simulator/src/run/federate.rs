@@ -135,7 +135,7 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
         },
         local_clock_sync: true,
         test_offset: Interval::ZERO,
-        authentication: plan.target.authentication,
+        authentication: plan.target.authentication.then_some(lf_runtime::answer_rti),
         physical_delay: federate.physical_delay_ns.map(Interval::from_nanos),
         advance_interval: Interval::from_nanos(plan.target.advance_interval_ns),
         input_bytes: buffer_bytes(longest_input, neighbors),

@@ -257,7 +257,8 @@ impl Module<'_> {
         let federate = self.federate;
         let id = Literal::u16_unsuffixed(federate.id);
         let federates = Literal::usize_unsuffixed(self.plan.federates.len());
-        let authentication = self.plan.target.authentication;
+        let authenticates = self.plan.target.authentication;
+        let authentication = if authenticates { quote!(Some(lf::runtime::answer_rti)) } else { quote!(None) };
         let (federation_id, host, port) = (&rti.federation_id, &rti.host, Literal::u16_unsuffixed(rti.port));
         let upstream = federate.upstream.iter().map(|upstream| {
             let id = Literal::u16_unsuffixed(upstream.federate);
