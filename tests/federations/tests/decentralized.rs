@@ -98,6 +98,11 @@ fn a_late_message_is_reported_and_what_comes_of_it_is_tardy_too() {
 }
 
 #[test]
+fn clocks_are_synchronized_without_connections_too() {
+    check_but_for_lateness(&["SyncedClocks"]);
+}
+
+#[test]
 fn physical_connections_take_physical_time() {
     check(&["PhysicalCount"]);
     check_but_for_lateness(&["QuickClockPhysical"]);
