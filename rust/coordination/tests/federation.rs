@@ -14,6 +14,7 @@ use federation_support::participant::Participant;
 use lf_coordination::federate::{Disconnected, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
 use lf_model::time::Interval;
+use lf_random::Random;
 use proptest::prelude::*;
 use rti_support::{Sizes, World};
 
@@ -21,19 +22,6 @@ use rti_support::{Sizes, World};
 const PAYLOAD_MAX: usize = 1 << 16;
 /// So many turns are far more than any of these federations needs.
 const TURNS_MAX: usize = 200_000;
-
-/// Who is next, and how much it does.
-struct Choice(u64);
-
-impl Choice {
-    /// Below `bound`, by xorshift.
-    fn below(&mut self, bound: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        usize::try_from(self.0 >> 11).unwrap() % bound
-    }
-}
 
 /// How a federation is run.
 #[derive(Clone, Copy, Debug)]
@@ -64,25 +52,26 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
     let config = RtiConfig { clock_sync, dnet, window, ..RtiConfig::new(b"random", PAYLOAD_MAX) };
     let mut world = World::new(config, Sizes { output: 128, ..Sizes::ample(count) });
     let mut participants: Vec<_> = (0..).take(count).map(|id| Participant::new(id, graph, &mut world, room)).collect();
-    let mut choice = Choice(seed | 1);
+    // Who is next, and how much it does.
+    let mut random = Random::new(seed);
     for _ in 0..TURNS_MAX {
         if participants.iter().all(|participant| participant.closed) {
             break;
         }
-        let index = choice.below(count);
+        let index = random.index(count);
         let participant = &mut participants[index];
         let connection = participant.connection;
         world.now = world.now + Interval(1);
         let now = world.now;
-        match choice.below(3) {
+        match random.below(3) {
             _ if participant.closed => {}
             0 => {
-                let bytes = world.take(connection, choice.below(40) + 1);
+                let bytes = world.take(connection, random.count(1, 40));
                 participant.receive(now, &bytes);
                 participant.check_queues(window);
             }
             1 => {
-                let len = (choice.below(60) + 1).min(participant.outgoing.len());
+                let len = random.count(1, 60).min(participant.outgoing.len());
                 let bytes: Vec<u8> = participant.outgoing.drain(..len).collect();
                 if participant.outgoing.is_empty() {
                     participant.federate.handle_written(now);
@@ -90,7 +79,7 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
                 participant.tell(now);
                 world.send(connection, &bytes);
             }
-            _ if slow == Some(index) && choice.below(40) > 0 => {}
+            _ if slow == Some(index) && random.below(40) > 0 => {}
             _ => {
                 let stop_at = stop.filter(|(who, _)| *who == index).map(|(_, at)| at);
                 participant.run(now, stop_at);

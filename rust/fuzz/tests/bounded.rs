@@ -3,31 +3,12 @@
 
 use lf_fuzz::{RawStep, TARGETS, Target};
 use lf_golden::{Fill, Recording, Step};
+use lf_random::Random;
 
 /// Inputs of each target.
 const RUNS: u64 = 60_000;
 /// Longest random input in bytes.
 const BYTES_MAX: u64 = 600;
-
-/// `SplitMix64`, so that every run is the same.
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        usize::try_from(self.next() % u64::try_from(end.max(1)).unwrap_or(1)).unwrap_or_default()
-    }
-
-    fn byte(&mut self) -> u8 {
-        self.next().to_le_bytes()[0]
-    }
-}
 
 /// What a tester of a recording sends, with whatever value where the recorded one varies.
 fn bytes(step: &Step) -> Option<(u8, Vec<u8>)> {
@@ -73,17 +54,17 @@ fn corpus(recording: &Recording) -> Vec<(&'static str, Vec<u8>)> {
 }
 
 /// Changes a few bytes, cuts, doubles or joins.
-fn mutate(dice: &mut Dice, input: &mut Vec<u8>, other: &[u8]) {
-    for _ in 0..=dice.below(6) {
-        let at = dice.below(input.len());
-        match dice.below(5) {
-            0 if !input.is_empty() => input[at] = dice.byte(),
-            1 if !input.is_empty() => input[at] ^= 1 << dice.below(8),
+fn mutate(random: &mut Random, input: &mut Vec<u8>, other: &[u8]) {
+    for _ in 0..=random.below(6) {
+        let at = random.index(input.len());
+        match random.below(5) {
+            0 if !input.is_empty() => input[at] = random.byte(),
+            1 if !input.is_empty() => input[at] ^= 1 << random.below(8),
             2 => input.truncate(at.max(1)),
-            3 => input.insert(at, dice.byte()),
+            3 => input.insert(at, random.byte()),
             _ => {
-                let from = dice.below(other.len());
-                let piece: Vec<u8> = other[from..].iter().take(1 + dice.below(60)).copied().collect();
+                let from = random.index(other.len());
+                let piece: Vec<u8> = other[from..].iter().take(random.count(1, 60)).copied().collect();
                 input.splice(at..at, piece);
             }
         }
@@ -93,18 +74,17 @@ fn mutate(dice: &mut Dice, input: &mut Vec<u8>, other: &[u8]) {
 fn run(name: &str, target: Target) {
     let recordings = lf_golden::load_all().unwrap_or_else(|error| panic!("{error}"));
     let corpus: Vec<_> = recordings.iter().flat_map(corpus).filter(|(wanted, _)| *wanted == name).collect();
-    let mut dice = Dice(0);
     for (_, input) in &corpus {
         target(input);
     }
     for index in 0..RUNS {
-        dice.0 = index << 20;
-        let mut input = match corpus.get(dice.below(2 * corpus.len().max(1))) {
+        let mut random = Random::new(index);
+        let mut input = match corpus.get(random.index(2 * corpus.len().max(1))) {
             Some((_, input)) => input.clone(),
-            None => (0..dice.next() % BYTES_MAX).map(|_| dice.byte()).collect(),
+            None => (0..random.below(BYTES_MAX)).map(|_| random.byte()).collect(),
         };
-        if let Some((_, other)) = corpus.get(dice.below(corpus.len())) {
-            mutate(&mut dice, &mut input, other);
+        if let Some((_, other)) = corpus.get(random.index(corpus.len())) {
+            mutate(&mut random, &mut input, other);
         }
         let outcome = std::panic::catch_unwind(|| target(&input));
         assert!(outcome.is_ok(), "{name} fails for input {index}: {input:?}");

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use lf_random::combine;
 use lf_wire::june_2026::DELAY_NONE;
 
 use crate::moment::Moment;
@@ -180,13 +181,8 @@ fn numbers(federates: usize) -> u32 {
 /// names, each is as likely as any other. Federates have the names that [`all_graphs`] gives them.
 pub fn some_graphs(federates: usize, seed: u64) -> impl Iterator<Item = Graph> {
     let permutations = permutations(federates);
-    let numbers = (0u64..).map(move |index| {
-        // SplitMix64, of which consecutive inputs suffice.
-        let mut mixed = seed.wrapping_add(index).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        u32::try_from((mixed ^ (mixed >> 31)) % u64::from(numbers(federates))).unwrap_or_default()
-    });
+    let numbers = (0u64..)
+        .map(move |index| u32::try_from(combine(seed, index) % u64::from(numbers(federates))).unwrap_or_default());
     let graphs = numbers.map(move |number| decode(federates, number)).filter(Graph::is_connected);
     graphs.filter_map(move |graph| permutations.iter().map(|names| graph.renamed(names)).min())
 }

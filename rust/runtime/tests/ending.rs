@@ -14,6 +14,7 @@ use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_model::time::{EventTag, Interval};
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
+use lf_virtual_network::address_of;
 use lf_wire::june_2026::RejectCode;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, RTI, Report, run};
@@ -233,6 +234,18 @@ fn without_an_rti_a_federate_gives_up() {
 }
 
 /// The rejected one is told why, and the RTI waits for the right one.
+/// Nobody has the address, so no attempt to connect is answered.
+#[test]
+fn without_an_answer_a_federate_gives_up() {
+    let plan = Plan { rti_begins: None, rti: address_of(200), ..endless() };
+    let report = run(&plan, Conditions::seeded(1));
+    for (result, ended) in report.results.iter().zip(&report.ended) {
+        assert!(matches!(result, Err(RunError::RtiUnreachable { last: None, .. })), "{result:?}");
+        assert!(*ended >= MS(60_000) && *ended <= MS(61_000));
+    }
+    assert_eq!(report.trouble, None);
+}
+
 #[test]
 fn a_stranger_is_told_why_it_is_refused() {
     for seed in 0..20 {

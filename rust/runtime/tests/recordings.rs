@@ -13,8 +13,9 @@ use lf_golden::{Fill, Frame, Step};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_virtual_network::address_of;
 use support::federation::{Edge, PORT, Plan, RTI, Ran, run_node};
-use support::network::{Conditions, address_of};
+use support::network::Conditions;
 use support::node::Behavior;
 use support::world::{VirtualPlatform, World};
 

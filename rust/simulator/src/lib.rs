@@ -18,7 +18,6 @@ mod check;
 mod command;
 mod coverage;
 mod program;
-mod random;
 mod run;
 mod scenario;
 mod shrink;

@@ -4,6 +4,8 @@ pub mod program;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use lf_random::{Random, combine};
+
 pub const TIMERS: usize = 3;
 pub const ACTIONS: usize = 4;
 /// Each port has a delayed connection to a port of its own.
@@ -71,15 +73,9 @@ pub const AT_SENDS: usize = SHUTDOWN + 1;
 
 /// What a reaction does at a tag, chosen by the seed.
 pub fn effects(seed: u64, tag: TagPair, reaction: usize) -> Vec<Effect> {
-    // SplitMix64 over everything that the choice may depend on.
-    let mut state = seed ^ (tag.0 as u64) << 20 ^ u64::from(tag.1) << 10 ^ reaction as u64;
-    let mut pick = move |below: u64| {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) % below
-    };
+    let place = combine(tag.0 as u64, combine(tag.1.into(), reaction as u64));
+    let mut random = Random::new(combine(seed, place));
+    let mut pick = move |below: u64| random.below(below);
     let mut effects = Vec::new();
     for _ in 0..pick(3) {
         if pick(2) == 0 {

@@ -2,7 +2,7 @@
 //! Whole federations of [`Node`]s with an RTI, as participants of a [`World`].
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::SocketAddrV4;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Mutex;
 
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome};
@@ -14,8 +14,9 @@ use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
     Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
 };
+use lf_virtual_network::address_of;
 
-use super::network::{Conditions, address_of};
+use super::network::Conditions;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use super::world::{Fate, Trouble, VirtualPlatform, World};
 
@@ -63,6 +64,8 @@ pub struct Plan {
     pub begins: BTreeMap<u16, Interval>,
     /// The RTI begins at this time; `None`: never.
     pub rti_begins: Option<Interval>,
+    /// Where the federates look for the RTI.
+    pub rti: Ipv4Addr,
     /// Federates that want to join another federation.
     pub strangers: BTreeSet<u16>,
     /// What happens to which participant, and when.
@@ -88,6 +91,7 @@ impl Plan {
             after_loss: AfterLoss::GoOn,
             begins: BTreeMap::new(),
             rti_begins: Some(Interval::ZERO),
+            rti: address_of(RTI),
             strangers: BTreeSet::new(),
             fates: Vec::new(),
         }
@@ -308,7 +312,7 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let federation = Federation { awaited: awaited.leak(), ..federation_of(plan, id) };
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
     let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { plan.federation_id };
-    let join = Join { federation_id, rti: SocketAddrV4::new(address_of(RTI), PORT) };
+    let join = Join { federation_id, rti: SocketAddrV4::new(plan.rti, PORT) };
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes]; federation.peers_out.len()];
     let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();

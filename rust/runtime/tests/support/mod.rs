@@ -9,9 +9,7 @@
     reason = "a helper of tests"
 )]
 
-pub mod datagrams;
 pub mod federation;
 pub mod network;
 pub mod node;
-pub mod random;
 pub mod world;

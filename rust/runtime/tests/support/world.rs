@@ -13,10 +13,11 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
+use lf_random::Random;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_virtual_network::Network;
 
-use super::network::{Conditions, Network};
-use super::random::Random;
+use super::network::{Conditions, Wires};
 
 /// Where every participant's clock stands at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;
@@ -60,7 +61,7 @@ struct Participant {
 struct State {
     now: u64,
     random: Random,
-    network: Network,
+    network: Network<Wires>,
     participants: Vec<Participant>,
     turn: Option<usize>,
     fates: Vec<(u64, usize, Fate)>,
@@ -84,7 +85,7 @@ impl World {
         let state = State {
             now: 0,
             random: Random::new(conditions.seed),
-            network: Network::new(conditions),
+            network: Network::new(Wires::new(conditions)),
             participants: Vec::new(),
             turn: None,
             fates: Vec::new(),
@@ -102,8 +103,7 @@ impl World {
         let clock_offset = clock_offset.as_nanos();
         let status = Status::Waiting(Some(begins));
         state.participants.push(Participant { status, woken: false, interrupted: false, clock_offset });
-        let me = state.participants.len() - 1;
-        state.network.switch_on(me);
+        let me = state.network.join();
         let side = Side {
             world: self.clone(),
             me,
@@ -198,7 +198,7 @@ impl State {
         for (_, index, fate) in self.fates.extract_if(.., |(at, ..)| *at <= now) {
             (self.participants[index].interrupted, self.participants[index].woken) = (true, true);
             if fate == Fate::Kill {
-                self.network.switch_off(index, now, &mut self.random);
+                self.network.switch_off(index, now);
             }
         }
     }
@@ -209,7 +209,7 @@ impl State {
             Status::Waiting(until) => {
                 participant.woken
                     || until.is_some_and(|until| until <= self.now)
-                    || !self.network.ready(index, self.now).is_empty()
+                    || self.network.next_ready(index).is_some_and(|at| at <= self.now)
             }
             Status::Computing(until) => until <= self.now,
             Status::Running | Status::Done => false,
@@ -217,13 +217,13 @@ impl State {
     }
 
     fn next_time(&self) -> Option<u64> {
-        let waits = self.participants.iter().filter_map(|participant| match participant.status {
-            Status::Waiting(until) => until,
-            Status::Computing(until) => Some(until),
-            Status::Running | Status::Done => None,
+        let waits = self.participants.iter().enumerate().flat_map(|(index, participant)| match participant.status {
+            Status::Waiting(until) => [until, self.network.next_ready(index)],
+            Status::Computing(until) => [Some(until), None],
+            Status::Running | Status::Done => [None, None],
         });
         let fates = self.fates.iter().map(|(at, ..)| *at);
-        waits.chain(fates).chain(self.network.next_time(self.now)).filter(|at| *at > self.now).min()
+        waits.flatten().chain(fates).filter(|at| *at > self.now).min()
     }
 
     fn clock(&self, me: usize) -> i64 {
@@ -291,8 +291,8 @@ impl VirtualPlatform {
 impl Drop for VirtualPlatform {
     fn drop(&mut self) {
         let mut state = self.world.state();
-        let State { network, random, now, .. } = &mut *state;
-        network.switch_off(self.me, *now, random);
+        let State { network, now, .. } = &mut *state;
+        network.switch_off(self.me, *now);
         state.participants[self.me].status = Status::Done;
         state.hand_over();
         drop(state);
@@ -317,13 +317,13 @@ impl Platform for VirtualPlatform {
 
     fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
         let random = &mut self.world.state().random;
-        buffer.fill_with(|| u8::try_from(random.below(256)).expect("it is less than 256"));
+        buffer.fill_with(|| random.byte());
         Ok(())
     }
 
     fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.connect(self.me, address, *now, random)
+        let State { network, now, .. } = &mut *self.world.state();
+        network.connect(self.me, address, *now)
     }
 
     fn connected(&mut self, socket: SocketId) -> Result<(), NetError> {
@@ -345,8 +345,8 @@ impl Platform for VirtualPlatform {
     }
 
     fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.send_to(self.me, socket, to, bytes, *now, random)
+        let State { network, now, .. } = &mut *self.world.state();
+        network.send_to(self.me, socket, to, bytes, *now)
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
@@ -359,23 +359,23 @@ impl Platform for VirtualPlatform {
     }
 
     fn read(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Transfer, NetError> {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.read(self.me, socket, buffer, *now, random)
+        let State { network, now, .. } = &mut *self.world.state();
+        network.read(self.me, socket, buffer, *now)
     }
 
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.write(self.me, socket, bytes, *now, random)
+        let State { network, now, .. } = &mut *self.world.state();
+        network.write(self.me, socket, bytes, *now)
     }
 
     fn shut_down_writing(&mut self, socket: SocketId) {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.shut_down_writing(self.me, socket, *now, random);
+        let State { network, now, .. } = &mut *self.world.state();
+        network.shut_down_writing(self.me, socket, *now);
     }
 
     fn close(&mut self, socket: SocketId) {
-        let State { network, random, now, .. } = &mut *self.world.state();
-        network.close(self.me, socket, *now, random);
+        let State { network, now, .. } = &mut *self.world.state();
+        network.close(self.me, socket, *now);
     }
 
     fn set_interest(&mut self, socket: SocketId, interest: Interest) {
@@ -393,9 +393,10 @@ impl Platform for VirtualPlatform {
         };
         let mut state = self.world.pause(self.me, Status::Waiting(until));
         state.participants[self.me].woken = false;
-        let mut sockets = state.network.ready(self.me, state.now);
+        let mut sockets = Vec::new();
+        state.network.ready(self.me, state.now, |socket, interest| sockets.push((socket, interest)));
         // A wait may leave some for the next one.
-        while sockets.len() > 1 && state.random.once_in(4) {
+        while sockets.len() > 1 && state.random.percent(25) {
             let left = state.random.index(sockets.len());
             sockets.swap_remove(left);
         }

@@ -2,11 +2,11 @@
 //! Reads along on every connection: no grant may be violated by a later message.
 
 use lf_model::time::{Instant, Microstep, Tag};
+use lf_random::combine;
 use lf_wire::Limits;
 use lf_wire::june_2026::{Decoded, Message, decode};
 
 use super::Violation;
-use crate::random::combine;
 
 /// How often messages of some kinds were seen.
 #[derive(Clone, Copy, Debug, Default)]

@@ -7,12 +7,12 @@ use std::fmt;
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use lf_model::time::Tag;
 use lf_model::{Port, Timer};
+use lf_random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
 use super::tables::{port_id, tables, trigger_id};
 use super::value::{Shape, Value};
 use super::{Body, Effect, InstanceId, Place, Scripted, Variable};
-use crate::random::mix;
 use crate::scenario::{Scenario, Script};
 use crate::world::Side;
 

@@ -18,11 +18,11 @@ use lf_model::{
     Full, InputId, OutputId, PayloadError, PhysicalActionRef, Port, PortCell, PortId, Program, ReactionContext,
     ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
+use lf_random::combine;
 
 pub(crate) use build::{BuildError, Played};
 pub(crate) use value::{Shape, Value};
 
-use crate::random::combine;
 use crate::scenario::Script;
 use crate::world::{Side, Thread};
 use cells::Cell;

@@ -12,15 +12,15 @@ use std::rc::Rc;
 use lf_compiler::plan::{Federate, Plan};
 use lf_coordination::rti::{Notice, Outcome};
 use lf_model::time::{Instant, Interval, Tag};
+use lf_random::combine;
 use lf_runtime::{RunError, Turn};
 
 pub(crate) use alone::{Decided, run_alone};
 
 use crate::check::{Counts, Seen, Violation};
 use crate::program::{BuildError, Played, Record};
-use crate::random::combine;
 use crate::scenario::{Fault, FaultKind, Scenario};
-use crate::world::World;
+use crate::world::{Cables, World};
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
@@ -160,7 +160,7 @@ impl Participant<'_> {
 /// Runs a scenario whose federation has this plan. `prints`: all messages are printed.
 pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Report, BuildError> {
     let mut world = World::new(&scenario.conditions, combine(scenario.seed, 11));
-    world.network.borrow_mut().watch.prints = prints;
+    world.network.borrow_mut().medium_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
     let mut buffers = RtiBuffers::new(scenario, plan.federates.len());
     let mut rti = RtiMemory::new(scenario, plan, world.platform(0), note_into(Rc::clone(&noted), prints), &mut buffers);
@@ -186,7 +186,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
     let Stage { ends, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let network = world.network.borrow();
-    let watch = &network.watch;
+    let Cables { watch, refused_writes, .. } = network.medium();
     let mut report = Report {
         rti: outcome,
         ends,
@@ -201,7 +201,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
         announced: watch.seen.iter().map(|seen| seen.announced).collect(),
         counts: watch.counts,
-        refused_writes: network.refused_writes,
+        refused_writes: *refused_writes,
         fullest_percent: 0,
         digest: combine(watch.digest, turns),
         cut_short,

@@ -2,13 +2,13 @@
 //! A scenario from a seed. Each draw is made in a fixed order, so a seed stands for one scenario.
 
 use lf_coordination::rti::WINDOW;
+use lf_random::Random;
 
 use super::reactors::{Style, federate};
 use super::{
     Conditions, Connection, Fault, FaultKind, Host, MS, Nanos, RtiConditions, SEC, Scenario, Target, Ty, US, Variable,
     Wire, has_cycle,
 };
-use crate::random::Random;
 
 /// How a federation comes to its end, if nothing goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Random reactors: what is in a federate, and in what is in it.
 
+use lf_random::Random;
+
 use super::generate::Ending;
 use super::{Action, End, Link, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
-use crate::random::Random;
 
 /// What the reactors of a scenario have in common.
 pub(super) struct Style {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Virtual time, the network in it, and whose turn is next.
 
-mod datagrams;
-mod network;
-mod pipe;
+mod cables;
 mod platform;
 mod side;
 
@@ -12,12 +10,16 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-pub(crate) use network::{Network, address_of};
+use lf_random::Random;
+pub(crate) use lf_virtual_network::address_of;
+
+pub(crate) use cables::Cables;
 pub(crate) use platform::Virtual;
 pub(crate) use side::{Side, Thread};
 
-use crate::random::Random;
 use crate::scenario::{Conditions, FaultKind};
+
+pub(crate) type Network = lf_virtual_network::Network<Cables>;
 
 /// Whose turn comes when.
 pub(crate) struct World {
@@ -37,7 +39,7 @@ pub(crate) struct World {
 impl World {
     pub(crate) fn new(conditions: &Conditions, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let network = Network::new(conditions, random.next());
+        let network = Network::new(Cables::new(conditions, random.number()));
         let hosts = &conditions.hosts;
         let mut world = Self {
             network: Rc::new(RefCell::new(network)),
@@ -51,6 +53,7 @@ impl World {
             now: 0,
         };
         for (participant, host) in hosts.iter().enumerate() {
+            world.network.borrow_mut().join();
             world.schedule(participant, u64::try_from(host.begins).unwrap_or(0));
         }
         world
@@ -76,7 +79,7 @@ impl World {
         let at = at.max(self.sides[participant].now()).max(self.now) + late;
         if self.next[participant].is_none_or(|next| at < next) {
             self.next[participant] = Some(at);
-            self.queue.push(Reverse((at, self.random.next(), participant)));
+            self.queue.push(Reverse((at, self.random.number(), participant)));
         }
     }
 
@@ -115,7 +118,7 @@ impl World {
 
     /// Those to whom something was sent have something to do.
     pub(crate) fn pass_on(&mut self) {
-        let wakes = std::mem::take(&mut self.network.borrow_mut().wakes);
+        let wakes = std::mem::take(&mut self.network.borrow_mut().medium_mut().wakes);
         for (participant, at) in wakes {
             self.schedule(participant, at);
         }

@@ -11,7 +11,7 @@ use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 
-use super::network::Network;
+use super::Network;
 use super::side::Side;
 
 /// One participant's view of the world.
@@ -38,7 +38,7 @@ impl Platform for Virtual {
     }
 
     fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
-        self.network.borrow_mut().random_bytes(buffer);
+        self.network.borrow_mut().medium_mut().random_bytes(buffer);
         Ok(())
     }
 

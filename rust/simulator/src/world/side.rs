@@ -13,9 +13,9 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::prelude::Asap;
 use lf_model::time::Instant;
 use lf_model::{Mailbox, Outside, PhysicalActionRef, PhysicalLink};
+use lf_random::combine;
 
 use crate::program::{Shape, Value};
-use crate::random::combine;
 
 /// Where every participant's clock stands at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;

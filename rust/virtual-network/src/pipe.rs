@@ -5,51 +5,51 @@ use std::collections::VecDeque;
 
 /// One direction of a connection.
 #[derive(Debug, Default)]
-pub(super) struct Pipe {
+pub(crate) struct Pipe {
     bytes: VecDeque<u8>,
     /// Pieces of them: when each comes, and how long it is.
     pieces: VecDeque<(u64, usize)>,
     /// When the last piece comes that was ever written.
     latest: u64,
     /// When the writer's end comes.
-    pub(super) end: Option<u64>,
+    pub(crate) end: Option<u64>,
     /// When the news comes that the connection is broken; what is unread is lost then.
-    pub(super) reset: Option<u64>,
+    pub(crate) reset: Option<u64>,
     /// Nobody will read any more.
-    pub(super) deserted: bool,
+    pub(crate) deserted: bool,
 }
 
 impl Pipe {
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.bytes.len()
     }
 
-    pub(super) fn is_reset(&self, now: u64) -> bool {
+    pub(crate) fn is_reset(&self, now: u64) -> bool {
         self.reset.is_some_and(|at| at <= now)
     }
 
-    pub(super) fn has_ended(&self, now: u64) -> bool {
+    pub(crate) fn has_ended(&self, now: u64) -> bool {
         self.bytes.is_empty() && self.end.is_some_and(|at| at <= now)
     }
 
     /// Bytes that have come.
-    pub(super) fn available(&self, now: u64) -> usize {
+    pub(crate) fn available(&self, now: u64) -> usize {
         self.pieces.iter().take_while(|(at, _)| *at <= now).map(|(_, len)| len).sum()
     }
 
     /// Not before the last piece.
-    pub(super) fn after_all(&self, at: u64) -> u64 {
+    pub(crate) fn after_all(&self, at: u64) -> u64 {
         at.max(self.latest)
     }
 
-    pub(super) fn push(&mut self, at: u64, bytes: &[u8]) {
+    pub(crate) fn push(&mut self, at: u64, bytes: &[u8]) {
         self.latest = at;
         self.bytes.extend(bytes);
         self.pieces.push_back((at, bytes.len()));
     }
 
     /// Takes the first bytes, as many as `target` holds; there are as many.
-    pub(super) fn take(&mut self, target: &mut [u8]) {
+    pub(crate) fn take(&mut self, target: &mut [u8]) {
         let mut left = target.len();
         let (front, back) = self.bytes.as_slices();
         let first = front.len().min(left);
@@ -68,7 +68,7 @@ impl Pipe {
     }
 
     /// When there is something for the reader: a piece, the end, or the news of a broken connection.
-    pub(super) fn next_time(&self) -> Option<u64> {
+    pub(crate) fn next_time(&self) -> Option<u64> {
         let piece = self.pieces.front().map(|(at, _)| *at);
         let end = self.end.filter(|_| self.bytes.is_empty());
         [piece, end, self.reset].into_iter().flatten().min()

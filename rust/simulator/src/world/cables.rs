@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the network between the participants is like, and who reads along.
+
+use lf_random::Random;
+use lf_virtual_network::{Event, Medium};
+
+use crate::check::Watch;
+use crate::scenario::{Conditions, Wire};
+
+/// How many datagrams of a hundred are lost, and how many of the others come twice.
+const LOST_PERCENT: u64 = 5;
+const DOUBLE_PERCENT: u64 = 2;
+
+/// The wires of the participants.
+#[derive(Debug)]
+pub(crate) struct Cables {
+    wires: Vec<Wire>,
+    pieces: bool,
+    random: Random,
+    /// Participants that have something to do at a time, since the last look.
+    pub(super) wakes: Vec<(usize, u64)>,
+    /// Sees all bytes that are written.
+    pub(crate) watch: Watch,
+    /// How often a write found no room.
+    pub(crate) refused_writes: u64,
+}
+
+impl Cables {
+    pub(super) fn new(conditions: &Conditions, seed: u64) -> Self {
+        Self {
+            wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
+            pieces: conditions.pieces,
+            random: Random::new(seed),
+            wakes: Vec::new(),
+            watch: Watch::new(conditions.hosts.len() - 1),
+            refused_writes: 0,
+        }
+    }
+
+    /// Numbers that the seed decides.
+    pub(super) fn random_bytes(&mut self, buffer: &mut [u8]) {
+        buffer.fill_with(|| self.random.byte());
+    }
+}
+
+impl Medium for Cables {
+    fn latency_ns(&mut self, owner: usize, bytes: usize) -> u64 {
+        let wire = &self.wires[owner];
+        let jitter = self.random.time(0, wire.jitter);
+        let jitter = if self.random.percent(wire.slow_percent) { 10 * jitter } else { jitter };
+        let transfer = wire.ns_per_byte.saturating_mul(i64::try_from(bytes).unwrap_or(0));
+        u64::try_from(wire.latency + jitter + transfer).unwrap_or(0)
+    }
+
+    fn pipe_bytes(&self, owner: usize) -> usize {
+        self.wires[owner].socket_bytes
+    }
+
+    fn piece(&mut self, most: usize) -> usize {
+        if self.pieces && self.random.percent(50) { self.random.count(1, most) } else { most }
+    }
+
+    fn copies(&mut self) -> usize {
+        if self.random.percent(LOST_PERCENT) { 0 } else { 1 + usize::from(self.random.percent(DOUBLE_PERCENT)) }
+    }
+
+    fn wake(&mut self, participant: usize, at: u64) {
+        self.wakes.push((participant, at));
+    }
+
+    fn see(&mut self, event: Event<'_>, now: u64) {
+        match event {
+            Event::Begun { connection, by } => self.watch.begin(connection, by),
+            Event::Written { connection, side, bytes } => self.watch.write(connection, side, bytes, now),
+            Event::Read { connection, side, bytes } => self.watch.read(connection, side, bytes, now),
+            Event::Refused => self.refused_writes += 1,
+        }
+    }
+}
