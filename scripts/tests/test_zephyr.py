@@ -16,7 +16,9 @@ from pathlib import Path
 
 import pytest
 
+from lf_west import compiler
 from lf_west.errors import LfError
+from lf_west.federation import listening_port
 from lf_west.workspace import REPOSITORY, find_workspace
 
 pytestmark = pytest.mark.zephyr
@@ -171,6 +173,30 @@ def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> Non
     answers = re.findall(r"^asks +\| at ([0-9]+) ms the answer is (\S+)$", output, re.MULTILINE)
     expected = ["Some(10)", "Some(0)", "Some(20)", "Some(0)", "None", "Some(0)", "Some(40)"]
     assert answers == [(str(10 * index), answer) for index, answer in enumerate(expected)], output
+
+
+def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
+    """The board's clock gains 10 ms in a second, and would be 60 ms off in the end."""
+    lf("lf-fed-build", PROGRAMS / "Drifting.lf")
+    image = BUILD / "zephyr/Drifting/board/zephyr/zephyr.exe"
+    lfz = compiler.find(None, os.environ).path
+    command = [lfz, "rti", "-n", "1", "-i", "drifting", "-p", "0", "-c", "on", "period", "5000000"]
+    with subprocess.Popen([*command], stdout=subprocess.PIPE, text=True) as rti:
+        try:
+            assert rti.stdout is not None
+            port = next(port for port in map(listening_port, map(str.strip, rti.stdout)) if port is not None)
+            options = ["-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.01"]
+            result = subprocess.run([image, *options], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+            assert rti.wait(LIMIT_S) == 0
+        finally:
+            rti.kill()
+    output = result.stdout + result.stderr
+    assert result.returncode == 0, output
+    gained = re.search(r"([0-9]+) rounds over UDP.*the own clock gains ([0-9]+) ns in a second", output)
+    assert gained is not None, output
+    assert int(gained[1]) > 0, output
+    # A busy computer holds the simulated board up now and then, so only the magnitude is certain.
+    assert 5_000_000 < int(gained[2]) < 20_000_000, output
 
 
 def test_a_wrong_setting_ends_the_build_with_its_log(tmp_path: Path) -> None:
