@@ -180,13 +180,15 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
     lf("lf-fed-build", PROGRAMS / "Drifting.lf")
     image = BUILD / "zephyr/Drifting/board/zephyr/zephyr.exe"
     lfz = compiler.find(None, os.environ).path
-    command = [lfz, "rti", "-n", "1", "-i", "drifting", "-p", "0", "-c", "on", "period", "5000000"]
-    with subprocess.Popen([*command], stdout=subprocess.PIPE, text=True) as rti:
+    command = [str(lfz), "rti", "-n", "1", "-i", "drifting", "-p", "0", "-c", "on", "period", "5000000"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as rti:
         try:
             assert rti.stdout is not None
             port = next(port for port in map(listening_port, map(str.strip, rti.stdout)) if port is not None)
             options = ["-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.01"]
-            result = subprocess.run([image, *options], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+            result = subprocess.run(
+                [str(image), *options], capture_output=True, text=True, timeout=LIMIT_S, check=False
+            )
             assert rti.wait(LIMIT_S) == 0
         finally:
             rti.kill()
