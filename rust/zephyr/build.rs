@@ -50,7 +50,7 @@ const NUMBERS: &[&str] = &[
 ];
 
 /// The switches of Kconfig that Rust code is conditional on.
-const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG"];
+const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP"];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 

@@ -185,10 +185,8 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
         try:
             assert rti.stdout is not None
             port = next(port for port in map(listening_port, map(str.strip, rti.stdout)) if port is not None)
-            options = ["-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.01"]
-            result = subprocess.run(
-                [str(image), *options], capture_output=True, text=True, timeout=LIMIT_S, check=False
-            )
+            run_image = [str(image), "-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.01"]
+            result = subprocess.run(run_image, capture_output=True, text=True, timeout=LIMIT_S, check=False)
             assert rti.wait(LIMIT_S) == 0
         finally:
             rti.kill()

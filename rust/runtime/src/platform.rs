@@ -130,6 +130,8 @@ pub trait Platform {
     /// Whether federates on it can have connections with other federates, past the RTI, as those with decentralized
     /// coordination do. Where they cannot, nothing that handles such connections is linked.
     const PEERS: bool = true;
+    /// Whether it has UDP. Where it has not, nothing that synchronizes clocks while the federation runs is linked.
+    const DATAGRAMS: bool = true;
 
     /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
     ///

@@ -104,6 +104,7 @@ impl<const PEERS: bool> ZephyrPlatform<PEERS> {
 
 impl<const PEERS: bool> Platform for ZephyrPlatform<PEERS> {
     const PEERS: bool = PEERS;
+    const DATAGRAMS: bool = cfg!(CONFIG_NET_UDP);
 
     fn now(&mut self) -> Instant {
         clock::now()

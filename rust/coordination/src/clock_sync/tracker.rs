@@ -35,6 +35,8 @@ const GUARD_BAND: Interval = Interval::from_micros(100);
 const TOLERANCE_NS: i64 = 20_000;
 /// What an exchange may contradict the line by, in addition to twice the usual distance of the bounds.
 const CONTRADICTION_NS: i64 = 100_000;
+/// How much the drift may have changed since it was found, or be wrong.
+const DRIFT_SLACK_PPB: i32 = 50_000;
 /// So many more exchanges contradict the line than agree with it: it is wrong.
 const CONTRADICTIONS_MAX: u8 = 16;
 /// Points within less than this say nothing about the drift.
@@ -103,6 +105,8 @@ pub struct Tracker {
     points: heapless::Deque<Point, STRETCHES>,
     open: Option<Stretch>,
     line: Option<Line>,
+    /// The line's slope is one that was found; until then it is 0, and any drift is possible.
+    knows_drift: bool,
     contradictions: u8,
     seen: u32,
     unused: u32,
@@ -117,6 +121,7 @@ impl Tracker {
             points: heapless::Deque::new(),
             open: None,
             line: None,
+            knows_drift: false,
             contradictions: 0,
             seen: 0,
             unused: 0,
@@ -180,7 +185,10 @@ impl Tracker {
     /// Whether the line is not between these bounds, nor near them. Begins anew when that is so too often.
     fn contradicts(&mut self, lower: Bound, upper: Bound) -> bool {
         let (Some(line), Some((own, offset))) = (self.line, self.origin) else { return false };
+        let since = own.saturating_add(lower.at).saturating_sub(line.at.as_nanos());
+        let slack_ppb = if self.knows_drift { DRIFT_SLACK_PPB } else { DRIFT_PPB_MAX };
         let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
+        let margin = margin.saturating_add(scale(since.saturating_abs(), slack_ppb));
         let on_line = |bound: Bound| {
             let at = Instant(own.saturating_add(bound.at));
             line.offset_at(at).as_nanos().saturating_sub(offset)
@@ -193,8 +201,8 @@ impl Tracker {
         }
         self.contradictions += 1;
         if self.contradictions >= CONTRADICTIONS_MAX {
-            (self.origin, self.open, self.line, self.contradictions) = (None, None, None, 0);
-            self.points.clear();
+            let Self { seen, unused, pure, .. } = *self;
+            *self = Self { seen, unused, pure, ..Self::new() };
         }
         true
     }
@@ -208,7 +216,9 @@ impl Tracker {
         let near: heapless::Vec<Point, { STRETCHES + 1 }> =
             all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
         let Some(last) = near.last().copied() else { return };
-        let drift_ppb = slope_ppb(&near).or(self.line.map(|line| line.drift_ppb)).unwrap_or(0);
+        let slope_ppb = slope_ppb(&near);
+        self.knows_drift |= slope_ppb.is_some();
+        let drift_ppb = slope_ppb.or(self.line.map(|line| line.drift_ppb)).unwrap_or(0);
         let levels = near.iter().map(|point| {
             let since = last.at.saturating_sub(point.at);
             point.offset.saturating_add(scale(since, drift_ppb))

@@ -22,6 +22,10 @@ impl Port {
     /// Opens a port, if this federate takes part in rounds over UDP; gives its number.
     pub(super) fn open<P: Platform>(platform: &mut P, clock_sync: ClockSync) -> Result<(Self, Option<u16>), RunError> {
         let ClockSync::On { .. } = clock_sync else { return Ok((Self::default(), None)) };
+        if !P::DATAGRAMS {
+            log::warn!("the clock is synchronized before the start only, because this image has no UDP");
+            return Ok((Self::default(), None));
+        }
         let socket = platform.bind(0).map_err(RunError::Bind)?;
         let number = platform.local_port(socket).map_err(RunError::Bind)?;
         platform.set_interest(socket, Interest::READ);
@@ -44,6 +48,9 @@ impl Port {
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Reads the datagrams that have come, a bounded number of them, and answers them.
     pub(super) fn synchronize(&mut self) {
+        if !P::DATAGRAMS {
+            return;
+        }
         let Some(socket) = self.port.socket.filter(|_| core::mem::take(&mut self.port.readable)) else { return };
         let mut buffer = [0; BYTES_MAX];
         for _ in 0..PER_TURN {
@@ -72,6 +79,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// Ends clock synchronization, and says what it was good for.
     pub(super) fn end_synchronization(&mut self) {
+        if !P::DATAGRAMS {
+            return;
+        }
         self.port.close(self.platform);
         if let Some(report) = self.machine.clock_sync_report() {
             log::info!("clock synchronization: {report}");
