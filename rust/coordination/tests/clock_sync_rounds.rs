@@ -116,7 +116,7 @@ fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
 type Fate = [Option<i64>; 4];
 
 fn fates(lost: u32, longest_us: i64) -> impl Strategy<Value = Vec<Fate>> {
-    let one = || prop::option::weighted(0.9999 - f64::from(lost) / 100.0, 0..longest_us);
+    let one = || prop::option::weighted(1.0 - f64::from(lost) / 100.0, 0..longest_us);
     vec([one(), one(), one(), one()], 1..120)
 }
 
@@ -170,11 +170,12 @@ proptest! {
         }
     }
 
-    /// On a network that loses little, nearly every round is complete.
+    /// Where nothing is lost, and a round is over before the next, every round is complete. That of a coded probe which
+    /// has overtaken its T4 counts when the next T1 comes.
     #[test]
-    fn rounds_go_on_though_datagrams_overtake_each_other(fates in fates(0, 4_000)) {
-        // T1 and T3 may take longer than a period; then one is left out. The last ones may be under way.
-        prop_assert!(play(&fates).len() + 3 >= fates.len() / 2);
+    fn every_round_is_complete_where_nothing_is_lost(delays in vec(any::<[u8; 4]>(), 1..120)) {
+        let fates: Vec<Fate> = delays.iter().map(|round| round.map(|delay| Some(6 * i64::from(delay)))).collect();
+        prop_assert!(play(&fates).len() + 2 >= fates.len());
     }
 
     /// Offset and drift are found, however much jitter there is, and though the federate's clock stands still now and

@@ -223,7 +223,9 @@ impl Tracker {
             let since = last.at.saturating_sub(point.at);
             point.offset.saturating_add(scale(since, drift_ppb))
         });
-        let Some(level) = middle_mean(levels) else { return };
+        // As long as any drift is possible, only the last point says where the clock is now.
+        let level = if self.knows_drift { middle_mean(levels) } else { Some(last.offset) };
+        let Some(level) = level else { return };
         self.line = Some(Line {
             at: Instant(own.saturating_add(last.at)),
             offset: Interval(offset.saturating_add(level)),
