@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::Parser;
+use lf_runtime::Coordination;
 
 use crate::scenario::{Scenario, source};
 use crate::shrink::{cut, shrink};
@@ -17,11 +18,15 @@ const SHRUNK_MAX: usize = 3;
 
 /// Runs random federations in virtual time, and checks them.
 #[derive(Parser)]
+#[allow(clippy::struct_excessive_bools, reason = "these are switches, each of its own")]
 #[command(name = "cargo xtask simulate", bin_name = "cargo xtask simulate")]
 struct Arguments {
     /// The seeds to run: `A..B`, B not included.
     #[arg(long, value_name = "A..B", default_value = "0..1000", value_parser = range)]
     seeds: Range<u64>,
+    /// Run federations with decentralized coordination, which are others for the same seeds.
+    #[arg(long)]
+    decentralized: bool,
     /// Run this seed only, and tell all about it.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -42,6 +47,20 @@ struct Arguments {
     worker: bool,
 }
 
+impl Arguments {
+    fn coordination(&self) -> Coordination {
+        if self.decentralized { Coordination::Decentralized } else { Coordination::Centralized }
+    }
+}
+
+/// The option, with a space before it, that makes the scenarios have this coordination.
+pub(crate) fn option(coordination: Coordination) -> &'static str {
+    match coordination {
+        Coordination::Centralized => "",
+        Coordination::Decentralized => " --decentralized",
+    }
+}
+
 fn range(text: &str) -> Result<Range<u64>, String> {
     let wrong = || format!("\"{text}\" is not two numbers with `..` between them, as 0..1000");
     let (start, end) = text.split_once("..").ok_or_else(wrong)?;
@@ -53,7 +72,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.worker {
-        worker(arguments.seeds);
+        worker(arguments.coordination(), arguments.seeds);
         return ExitCode::SUCCESS;
     }
     match arguments.seed {
@@ -63,7 +82,7 @@ pub fn main() -> ExitCode {
 }
 
 fn one(seed: u64, arguments: &Arguments) -> ExitCode {
-    let (whole, first) = try_safely(seed);
+    let (whole, first) = try_safely(arguments.coordination(), seed);
     let Some(mut scenario) = cut(&whole, &arguments.cuts) else {
         eprintln!("error: --cuts names a reduction that this scenario does not have");
         return ExitCode::from(2);
@@ -88,6 +107,9 @@ fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
     println!("{}", source(scenario, true));
     println!("{:#?}", scenario.conditions);
     println!("faults: {:?}", scenario.faults);
+    if let Some(decentralized) = scenario.decentralized {
+        println!("{decentralized:?}");
+    }
     println!("{}", trial.coverage);
     println!("{} reactions, {} messages, hash of the run {:016x}", trial.events, trial.messages, trial.digest);
     let cuts: Vec<_> = cuts.iter().map(usize::to_string).collect();
@@ -96,12 +118,16 @@ fn describe(scenario: &Scenario, trial: &Trial, seed: u64, cuts: &[usize]) {
         Some(violation) => println!("VIOLATION of {violation}"),
         None => println!("nothing is violated"),
     }
-    println!("repeat with: cargo xtask simulate --seed {seed}{cuts}");
+    let coordination = match scenario.decentralized {
+        Some(_) => Coordination::Decentralized,
+        None => Coordination::Centralized,
+    };
+    println!("repeat with: cargo xtask simulate{} --seed {seed}{cuts}", option(coordination));
 }
 
 fn many(arguments: &Arguments) -> ExitCode {
     let started = Instant::now();
-    let summary = match all(arguments.seeds.clone(), arguments.jobs) {
+    let summary = match all(arguments.coordination(), arguments.seeds.clone(), arguments.jobs) {
         Ok(summary) => summary,
         Err(error) => {
             eprintln!("error: cannot start worker processes: {error}");
@@ -124,7 +150,10 @@ fn many(arguments: &Arguments) -> ExitCode {
     for (seed, _) in summary.violations.iter().take(SHRUNK_MAX) {
         println!("\nseed {seed}, made smaller:");
         let program = std::env::current_exe().unwrap_or_default();
-        let _ = std::process::Command::new(program).args(["--shrink", "--seed", &seed.to_string()]).status();
+        let _ = std::process::Command::new(program)
+            .args(["--shrink", "--seed", &seed.to_string()])
+            .args(arguments.decentralized.then_some("--decentralized"))
+            .status();
     }
     if summary.violations.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -6,7 +6,7 @@ use std::fmt;
 
 use lf_runtime::RunError;
 
-use crate::check;
+use crate::check::{self, LateCounts};
 use crate::run::{End, Report};
 use crate::scenario::{FaultKind, Reactor, Scenario, has_cycle};
 
@@ -51,6 +51,37 @@ impl Coverage {
             ("fault: of the RTI", report.struck.iter().any(|(participant, _)| *participant == 0)),
         ] {
             self.add(name, u64::from(has));
+        }
+    }
+
+    /// Counts what became of the messages of a federation with decentralized coordination.
+    pub(crate) fn count_late(&mut self, scenario: &Scenario, report: &Report, counts: &LateCounts) {
+        let is_safe = scenario.decentralized.is_some_and(|it| it.is_safe);
+        let connections = &scenario.connections;
+        let count = scenario.federates.len();
+        let waits_for_ever =
+            connections.iter().any(|one| one.max_wait.or(scenario.federates[one.to.0].max_wait).is_none());
+        for (name, has) in [
+            ("decentralized: waits suffice", is_safe),
+            ("decentralized: waits suffice, in a cycle", is_safe && has_cycle(count, connections, false)),
+            ("decentralized: waits suffice, some are for ever", is_safe && waits_for_ever),
+            ("decentralized: waits suffice, and a stop was granted", is_safe && report.granted_stop().is_some()),
+            ("decentralized: waits are too short", !is_safe),
+            ("decentralized: something was late", counts.late > 0),
+            ("decentralized: handlers of late messages ran", report.lateness.iter().any(|it| !it.handlers.is_empty())),
+            ("decentralized: @absent_after", connections.iter().any(|one| one.absent_after.is_some())),
+        ] {
+            self.add(name, u64::from(has));
+        }
+        for (name, count) in [
+            ("messages: in time", counts.in_time),
+            ("messages: in time, a microstep after another one for the same tag", counts.bursts),
+            ("messages: late", counts.late),
+            ("messages: late, behind a late one", counts.behind),
+            ("messages: so late that they did not happen", counts.lost),
+            ("messages: to one that had left", counts.after_end),
+        ] {
+            self.add(name, count);
         }
     }
 

@@ -22,23 +22,26 @@ mod run;
 mod scenario;
 mod shrink;
 mod trial;
+mod waits;
 mod workers;
 mod world;
 
 pub use command::main;
+pub use lf_runtime::Coordination;
 
 /// Runs the scenarios of these seeds, and gives the hash of each run, or what was violated.
 ///
 /// # Errors
 /// What the first run violated, with the command that repeats it.
-pub fn try_seeds(seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
+pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
     seeds
         .map(|seed| {
-            let (_, trial) = trial::try_seed(seed);
+            let (_, trial) = trial::try_seed(coordination, seed);
             match trial.violation {
                 None => Ok(trial.digest),
                 Some(violation) => {
-                    Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate --seed {seed}"))
+                    let option = command::option(coordination);
+                    Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
                 }
             }
         })

@@ -6,11 +6,13 @@ use std::collections::BTreeMap;
 use lf_compiler::plan::Plan;
 use lf_compiler::{Code, Style, compile};
 use lf_model::time::Tag;
+use lf_runtime::Coordination;
 
 use crate::check::{self, Expected, Violation};
 use crate::coverage::Coverage;
 use crate::run::{Decided, End, Report, run, run_alone};
 use crate::scenario::{Scenario, source};
+use crate::waits;
 
 /// What came of a trial.
 #[derive(Debug)]
@@ -26,11 +28,23 @@ pub(crate) struct Trial {
 }
 
 /// Runs the scenario of a seed.
-pub(crate) fn try_seed(seed: u64) -> (Scenario, Trial) {
-    let mut scenario = Scenario::from_seed(seed);
-    let plan = compiled(&mut scenario);
+pub(crate) fn try_seed(coordination: Coordination, seed: u64) -> (Scenario, Trial) {
+    let mut scenario = made(coordination, seed);
+    let mut plan = compiled(&mut scenario);
+    if scenario.decentralized.is_some() {
+        waits::assign(&mut scenario);
+        plan = compiled(&mut scenario);
+    }
     let trial = judge(&scenario, plan);
     (scenario, trial)
+}
+
+/// The scenario of a seed, as yet without waits.
+pub(crate) fn made(coordination: Coordination, seed: u64) -> Scenario {
+    match coordination {
+        Coordination::Centralized => Scenario::from_seed(seed),
+        Coordination::Decentralized => Scenario::decentralized(seed),
+    }
 }
 
 /// Runs a scenario as it is.
@@ -66,7 +80,7 @@ fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
 }
 
 /// The plan, or whether the reason why there is none is a loop, and what was said.
-fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
+pub(crate) fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
     let files = BTreeMap::from([("Simulated.lf".to_owned(), text.to_owned())]);
     let compilation = compile("Simulated.lf", &files);
     compilation.plan.ok_or_else(|| {
@@ -78,12 +92,12 @@ fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
 fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     let mut trial =
         Trial { violation: None, coverage: Coverage::default(), events: 0, messages: 0, digest: scenario.seed };
-    let report = match plan {
-        Ok(plan) => run(scenario, &plan, false).map_err(|error| error.to_string()),
-        Err(error) => Err(error),
-    };
-    let report = match report {
-        Ok(report) => report,
+    let report = plan.and_then(|plan| match run(scenario, &plan, false) {
+        Ok(report) => Ok((plan, report)),
+        Err(error) => Err(error.to_string()),
+    });
+    let (plan, report) = match report {
+        Ok(both) => both,
         Err(error) => {
             trial.violation = Some(Violation::Program(error));
             return trial;
@@ -95,10 +109,29 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
     trial.digest = report.digest;
     let violation = report.violation.clone().filter(|found| !check::is_endless(scenario, &report, found));
     trial.violation = violation.or_else(|| check::ends(scenario, &report).filter(|_| !report.cut_short));
-    if trial.violation.is_none() && !check::own_fault(&report) {
+    if trial.violation.is_some() || check::own_fault(&report) {
+        return trial;
+    }
+    if scenario.decentralized.is_some() {
+        trial.violation = judge_waits(scenario, &plan, &report, &mut trial.coverage);
+    }
+    if trial.violation.is_none() && scenario.decentralized.is_none_or(|it| it.is_safe) {
         trial.violation = same_as_alone(scenario, &report);
     }
     trial
+}
+
+/// What must hold with decentralized coordination, however long the waits are.
+fn judge_waits(scenario: &Scenario, plan: &Plan, report: &Report, coverage: &mut Coverage) -> Option<Violation> {
+    if report.counts.centralized > 0 {
+        return Some(Violation::Centralized { messages: report.counts.centralized });
+    }
+    if report.cut_short {
+        return None;
+    }
+    let (counts, violation) = check::late(scenario, plan, report);
+    coverage.count_late(scenario, report, &counts);
+    violation.or_else(|| check::in_order(&report.traces))
 }
 
 /// Compares with the same program unfederated.
@@ -108,7 +141,7 @@ fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
         Ok(plan) => plan,
         Err((_, error)) => return Some(Violation::Program(format!("unfederated: {error}"))),
     };
-    let expected = expectations(report);
+    let expected = expectations(report, scenario.decentralized.is_some());
     let until = expected.iter().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
     let decided = Decided { start, stop: report.granted_stop(), played: &report.played, until };
     match run_alone(scenario, &plan, &decided) {
@@ -119,12 +152,14 @@ fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
 
 /// How much of each trace is to be as unfederated. What somebody sent who was struck counts as far as it was announced
 /// to the RTI; what came later may be missing everywhere.
-fn expectations(report: &Report) -> Vec<Expected> {
+fn expectations(report: &Report, is_decentralized: bool) -> Vec<Expected> {
     let lost = |end: &End| !matches!(end, End::Ended(Ok(())));
     let struck = |federate: usize| report.struck.iter().any(|(participant, _)| *participant == federate + 1);
     let victims = (0..report.ends.len()).filter(|federate| lost(&report.ends[*federate]) || struck(*federate));
     let before = victims.map(|federate| report.announced[federate]).min().unwrap_or(Tag::FOREVER);
     let stop = report.granted_stop().unwrap_or(Tag::FOREVER);
+    // With decentralized coordination nobody waits at a stop that was granted.
+    let before = if is_decentralized { before.min(stop) } else { before };
     // Who was at its own end already has done what the others were spared, and does nothing at their stop.
     let has_left = (0..report.ends.len()).any(|federate| report.left_before_stop(federate));
     let before = if has_left { before.min(stop) } else { before };

@@ -8,10 +8,13 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::Instant;
 
+use lf_runtime::Coordination;
+
 use crate::check::Violation;
+use crate::command::option;
 use crate::coverage::Coverage;
 use crate::scenario::Scenario;
-use crate::trial::{Trial, try_seed};
+use crate::trial::{Trial, made, try_seed};
 
 /// How many seeds one process runs.
 const CHUNK: u64 = 500;
@@ -28,11 +31,11 @@ pub(crate) struct Summary {
 }
 
 /// Runs seeds in this process, and prints what came of them for [`all`] to read.
-pub(crate) fn worker(seeds: Range<u64>) {
+pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
     let mut coverage = Coverage::default();
     let (mut events, mut messages) = (0, 0);
     for seed in seeds.clone() {
-        let (_, trial) = try_safely(seed);
+        let (_, trial) = try_safely(coordination, seed);
         (events, messages) = (events + trial.events, messages + trial.messages);
         coverage.merge(&trial.coverage);
         if let Some(violation) = trial.violation {
@@ -46,16 +49,16 @@ pub(crate) fn worker(seeds: Range<u64>) {
 }
 
 /// Runs the scenario of a seed; a panic is a violation too.
-pub(crate) fn try_safely(seed: u64) -> (Scenario, Trial) {
-    catch_unwind(AssertUnwindSafe(|| try_seed(seed))).unwrap_or_else(|_| {
+pub(crate) fn try_safely(coordination: Coordination, seed: u64) -> (Scenario, Trial) {
+    catch_unwind(AssertUnwindSafe(|| try_seed(coordination, seed))).unwrap_or_else(|_| {
         let violation = Some(Violation::Program("it panicked, as said above".to_owned()));
         let trial = Trial { violation, coverage: Coverage::default(), events: 0, messages: 0, digest: 0 };
-        (Scenario::from_seed(seed), trial)
+        (made(coordination, seed), trial)
     })
 }
 
 /// Runs all seeds in worker processes, as many at once as `jobs` says.
-pub(crate) fn all(seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
+pub(crate) fn all(coordination: Coordination, seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
     let program = std::env::current_exe()?;
     let chunks = Mutex::new(seeds.clone().step_by(usize::try_from(CHUNK).unwrap_or(1)));
     let summary = Mutex::new(Summary::default());
@@ -70,7 +73,7 @@ pub(crate) fn all(seeds: Range<u64>, jobs: usize) -> std::io::Result<Summary> {
                     let next = chunks.lock().unwrap_or_else(std::sync::PoisonError::into_inner).next();
                     let Some(first) = next else { return };
                     let range = first..(first + CHUNK).min(seeds.end);
-                    let outcome = run_chunk(&program, &range);
+                    let outcome = run_chunk(&program, coordination, &range);
                     lock(&summary, &mut |summary| {
                         summary.add(&range, &outcome);
                         progress(summary, &seeds, started);
@@ -95,9 +98,13 @@ fn progress(summary: &Summary, seeds: &Range<u64>, started: Instant) {
 }
 
 /// The lines that a worker prints.
-fn run_chunk(program: &std::path::Path, range: &Range<u64>) -> Vec<String> {
+fn run_chunk(program: &std::path::Path, coordination: Coordination, range: &Range<u64>) -> Vec<String> {
     let seeds = format!("{}..{}", range.start, range.end);
-    let child = Command::new(program).args(["--worker", "--seeds", &seeds]).stdout(Stdio::piped()).spawn();
+    let child = Command::new(program)
+        .args(["--worker", "--seeds", &seeds])
+        .args(option(coordination).split_whitespace())
+        .stdout(Stdio::piped())
+        .spawn();
     let Ok(mut child) = child else { return Vec::new() };
     let lines = child.stdout.take().map(|output| BufReader::new(output).lines().map_while(Result::ok).collect());
     let _ = child.wait();

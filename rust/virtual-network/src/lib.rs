@@ -49,6 +49,8 @@ pub enum Event<'a> {
         connection: usize,
         /// The participant that has begun it.
         by: usize,
+        /// The participant that listens.
+        to: usize,
     },
     /// Bytes were written.
     Written {
@@ -58,6 +60,8 @@ pub enum Event<'a> {
         side: usize,
         /// What.
         bytes: &'a [u8],
+        /// When they are there for the reader.
+        arrives: u64,
     },
     /// Bytes were read.
     Read {
@@ -67,6 +71,13 @@ pub enum Event<'a> {
         side: usize,
         /// How many.
         bytes: usize,
+    },
+    /// A side has closed its socket.
+    Closed {
+        /// Of which connection.
+        connection: usize,
+        /// Who has closed it.
+        side: usize,
     },
     /// A write has found no room.
     Refused,

@@ -94,7 +94,7 @@ impl<M: Medium> Network<M> {
         self.medium.wake(host, comes);
         let pipes = [Pipe::default(), Pipe::default()];
         self.links.push(Link { pipes, owners: [owner, host], interests: [Interest::NONE; 2] });
-        self.medium.see(Event::Begun { connection: number, by: owner }, now);
+        self.medium.see(Event::Begun { connection: number, by: owner, to: host }, now);
         self.tables[owner].insert(Kind::Connecting { at, outcome: Ok(number) })
     }
 
@@ -193,7 +193,7 @@ impl<M: Medium> Network<M> {
         if link.interests[1 - side].readable {
             self.medium.wake(link.owners[1 - side], at);
         }
-        self.medium.see(Event::Written { connection, side, bytes }, now);
+        self.medium.see(Event::Written { connection, side, bytes, arrives: at }, now);
         Ok(Transfer::Bytes(bytes.len()))
     }
 
@@ -228,7 +228,10 @@ impl<M: Medium> Network<M> {
     /// Closes a socket; a stale id is ignored.
     pub fn close(&mut self, owner: usize, id: SocketId, now: u64) {
         match self.tables[owner].take(id).map(|socket| socket.kind) {
-            Some(Kind::Open { connection, side }) => self.desert(connection, side, now),
+            Some(Kind::Open { connection, side }) => {
+                self.medium.see(Event::Closed { connection, side }, now);
+                self.desert(connection, side, now);
+            }
             Some(Kind::Connecting { outcome: Ok(connection), .. }) => self.desert(connection, 0, now),
             Some(Kind::Listening { waiting, .. }) => {
                 for (_, connection, _) in waiting {

@@ -85,12 +85,14 @@ impl Engine<'_> {
         if intended > stop || intended.time == Instant::FOREVER {
             return Ok(Delivery::AfterStop);
         }
-        let is_open = intended == current && self.is_in_tag() && self.state.untouched <= info.level;
+        let can_see = self.is_in_tag() && self.state.untouched <= info.level && !self.is_filled(info.trigger);
+        let is_open = |tag: Tag| tag == current && can_see;
         let last = self.last[usize::from(input.0)];
-        let (tag, meant) = if last.sent == intended && last.happens >= current {
-            // A second message for one tag happens a microstep later, and is in time until that has begun.
-            (last.happens.next_microstep(), last.happens.next_microstep())
-        } else if intended > current || (is_open && !self.is_filled(info.trigger)) {
+        let follows = last.happens.next_microstep();
+        let (tag, meant) = if last.sent == intended && (follows > current || is_open(follows)) {
+            // A second message for one tag happens a microstep later, and is in time until that has gone on without it.
+            (follows, follows)
+        } else if intended > current || is_open(intended) {
             (intended, intended)
         } else {
             (current.next_microstep().max(Tag::at(self.state.start)), intended)

@@ -9,8 +9,8 @@ use lf_coordination::federate::{Awaited, Phase};
 use lf_coordination::from_wire;
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
-use lf_wire::Limits;
 use lf_wire::june_2026::{Message, tag_in_header};
+use lf_wire::{InBuffer, Limits};
 
 use super::FederateLoop;
 use super::input::{Held, next_at};
@@ -111,16 +111,22 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             if inbound.has_ended() && inbound.held.bytes() == 0 {
                 inbound.close(self.platform);
                 receiver.left(from.0);
+            } else if inbound.has_ended() {
+                receiver.is_leaving(from.0, &inbound.input, inbound.held.bytes(), &limits);
             }
         }
         Ok(())
     }
 
-    /// Whether a message for an earlier tag than this has begun to come, and is not whole yet.
-    pub(super) fn awaits_rest_before(&self, tag: Tag) -> bool {
-        let inbound = self.peers.inbound.iter().filter(|inbound| inbound.from.is_some());
-        let rests = inbound.map(|inbound| inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default());
-        rests.filter_map(tag_in_header).any(|earlier| from_wire(earlier) < tag)
+    /// Whether a message for an earlier tag than this has begun to come, and is not whole yet. The rest of one that
+    /// finds no room in the receive buffer, behind messages that wait for room themselves, comes only when a tag has made
+    /// some.
+    pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
+        self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some() && !inbound.has_ended()).any(|inbound| {
+            let rest = inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default();
+            let is_earlier = tag_in_header(rest).is_some_and(|earlier| from_wire(earlier) < tag);
+            is_earlier && !inbound.input.space().is_empty()
+        })
     }
 }
 
@@ -195,6 +201,32 @@ impl Receiver<'_, '_> {
         log::debug!("federate {from} has left");
         for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
             self.awaited.learn(port, Tag::FOREVER);
+        }
+    }
+
+    /// This federate has ended, and the last that it has sent waits for room: nothing more comes at its other inputs,
+    /// and a tag that makes room may have to wait for them.
+    fn is_leaving(&mut self, from: u16, buffer: &InBuffer<&mut [u8]>, held: usize, limits: &Limits) {
+        let waits = |awaited: u16| {
+            let mut at = 0;
+            while at < held {
+                match next_at(buffer, at, limits) {
+                    Ok(Some((Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. }, length))) => {
+                        if port == awaited {
+                            return true;
+                        }
+                        at += length;
+                    }
+                    Ok(Some((_, length))) => at += length,
+                    Ok(None) | Err(_) => return true,
+                }
+            }
+            false
+        };
+        for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
+            if !waits(port) {
+                self.awaited.learn(port, Tag::FOREVER);
+            }
         }
     }
 

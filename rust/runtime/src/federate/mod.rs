@@ -40,6 +40,10 @@ const LAST_WORDS: Interval = Interval::from_secs(1);
 /// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
 const RESIGNATION: Interval = Interval::from_secs(60);
 
+/// How often a federate that has come to its end reads what others have sent it too late, to say so; a bound, for they
+/// may go on sending.
+const LAST_READS: u32 = 1000;
+
 /// What a federate is told when it is started, and not when it is built.
 #[derive(Clone, Copy, Debug)]
 pub struct Join<'a> {
@@ -285,8 +289,15 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Looks for the last messages, and says how many have come too late.
     fn report_late(&mut self, result: &Result<(), RunError>) {
-        if result.is_ok() && self.sweep().is_err() {
-            log::warn!("what another federate sent at the end could not be read");
+        for _ in 0..if result.is_ok() { LAST_READS } else { 0 } {
+            match self.sweep() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    log::warn!("what another federate sent at the end could not be read: {error}");
+                    break;
+                }
+            }
         }
         if P::PEERS && self.late_messages > 0 {
             log::warn!("{} late messages", self.late_messages);

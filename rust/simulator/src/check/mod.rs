@@ -2,7 +2,9 @@
 //! What must hold in every run. The checks stand outside the code that they check: they see bytes, records of
 //! reactions and ends, and no state of any machine.
 
+mod direct;
 mod ends;
+mod late;
 mod traces;
 mod wire;
 
@@ -10,8 +12,10 @@ use std::fmt;
 
 use lf_model::time::Tag;
 
+pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
-pub(crate) use traces::{Difference, Expected, traces};
+pub(crate) use late::{LateCounts, late};
+pub(crate) use traces::{Difference, Expected, in_order, traces};
 pub(crate) use wire::{Counts, Seen, Watch};
 
 /// What was violated, where.
@@ -39,6 +43,20 @@ pub(crate) enum Violation {
     Bytes { federate: usize, error: String },
     /// A queue held more than the plan gives it.
     Capacity { federate: usize, most: usize, capacity: usize },
+    /// A message was late though all that can delay it was waited for.
+    LateThoughBounded { federate: usize, port: usize, sent: Tag, happened: Option<Tag> },
+    /// A message was late though it had come before the wait for it was over.
+    LateThoughInTime { federate: usize, port: usize, sent: Tag, happened: Option<Tag> },
+    /// Late messages were not counted, or not reported.
+    Unreported { federate: usize, late: u64, counted: u64, reported: u64, warnings: u64 },
+    /// A message happened at a tag that is not its own, and the input's queue does not say so; or the other way round.
+    Misplaced { federate: usize, port: usize, sent: Tag, happened: Tag, intended: Option<Tag> },
+    /// What happened at an input is not what was sent there, or not in that order.
+    Order { federate: usize, port: usize, tag: Tag },
+    /// A reaction did not run its handler for what it saw too late, or ran it though nothing was late.
+    Mishandled { federate: usize, tag: Tag },
+    /// Tags were granted, or messages went through the RTI, with decentralized coordination.
+    Centralized { messages: u64 },
     /// The program cannot be run at all.
     Program(String),
 }
@@ -58,6 +76,13 @@ impl Violation {
             Self::InputFull { .. } => "memory-suffices",
             Self::Bytes { .. } => "well-formed-bytes",
             Self::Capacity { .. } => "within-capacity",
+            Self::LateThoughBounded { .. } => "nothing-late-within-bounds",
+            Self::LateThoughInTime { .. } => "nothing-late-that-was-there",
+            Self::Unreported { .. } => "late-messages-are-reported",
+            Self::Misplaced { .. } => "late-messages-say-so",
+            Self::Order { .. } => "messages-in-order",
+            Self::Mishandled { .. } => "late-messages-are-handled",
+            Self::Centralized { .. } => "no-grants",
             Self::Program(_) => "program",
         }
     }
@@ -93,6 +118,44 @@ impl fmt::Display for Violation {
             Self::Capacity { federate, most, capacity } => {
                 write!(f, "a queue of f{federate} held {most} events, and is to hold {capacity}")
             }
+            Self::LateThoughBounded { federate, port, sent, happened: Some(happened) } => {
+                write!(
+                    f,
+                    "a message to input {port} of f{federate} for {sent} happened at {happened}, and waits suffice"
+                )
+            }
+            Self::LateThoughBounded { federate, port, sent, happened: None } => {
+                write!(f, "a message to input {port} of f{federate} for {sent} did not happen, and waits suffice")
+            }
+            Self::LateThoughInTime { federate, port, sent, happened } => {
+                let happened = happened.map_or("never".to_owned(), |tag| format!("at {tag}"));
+                write!(
+                    f,
+                    "a message to input {port} of f{federate} for {sent} was there in time, and happened {happened}"
+                )
+            }
+            Self::Unreported { federate, late, counted, reported, warnings } => write!(
+                f,
+                "f{federate} got {late} messages too late, counted {counted}, and reported {reported}, {warnings} of \
+                 them as warnings"
+            ),
+            Self::Misplaced { federate, port, sent, happened, intended: Some(intended) } => write!(
+                f,
+                "a message to input {port} of f{federate} for {sent} happened at {happened}, as if for {intended}"
+            ),
+            Self::Misplaced { federate, port, sent, happened, intended: None } => {
+                write!(f, "a message to input {port} of f{federate} for {sent} happened at {happened}, as if in time")
+            }
+            Self::Order { federate, port, tag } => {
+                write!(f, "what happened at {tag} at input {port} of f{federate} was not sent, or not in that order")
+            }
+            Self::Mishandled { federate, tag } => {
+                write!(
+                    f,
+                    "f{federate} ran a body at {tag} in place of a handler of late messages, or the other way round"
+                )
+            }
+            Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
             Self::Program(error) => f.write_str(error),
         }
     }

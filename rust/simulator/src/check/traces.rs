@@ -72,6 +72,11 @@ pub(crate) fn traces(federates: &[Vec<Record>], alone: &[Record], expected: &[Ex
     None
 }
 
+/// Checks only that nobody goes back in time.
+pub(crate) fn in_order(federates: &[Vec<Record>]) -> Option<Violation> {
+    federates.iter().enumerate().find_map(|(federate, trace)| tag_order(federate, trace))
+}
+
 fn by_instance(trace: &[Record]) -> BTreeMap<InstanceId, Vec<Record>> {
     let mut instances: BTreeMap<InstanceId, Vec<Record>> = BTreeMap::new();
     for record in trace {

@@ -7,6 +7,7 @@ use lf_wire::Limits;
 use lf_wire::june_2026::{Decoded, Message, decode};
 
 use super::Violation;
+use super::direct::{Direct, Written};
 
 /// How often messages of some kinds were seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,6 +20,24 @@ pub(crate) struct Counts {
     pub(crate) dnet: u64,
     pub(crate) stop_requests: u64,
     pub(crate) taken_back: u64,
+    /// Messages of the RTI and to it that decentralized coordination has no use for.
+    pub(crate) centralized: u64,
+}
+
+impl Counts {
+    /// Counts what has been written to another federate.
+    fn take(&mut self, written: Result<Written, Violation>, violation: &mut Option<Violation>) {
+        match written {
+            Ok(Written { data, absent }) => {
+                self.messages += data + absent;
+                self.data += data;
+                self.absent += absent;
+            }
+            Err(error) => {
+                violation.get_or_insert(error);
+            }
+        }
+    }
 }
 
 /// What is known of one federate from its connection.
@@ -93,6 +112,8 @@ struct Tap {
 pub(crate) struct Watch {
     taps: Vec<Tap>,
     pub(crate) seen: Vec<Seen>,
+    /// The connections between federates.
+    pub(crate) direct: Direct,
     pub(crate) counts: Counts,
     /// A hash of all that was written, when and where.
     pub(crate) digest: u64,
@@ -101,7 +122,21 @@ pub(crate) struct Watch {
     pub(crate) prints: bool,
 }
 
-fn tag(tag: lf_wire::Tag) -> Tag {
+/// Whether a message grants tags, asks for that, or goes through the RTI to another federate.
+fn is_centralized(message: &Message<'_>) -> bool {
+    matches!(
+        message,
+        Message::NextEventTag(_)
+            | Message::LatestTagComplete(_)
+            | Message::TagGrant(_)
+            | Message::ProvisionalTagGrant(_)
+            | Message::DownstreamNextEventTag(_)
+            | Message::TaggedMessage { .. }
+            | Message::PortAbsent { .. }
+    )
+}
+
+pub(super) fn tag(tag: lf_wire::Tag) -> Tag {
     Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
 }
 
@@ -119,6 +154,7 @@ impl Watch {
         };
         Self {
             taps: Vec::new(),
+            direct: Direct::default(),
             seen: vec![seen; federates],
             counts: Counts::default(),
             digest: 0,
@@ -128,17 +164,31 @@ impl Watch {
     }
 
     /// A connection of this participant to the RTI; connections are numbered one after the other.
-    pub(crate) fn begin(&mut self, connection: usize, participant: usize) {
+    pub(crate) fn begin(&mut self, connection: usize, participant: usize, host: usize) {
         self.taps.resize_with(connection + 1, Tap::default);
         self.taps[connection].federate = participant.saturating_sub(1);
+        if host > 0 {
+            self.direct.begin(connection, participant.saturating_sub(1), host - 1);
+        }
     }
 
-    /// Somebody has written; side 0 is the federate.
-    pub(crate) fn write(&mut self, connection: usize, side: usize, bytes: &[u8], now: u64) {
+    /// A side has closed its socket.
+    pub(crate) fn close(&mut self, connection: usize, side: usize, now: u64) {
+        self.direct.close(connection, side, now);
+    }
+
+    /// Somebody has written what arrives at a time; side 0 is the one that connected: a federate.
+    pub(crate) fn write(&mut self, connection: usize, side: usize, bytes: &[u8], now: u64, arrives: u64) {
         let place = (connection as u64) << 1 | side as u64;
         let content = bytes.iter().fold(place, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3));
         self.digest = combine(self.digest, combine(now, content));
-        if side == 0 {
+        if self.direct.has(connection) {
+            if side == 0 {
+                let prints = self.prints;
+                let messages = self.direct.write(connection, bytes, (now, arrives), prints);
+                self.counts.take(messages, &mut self.violation);
+            }
+        } else if side == 0 {
             self.taps[connection].to_rti.extend_from_slice(bytes);
         } else {
             self.taps[connection].from_rti.extend_from_slice(bytes);
@@ -148,7 +198,11 @@ impl Watch {
 
     /// So many bytes of a direction were read.
     pub(crate) fn read(&mut self, connection: usize, direction: usize, count: usize, now: u64) {
-        if direction == 0 {
+        if self.direct.has(connection) {
+            if direction == 0 {
+                self.direct.read(connection, count, now);
+            }
+        } else if direction == 0 {
             self.taps[connection].read += count;
             self.follow(connection, 0, now);
         }
@@ -166,6 +220,7 @@ impl Watch {
                 Ok(Decoded::Complete { message, len }) => {
                     at += len;
                     self.counts.messages += 1;
+                    self.counts.centralized += u64::from(is_centralized(&message));
                     if self.prints {
                         let way = if direction == 0 { "->" } else { "<-" };
                         println!("{now:12} f{federate} {way} RTI {message:?}");

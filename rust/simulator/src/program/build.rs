@@ -52,7 +52,7 @@ impl Scripted {
             if let TriggerKind::Delay { source, .. } = trigger.kind {
                 sources[index] = Some(source.0);
             }
-            let cell = cell(plan::TriggerIndex(index), trigger, played);
+            let cell = cell(plan, federate, plan::TriggerIndex(index), trigger, played);
             made.push(cell.ok_or_else(|| BuildError { trigger: trigger.path.clone(), capacity: trigger.capacity })?);
         }
         let startup = federate.triggers.iter().find(|trigger| trigger.kind == TriggerKind::Startup);
@@ -60,7 +60,7 @@ impl Scripted {
         let bodies = federate.reactions.iter().enumerate();
         let bodies = bodies.map(|(index, reaction)| body(scenario, plan, federate, reaction, started(index)));
         Ok(Self {
-            tables: tables(federate),
+            tables: tables(plan, federate),
             bodies: bodies.collect(),
             cells: made,
             ports,
@@ -70,11 +70,19 @@ impl Scripted {
             trace: Vec::new(),
             stops: Vec::new(),
             replayed: played.is_some(),
+            handled_tardy: Vec::new(),
+            mishandled: None,
         })
     }
 }
 
-fn cell(index: plan::TriggerIndex, trigger: &plan::Trigger, played: Option<&Played>) -> Option<Cell> {
+fn cell(
+    plan: &Plan,
+    federate: &Federate,
+    index: plan::TriggerIndex,
+    trigger: &plan::Trigger,
+    played: Option<&Played>,
+) -> Option<Cell> {
     let id = trigger_id(index);
     match &trigger.kind {
         TriggerKind::Startup | TriggerKind::Shutdown => Some(Cell::None),
@@ -87,6 +95,9 @@ fn cell(index: plan::TriggerIndex, trigger: &plan::Trigger, played: Option<&Play
             None => cells::physical(id, trigger.capacity),
         },
         TriggerKind::Action { .. } => cells::logical(id, trigger.capacity),
+        TriggerKind::NetworkInput { input, fills } if plan.is_decentralized() && !federate.inputs[input.0].physical => {
+            cells::tardy(port_id(*fills), trigger.capacity)
+        }
         TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
             cells::queued(port_id(*fills), trigger.capacity)
         }
@@ -130,6 +141,7 @@ fn body(
         number: u16::try_from(*number).unwrap_or(u16::MAX),
         reads,
         effects,
+        tardy: declared.tardy.is_some(),
         script: Script::parse(&declared.body.text),
         runs: 0,
         is_startup,

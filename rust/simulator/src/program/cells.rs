@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use lf_model::time::Tag;
 use lf_model::{
     ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, PhysicalAction, PhysicalActionQueue,
-    PhysicalInbox, Port, PortId, QueuedPort, Readable, Timer, TriggerCell, TriggerId, Undelivered,
+    PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell, TriggerId, Undelivered,
 };
 
 use super::value::Value;
@@ -67,6 +67,7 @@ pub(crate) trait AnyQueue: TriggerCell {
     fn port_mut(&mut self) -> &mut Port<Value>;
     fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
     fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full>;
+    fn deliver_tardy(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered>;
 }
 
 impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
@@ -81,6 +82,28 @@ impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
     }
     fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full> {
         QueuedPort::capture(self, tag, source)
+    }
+    fn deliver_tardy(&mut self, _tag: Tag, _intended: Tag, _bytes: &[u8]) -> Result<Placed, Undelivered> {
+        Err(Undelivered::NoSuchPort)
+    }
+}
+
+impl<const N: usize> AnyQueue for TardyInput<Value, N> {
+    fn port(&self) -> &Port<Value> {
+        &self.port
+    }
+    fn port_mut(&mut self) -> &mut Port<Value> {
+        &mut self.port
+    }
+    fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        TardyInput::deliver(self, tag, bytes)
+    }
+    /// Messages come from another federate only.
+    fn capture(&mut self, _tag: Tag, _source: &Port<Value>) -> Result<(), Full> {
+        Err(Full { capacity: 0 })
+    }
+    fn deliver_tardy(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        TardyInput::deliver_tardy(self, tag, intended, bytes)
     }
 }
 
@@ -115,7 +138,13 @@ pub(crate) fn physical(id: TriggerId, capacity: usize) -> Option<Cell> {
 
 pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(QueuedPort::<Value, N>::new(port)));
-    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0 }))
+    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, handled: None }))
+}
+
+/// The same for an input whose messages can come too late.
+pub(crate) fn tardy(port: PortId, capacity: usize) -> Option<Cell> {
+    let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(TardyInput::<Value, N>::new(port)));
+    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, handled: Some(Vec::new()) }))
 }
 
 impl Cell {
@@ -138,6 +167,18 @@ pub(crate) struct Queued {
     pending: usize,
     /// The most that there ever was in it.
     pub(crate) most: usize,
+    /// Of an input whose messages can come too late: what happened when.
+    pub(crate) handled: Option<Vec<Handled>>,
+}
+
+/// A message that happened.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Handled {
+    pub(crate) tag: Tag,
+    /// The number of its value.
+    pub(crate) number: u64,
+    /// What it was intended for, as the queue says, if it came too late.
+    pub(crate) intended: Option<Tag>,
 }
 
 impl Queued {
@@ -150,6 +191,15 @@ impl Queued {
         Ok(())
     }
 
+    pub(crate) fn deliver_tardy(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        if self.pending == self.capacity {
+            return Err(Undelivered::Full(Full { capacity: self.capacity }));
+        }
+        let placed = self.queue.deliver_tardy(tag, intended, bytes)?;
+        self.count();
+        Ok(placed)
+    }
+
     pub(crate) fn capture(&mut self, tag: Tag, source: &Port<Value>) -> Result<(), Full> {
         if self.pending == self.capacity {
             return Err(Full { capacity: self.capacity });
@@ -157,6 +207,11 @@ impl Queued {
         self.queue.capture(tag, source)?;
         self.count();
         Ok(())
+    }
+
+    /// Whether what is present came too late.
+    pub(crate) fn is_tardy(&self) -> bool {
+        self.queue.port().is_present() && self.queue.intended().is_some()
     }
 
     fn count(&mut self) {
@@ -171,6 +226,10 @@ impl TriggerCell for Queued {
         if self.queue.port().is_present() {
             self.pending = self.pending.saturating_sub(1);
         }
+        let intended = self.queue.intended();
+        if let (Some(handled), Some(value)) = (&mut self.handled, self.queue.port().value()) {
+            handled.push(Handled { tag, number: value.number(), intended });
+        }
         next
     }
     fn clear(&mut self) {
@@ -181,6 +240,9 @@ impl TriggerCell for Queued {
     }
     fn has_room(&self) -> bool {
         self.pending < self.capacity
+    }
+    fn intended(&self) -> Option<Tag> {
+        self.queue.intended()
     }
 }
 

@@ -15,7 +15,7 @@ use std::time::Duration;
 use lf_model::prelude::{After, Asap};
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, OutputId, PayloadError, PhysicalActionRef, Port, PortCell, PortId, Program, ReactionContext,
+    Full, InputId, OutputId, PayloadError, PhysicalActionRef, Placed, Port, PortCell, PortId, Program, ReactionContext,
     ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
 use lf_random::combine;
@@ -25,7 +25,8 @@ pub(crate) use value::{Shape, Value};
 
 use crate::scenario::Script;
 use crate::world::{Side, Thread};
-use cells::Cell;
+pub(crate) use cells::Handled;
+use cells::{Cell, Queued};
 
 /// An instance of a reactor, the same one whether federated or not.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -46,6 +47,8 @@ pub(crate) struct Record {
     pub(crate) digest: u64,
     /// Whether its federate's last tag was running.
     pub(crate) last_tag: bool,
+    /// How long it took.
+    pub(crate) work_ns: u64,
 }
 
 /// A program with its memory.
@@ -65,6 +68,10 @@ pub(crate) struct Scripted {
     pub(crate) stops: Vec<Tag>,
     /// Whether stops and physical events are known beforehand, and reactions do not cause them.
     replayed: bool,
+    /// At which tags handlers of late messages ran.
+    pub(crate) handled_tardy: Vec<Tag>,
+    /// Where a body ran in place of such a handler, or a handler though nothing was late.
+    pub(crate) mishandled: Option<Tag>,
 }
 
 /// A reaction with a body.
@@ -74,6 +81,8 @@ struct Body {
     number: u16,
     reads: Vec<Variable>,
     effects: Vec<Effect>,
+    /// It has a handler for what comes too late.
+    tardy: bool,
     script: Script,
     runs: u64,
     is_startup: bool,
@@ -154,8 +163,9 @@ impl Scripted {
         let energy = caused.unwrap_or(0).max(if fresh { body.script.energy } else { 0 });
         self.states[body.instance] = digest;
         let (tag, last_tag) = (current_tag(ctx), ctx.is_shutdown());
-        self.trace.push(Record { tag, instance: body.id, reaction: body.number, digest, last_tag });
-        self.side.work(combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0));
+        let work_ns = combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0);
+        self.trace.push(Record { tag, instance: body.id, reaction: body.number, digest, last_tag, work_ns });
+        self.side.work(work_ns);
         for (position, effect) in (0..).zip(&body.effects) {
             let choice = combine(digest, 100 + position);
             if body.is_startup && !effect.outside.is_empty() {
@@ -206,6 +216,23 @@ impl Scripted {
         })
     }
 
+    /// What a reaction sees directly of what came too late.
+    fn sees_tardy(&self, body: &Body) -> bool {
+        body.reads.iter().any(|variable| {
+            let Variable::Port(port) = variable else { return false };
+            let Some(Place::Queue(trigger)) = self.ports.get(*port) else { return false };
+            matches!(&self.cells[*trigger], Cell::Queued(queued) if queued.is_tardy())
+        })
+    }
+
+    /// By network input: what happened when, where it can come too late.
+    pub(crate) fn handled(&self) -> impl Iterator<Item = &[Handled]> {
+        self.tables.inputs.iter().map(|input| match &self.cells[usize::from(input.trigger.0)] {
+            Cell::Queued(Queued { handled: Some(handled), .. }) => &handled[..],
+            _ => &[],
+        })
+    }
+
     /// When the physical actions happened, by trigger.
     pub(crate) fn physical_events(&self) -> impl Iterator<Item = (&'static str, &[(Tag, Option<Value>)])> {
         self.tables.triggers.iter().zip(&self.cells).filter_map(|(info, cell)| match cell {
@@ -226,7 +253,24 @@ impl Program for Scripted {
 
     fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         let index = usize::from(reaction.0);
+        if self.bodies.get(index).and_then(Option::as_ref).is_some_and(|body| body.tardy && self.sees_tardy(body)) {
+            self.mishandled.get_or_insert(current_tag(ctx));
+        }
         // The body is taken out for as long as it runs, because it uses all the rest.
+        if let Some(mut body) = self.bodies.get_mut(index).and_then(Option::take) {
+            self.run(&mut body, ctx);
+            self.bodies[index] = Some(body);
+        }
+    }
+
+    /// Does what the body does.
+    fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        let (index, tag) = (usize::from(reaction.0), current_tag(ctx));
+        self.handled_tardy.push(tag);
+        let mut inputs = self.cells.iter();
+        if !inputs.any(|cell| matches!(cell, Cell::Queued(queued) if queued.is_tardy())) {
+            self.mishandled.get_or_insert(tag);
+        }
         if let Some(mut body) = self.bodies.get_mut(index).and_then(Option::take) {
             self.run(&mut body, ctx);
             self.bodies[index] = Some(body);
@@ -266,6 +310,14 @@ impl Program for Scripted {
         let info = self.tables.inputs.get(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?;
         match &mut self.cells[usize::from(info.trigger.0)] {
             Cell::Queued(queued) => queued.deliver(tag, bytes),
+            _ => Err(Undelivered::NoSuchPort),
+        }
+    }
+
+    fn deliver_tardy(&mut self, input: InputId, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        let info = self.tables.inputs.get(usize::from(input.0)).ok_or(Undelivered::NoSuchPort)?;
+        match &mut self.cells[usize::from(info.trigger.0)] {
+            Cell::Queued(queued) => queued.deliver_tardy(tag, intended, bytes),
             _ => Err(Undelivered::NoSuchPort),
         }
     }

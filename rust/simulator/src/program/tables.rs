@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The model's tables of a federate, from the compiler's plan: what generated code has as constants.
 
-use lf_compiler::plan::{self, Federate, ReactionIndex, SpacingPolicy};
+use lf_compiler::plan::{self, Federate, Plan, ReactionIndex, SpacingPolicy};
 use lf_model::time::Interval;
 use lf_model::{
     ActionTiming, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,
@@ -44,12 +44,12 @@ fn interval(ns: Option<i64>) -> Option<Interval> {
 ///
 /// # Panics
 /// When they contradict themselves, as generated code would not compile then.
-pub(crate) fn tables(federate: &Federate) -> &'static Tables {
+pub(crate) fn tables(plan: &Plan, federate: &Federate) -> &'static Tables {
     let reactions = federate.reactions.iter().map(|reaction| ReactionInfo {
         name: keep_text(&reaction.name),
         level: reaction.level,
         deadline: interval(reaction.deadline_ns),
-        tardy: false,
+        tardy: plan.tardy(federate, reaction).is_some(),
         kind: match &reaction.kind {
             plan::ReactionKind::Body { .. } => ReactionKind::Body,
             plan::ReactionKind::Send(output) => ReactionKind::Send(OutputId(number(output.0))),
@@ -70,7 +70,7 @@ pub(crate) fn tables(federate: &Federate) -> &'static Tables {
         triggers: keep(triggers.collect()),
         ports: keep(ports.collect()),
         outputs: keep(federate.outputs.iter().map(output).collect()),
-        inputs: keep(federate.inputs.iter().map(input).collect()),
+        inputs: keep(federate.inputs.iter().map(|one| input(plan, federate, one)).collect()),
         absence: reaction_ids(&federate.absence()),
     };
     tables.check();
@@ -90,7 +90,8 @@ fn output(output: &plan::NetworkOutput) -> NetworkOutput {
     }
 }
 
-fn input(input: &plan::NetworkInput) -> NetworkInput {
+fn input(plan: &Plan, federate: &Federate, input: &plan::NetworkInput) -> NetworkInput {
+    let tardy = plan.is_decentralized() && !input.physical;
     NetworkInput {
         name: keep_text(&input.name),
         trigger: trigger_id(input.trigger),
@@ -98,13 +99,26 @@ fn input(input: &plan::NetworkInput) -> NetworkInput {
         level: input.level,
         awaited: input.awaited,
         physical: input.physical,
-        tardy: false,
-        max_wait: Interval::ZERO,
-        absent_after: Interval::ZERO,
-        readers: &[],
+        tardy,
+        max_wait: Interval::from_nanos(input.max_wait_ns),
+        absent_after: Interval::from_nanos(input.absent_after_ns),
+        readers: if tardy { readers(federate, input) } else { &[] },
         delay: interval(input.delay_ns),
         max_len: Shape::of(&input.ty.text).bytes_max(),
     }
+}
+
+/// The reactions that see what an input brings, and are not triggered by it.
+fn readers(federate: &Federate, input: &plan::NetworkInput) -> &'static [ReactionId] {
+    let plan::TriggerKind::NetworkInput { fills, .. } = federate.triggers[input.trigger.0].kind else { return &[] };
+    let sees = |reaction: &plan::ScheduledReaction| match &reaction.kind {
+        plan::ReactionKind::Body { arguments, .. } => arguments.contains(&plan::Argument::Port(fills)),
+        plan::ReactionKind::Send(_) => false,
+    };
+    let triggered = &federate.ports[fills.0].reactions;
+    let all = federate.reactions.iter().enumerate().filter(|(_, reaction)| sees(reaction));
+    let readers = all.map(|(index, _)| ReactionIndex(index)).filter(|index| !triggered.contains(index));
+    reaction_ids(&readers.collect::<Vec<_>>())
 }
 
 fn trigger_kind(kind: &plan::TriggerKind) -> TriggerKind {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The same program unfederated: what all federates are to do.
 
+use std::collections::BTreeMap;
+
 use lf_compiler::plan::Plan;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Env, ModelError, Outgoing, Outside, Program as _, Progress, SendError, Settings};
@@ -84,4 +86,24 @@ impl Env for Still {
     fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
         Ok(())
     }
+}
+
+/// The work of each federate's reactions, in nanoseconds: by time after the start, of each tag at that time. Nothing,
+/// when the program cannot be run.
+pub(crate) fn work_alone(scenario: &Scenario, plan: &Plan) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
+    let decided = Decided { start: Instant(0), stop: None, played: &Played::new(), until: Tag::FOREVER };
+    let trace = run_alone(scenario, plan, &decided).ok()??;
+    let mut tags: Vec<BTreeMap<Tag, i64>> = vec![BTreeMap::new(); scenario.federates.len()];
+    for record in &trace {
+        *tags.get_mut(record.instance.federate)?.entry(record.tag).or_default() +=
+            i64::try_from(record.work_ns).ok()?;
+    }
+    let by_time = |tags: BTreeMap<Tag, i64>| {
+        let mut work: BTreeMap<i64, Vec<i64>> = BTreeMap::new();
+        for (tag, ns) in tags {
+            work.entry(tag.time.as_nanos()).or_default().push(ns);
+        }
+        work
+    };
+    Some(tags.into_iter().map(by_time).collect())
 }

@@ -7,7 +7,8 @@ use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program as _, Settings, Storage, Tables};
 use lf_runtime::{
-    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Join, RunError, buffer_bytes,
+    AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Join, Outbound,
+    RunError, buffer_bytes, peer_buffer_bytes,
 };
 
 use super::rti::{FEDERATION_ID, PORT};
@@ -20,8 +21,8 @@ pub(super) type Member<'a> = FederateLoop<'a, 'a, Virtual>;
 
 /// The memory of an engine, in one of two sizes.
 pub(super) enum EngineMemory {
-    Small(Box<Storage<64, 2, 4, 4>>),
-    Large(Box<Storage<2048, 64, 64, 64>>),
+    Small(Box<Storage<64, 2, 4, 4, 4, 8>>),
+    Large(Box<Storage<2048, 64, 64, 64, 64, 8>>),
 }
 
 impl EngineMemory {
@@ -50,6 +51,9 @@ pub(super) struct FederateMemory {
     federation: Federation,
     input: Vec<u8>,
     output: Vec<u8>,
+    /// The buffers of the connections to and from other federates.
+    outbound: Vec<Vec<u8>>,
+    inbound: Vec<Vec<u8>>,
     /// What is known of awaited inputs.
     known: Vec<Tag>,
 }
@@ -72,6 +76,7 @@ impl FederateMemory {
             workers: 1,
         };
         let federation = federation(plan, federate, tables);
+        let peer_spare = scenario.decentralized.map_or(0, |it| it.peer_spare);
         Ok(Self {
             program,
             platform,
@@ -79,6 +84,8 @@ impl FederateMemory {
             settings,
             input: vec![0; federation.input_bytes + scenario.conditions.receive_spare],
             output: vec![0; federation.output_bytes + scenario.conditions.send_spare],
+            outbound: vec![vec![0; federation.peer_output_bytes + peer_spare.min(4096)]; federation.peers_out.len()],
+            inbound: vec![vec![0; federation.peer_input_bytes + peer_spare]; federation.peers_in.len()],
             known: vec![Tag::NEVER; federation.awaited.len()],
             federation,
         })
@@ -89,7 +96,9 @@ impl FederateMemory {
         let tables = self.program.tables();
         let engine = self.engine.engine(tables, self.settings);
         let join = Join { federation_id: FEDERATION_ID, rti: SocketAddrV4::new(address_of(0), PORT) };
-        let buffers = Buffers::new(&mut self.input, &mut self.output);
+        let outbound: Vec<_> = self.outbound.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
+        let inbound: Vec<_> = self.inbound.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
+        let buffers = Buffers::new(&mut self.input, &mut self.output).with_peers(outbound.leak(), inbound.leak());
         FederateLoop::new(
             &mut self.platform,
             &mut self.program,
@@ -115,16 +124,16 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
     Federation {
         id: federate.id,
         federation_id: "simulated",
-        coordination: Coordination::Centralized,
+        coordination: if plan.is_decentralized() { Coordination::Decentralized } else { Coordination::Centralized },
         federates: u16::try_from(plan.federates.len()).unwrap_or(u16::MAX),
         rti_host: "10.0.0.1",
         rti_port: PORT,
         upstream: upstream.leak(),
         downstream: federate.downstream.clone().leak(),
-        peers_in: &[],
-        peers_out: &[],
-        peer_input_bytes: 0,
-        peer_output_bytes: 0,
+        peers_in: federate.peers_in().leak(),
+        peers_out: federate.peers_out().leak(),
+        peer_input_bytes: peer_buffer_bytes(longest_input),
+        peer_output_bytes: peer_buffer_bytes(longest_output),
         awaited: awaited.leak(),
         clock_sync: match plan.target.clock_sync {
             plan::ClockSync::Off => ClockSync::Off,

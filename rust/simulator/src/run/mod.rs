@@ -4,6 +4,7 @@
 
 mod alone;
 mod federate;
+mod reports;
 mod rti;
 
 use std::cell::RefCell;
@@ -15,12 +16,13 @@ use lf_model::time::{Instant, Interval, Tag};
 use lf_random::combine;
 use lf_runtime::{RunError, Turn};
 
-pub(crate) use alone::{Decided, run_alone};
+pub(crate) use alone::{Decided, run_alone, work_alone};
+pub(crate) use reports::Reports;
 
-use crate::check::{Counts, Seen, Violation};
-use crate::program::{BuildError, Played, Record};
+use crate::check::{Counts, Seen, Sent, Violation};
+use crate::program::{BuildError, Handled, Played, Record};
 use crate::scenario::{Fault, FaultKind, Scenario};
-use crate::world::{Cables, World};
+use crate::world::{Cables, Side, World};
 use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
@@ -72,6 +74,13 @@ pub(crate) struct Report {
     pub(crate) capacities: Vec<Vec<usize>>,
     pub(crate) bursts: Vec<Vec<usize>>,
     pub(crate) counts: Counts,
+    /// With decentralized coordination: all messages between federates, and what each made of those that came.
+    pub(crate) sent: Vec<Sent>,
+    /// By message: when its receiver closed the connection.
+    closed: Vec<Option<u64>>,
+    pub(crate) lateness: Vec<Lateness>,
+    /// The clocks of all participants.
+    pub(crate) sides: Vec<&'static Side>,
     pub(crate) refused_writes: u64,
     pub(crate) fullest_percent: usize,
     /// It was ended when enough had been seen.
@@ -97,10 +106,28 @@ impl Report {
         self.granted_stop().is_some() && (self.granted[federate].is_none() || !self.has_named[federate])
     }
 
+    /// When the receiver of a message between federates closed the connection.
+    pub(crate) fn closed(&self, message: usize) -> Option<u64> {
+        self.closed[message]
+    }
+
     /// The stop that was granted, if one was.
     pub(crate) fn granted_stop(&self) -> Option<Tag> {
         self.granted.iter().flatten().copied().min()
     }
+}
+
+/// What a federate made of late messages.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lateness {
+    /// How many it has counted, and reported.
+    pub(crate) counted: u64,
+    pub(crate) reports: Reports,
+    /// By network input: what happened when.
+    pub(crate) handled: Vec<Vec<Handled>>,
+    /// At which tags handlers ran.
+    pub(crate) handlers: Vec<Tag>,
+    pub(crate) mishandled: Option<Tag>,
 }
 
 /// A participant, before, while and after it takes part.
@@ -159,6 +186,8 @@ impl Participant<'_> {
 
 /// Runs a scenario whose federation has this plan. `prints`: all messages are printed.
 pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Report, BuildError> {
+    reports::listen();
+    reports::take();
     let mut world = World::new(&scenario.conditions, combine(scenario.seed, 11));
     world.network.borrow_mut().medium_mut().watch.prints = prints;
     let noted = Rc::new(RefCell::new(Noted::default()));
@@ -173,6 +202,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
             .chain(federates.iter_mut().map(|memory| Participant::NotYet(Seat::Federate(memory))))
             .collect(),
         ends: vec![End::Gone; plan.federates.len()],
+        counted: vec![(0, Reports::default()); plan.federates.len()],
         outcome: None,
         faults: scenario.faults.clone(),
         first_fault: None,
@@ -183,7 +213,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
     };
     stage.faults.sort_by_key(|fault| fault.at);
     let violation = stage.play(&mut world, &noted);
-    let Stage { ends, outcome, struck, turns, participants, cut_short, .. } = stage;
+    let Stage { ends, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let network = world.network.borrow();
     let Cables { watch, refused_writes, .. } = network.medium();
@@ -201,6 +231,10 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
         announced: watch.seen.iter().map(|seen| seen.announced).collect(),
         counts: watch.counts,
+        sent: watch.direct.sent.clone(),
+        closed: watch.direct.sent.iter().map(|sent| watch.direct.closed(sent)).collect(),
+        lateness: Vec::new(),
+        sides: world.sides.clone(),
         refused_writes: *refused_writes,
         fullest_percent: 0,
         digest: combine(watch.digest, turns),
@@ -208,15 +242,19 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         violation: watch.violation.clone().or(violation),
     };
     for (federate, memory) in federates.into_iter().enumerate() {
-        report.take(federate, memory);
+        let (counted, reports) = counted[federate];
+        report.take(federate, memory, counted, reports);
     }
     Ok(report)
 }
 
 impl Report {
     /// Takes over what a federate's program has kept.
-    fn take(&mut self, federate: usize, memory: FederateMemory) {
+    fn take(&mut self, federate: usize, memory: FederateMemory, counted: u64, reports: Reports) {
         let program = memory.program;
+        let handled = program.handled().map(<[_]>::to_vec).collect();
+        let (handlers, mishandled) = (program.handled_tardy.clone(), program.mishandled);
+        self.lateness.push(Lateness { counted, reports, handled, handlers, mishandled });
         for (most, capacity) in program.high_water() {
             self.fullest_percent = self.fullest_percent.max(100 * most / capacity.max(1));
             if most > capacity {
@@ -258,6 +296,8 @@ fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_
 struct Stage<'a> {
     participants: Vec<Participant<'a>>,
     ends: Vec<End>,
+    /// By federate: how many late messages it has counted and reported.
+    counted: Vec<(u64, Reports)>,
     outcome: Option<Outcome>,
     /// In order of time, which counts from the start.
     faults: Vec<Fault>,
@@ -319,7 +359,9 @@ impl Stage<'_> {
             if self.progress.has_ceased(self.turns, world.now) {
                 return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
             }
-            match self.participants[participant].turn() {
+            let step = self.participants[participant].turn();
+            self.listen(participant);
+            match step {
                 Step::Wait(until) => {
                     let until = world.sides[participant].virtual_time(until);
                     world.after_turn(participant, until);
@@ -335,6 +377,17 @@ impl Stage<'_> {
                     self.leave(world, participant);
                 }
             }
+        }
+    }
+
+    /// Notes what was reported in a turn.
+    fn listen(&mut self, participant: usize) {
+        let reports = reports::take();
+        if let Participant::Federate(federate) = &self.participants[participant] {
+            let (counted, before) = &mut self.counted[participant - 1];
+            *counted = federate.late_messages();
+            before.all += reports.all;
+            before.warnings += reports.warnings;
         }
     }
 

@@ -62,7 +62,7 @@ impl Scenario {
         let conditions =
             conditions(&mut random, count, target.clock_sync.is_some(), has_cycle(count, &connections, false));
         let faults = if ending == Ending::Stop { Vec::new() } else { faults(&mut random, count, target.timeout) };
-        let mut scenario = Self { seed, target, federates, connections, conditions, faults };
+        let mut scenario = Self { seed, target, federates, connections, conditions, faults, decentralized: None };
         scenario.ask_to_stop(&mut random, ending, ticks);
         scenario.narrow(&mut random);
         scenario
@@ -79,7 +79,7 @@ impl Scenario {
     }
 
     /// Lets reactions of timers ask to stop. Without another end at least one of them will.
-    fn ask_to_stop(&mut self, random: &mut Random, ending: Ending, ticks: i64) {
+    pub(super) fn ask_to_stop(&mut self, random: &mut Random, ending: Ending, ticks: i64) {
         if ending == Ending::Idle || (ending == Ending::Timeout && !random.percent(15)) {
             return;
         }
@@ -157,7 +157,8 @@ fn connections(random: &mut Random, count: usize, period: Nanos) -> Vec<Connecti
             7..=8 => Some(random.count(1, 4)),
             _ => Some(16),
         };
-        connections.push(Connection { from: (from, output), to: (to, inputs[to]), after, capacity });
+        let (from, to_end) = ((from, output), (to, inputs[to]));
+        connections.push(Connection { from, to: to_end, after, capacity, max_wait: None, absent_after: None });
         inputs[to] += 1;
     }
     connections
@@ -200,7 +201,7 @@ fn conditions(random: &mut Random, count: usize, synchronized: bool, cyclic: boo
     }
 }
 
-fn host(random: &mut Random, offset_max: Nanos, drift: i64, calm: bool, slow_link: bool) -> Host {
+pub(super) fn host(random: &mut Random, offset_max: Nanos, drift: i64, calm: bool, slow_link: bool) -> Host {
     Host {
         begins: if random.percent(20) { random.time(0, 300 * MS) } else { random.time(0, MS) },
         clock_offset: random.time(-offset_max, offset_max),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A scenario: a federation as LF source text, and the world in which it runs. All of it follows from a seed.
 
+mod decentralized;
 mod generate;
 mod reactors;
 mod shrink;
@@ -43,6 +44,17 @@ pub(crate) struct Scenario {
     pub(crate) connections: Vec<Connection>,
     pub(crate) conditions: Conditions,
     pub(crate) faults: Vec<Fault>,
+    /// What a federation with decentralized coordination has beyond.
+    pub(crate) decentralized: Option<Decentralized>,
+}
+
+/// What only scenarios with decentralized coordination have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Decentralized {
+    /// Whether all waits are to be as long as anything can delay a message. Else they are too short on purpose.
+    pub(crate) is_safe: bool,
+    /// Bytes of the buffers between federates beyond the least that is allowed.
+    pub(crate) peer_spare: usize,
 }
 
 /// The target properties.
@@ -76,6 +88,8 @@ pub(crate) enum Ty {
 pub(crate) struct Reactor {
     pub(crate) inputs: Vec<Ty>,
     pub(crate) outputs: Vec<Ty>,
+    /// `@maxwait` of a federate, where its connections have none; for ever where it has none either.
+    pub(crate) max_wait: Option<Nanos>,
     pub(crate) timers: Vec<Timer>,
     pub(crate) actions: Vec<Action>,
     pub(crate) children: Vec<Reactor>,
@@ -145,6 +159,10 @@ pub(crate) struct Connection {
     pub(crate) to: (usize, usize),
     pub(crate) after: Option<Nanos>,
     pub(crate) capacity: Option<usize>,
+    /// `@maxwait`.
+    pub(crate) max_wait: Option<Nanos>,
+    /// `@absent_after`.
+    pub(crate) absent_after: Option<Nanos>,
 }
 
 /// What a reaction reads or writes.
@@ -165,6 +183,8 @@ pub(crate) struct Reaction {
     pub(crate) triggers: Vec<Variable>,
     pub(crate) uses: Vec<Variable>,
     pub(crate) effects: Vec<Variable>,
+    /// Whether it has a handler for what comes too late.
+    pub(crate) tardy: bool,
     pub(crate) script: Script,
 }
 

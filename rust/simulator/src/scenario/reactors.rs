@@ -207,5 +207,5 @@ fn reaction(random: &mut Random, style: &Style, triggers: Vec<Variable>, effects
         stop_at: None,
         stop_offset_ns: 0,
     };
-    Reaction { triggers, uses: Vec::new(), effects, script }
+    Reaction { triggers, uses: Vec::new(), effects, tardy: false, script }
 }

@@ -37,6 +37,11 @@ pub(crate) fn reductions(scenario: &Scenario) -> Vec<Scenario> {
     for connection in 0..scenario.connections.len() {
         add(&|it| it.connections[connection].capacity = None);
     }
+    if scenario.decentralized.is_some() {
+        for connection in 0..scenario.connections.len() {
+            add(&|it| it.connections[connection].absent_after = None);
+        }
+    }
     smaller
 }
 
@@ -44,13 +49,14 @@ pub(crate) fn reductions(scenario: &Scenario) -> Vec<Scenario> {
 type Add<'a> = dyn FnMut(&dyn Fn(&mut Scenario)) + 'a;
 
 fn conditions(scenario: &Scenario, add: &mut Add<'_>) {
+    let is_bounded = scenario.decentralized.is_some();
     add(&|it| {
         for host in &mut it.conditions.hosts {
-            calm(host);
+            calm(host, is_bounded);
         }
     });
     for host in 0..scenario.conditions.hosts.len() {
-        add(&|it| calm(&mut it.conditions.hosts[host]));
+        add(&|it| calm(&mut it.conditions.hosts[host], is_bounded));
     }
     add(&|it| it.conditions.pieces = false);
     add(&|it| it.target.fast = false);
@@ -70,14 +76,21 @@ fn conditions(scenario: &Scenario, add: &mut Add<'_>) {
     add(&|it| it.conditions.send_spare = 4096);
 }
 
-fn calm(host: &mut Host) {
+fn calm(host: &mut Host, is_bounded: bool) {
     *host = Host {
         begins: 0,
         clock_offset: 0,
         clock_drift_ppb: 0,
         turn_ns: 200,
         wake_ns: 0,
-        link: Wire { latency: 20 * US, jitter: 0, slow_percent: 0, ns_per_byte: 0, socket_bytes: 1 << 16 },
+        // Not slower than it was, for waits may be made for that.
+        link: Wire {
+            latency: if is_bounded { host.link.latency.min(20 * US) } else { 20 * US },
+            jitter: 0,
+            slow_percent: 0,
+            ns_per_byte: 0,
+            socket_bytes: 1 << 16,
+        },
     };
 }
 
@@ -114,6 +127,7 @@ fn reactor(reactor: &Reactor, add: &mut AddToReactor<'_>) {
         for used in 0..reaction.uses.len() {
             add(&|it| remove(&mut it.reactions[index].uses, used));
         }
+        add(&|it| it.reactions[index].tardy = false);
         let scripts: [fn(&mut Script); 6] = [
             |script| script.work_ns = 0,
             |script| script.offset_ns = 0,
@@ -151,7 +165,7 @@ impl Scenario {
         }
     }
 
-    fn remove_connection(&mut self, connection: usize) {
+    pub(super) fn remove_connection(&mut self, connection: usize) {
         let Connection { to: (federate, input), .. } = self.connections.remove(connection);
         self.federates[federate].remove_input(input);
         for other in self.connections.iter_mut().filter(|other| other.to.0 == federate) {

@@ -3,12 +3,13 @@
 
 use std::fmt::Write as _;
 
-use super::{Action, End, Reaction, Reactor, Scenario, Script, Ty, Variable};
+use super::{Action, End, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable};
 
 /// The program as a federation, or, with `federated` false, as one main reactor.
 pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     let mut text = String::new();
     let target = &scenario.target;
+    let waits = federated && scenario.decentralized.is_some();
     let clock_sync = match target.clock_sync {
         Some(trials) if let Some(ns) = target.rounds => {
             format!("clock-sync: on,\n  clock-sync-options: {{trials: {trials}, period: {ns} nsec}}")
@@ -20,21 +21,25 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     let advance = target
         .advance
         .map_or(String::new(), |ns| format!("coordination-options: {{advance-message-interval: {ns} nsec}},\n  "));
+    let coordination = if scenario.decentralized.is_some() { "decentralized" } else { "centralized" };
     let _ = writeln!(
         text,
-        "target Rust {{\n  coordination: centralized,\n  {timeout}{advance}fast: {},\n  keepalive: {},\n  \
+        "target Rust {{\n  coordination: {coordination},\n  {timeout}{advance}fast: {},\n  keepalive: {},\n  \
          auth: {},\n  {clock_sync}\n}}",
         target.fast, target.keepalive, target.auth
     );
     for (index, reactor) in scenario.federates.iter().enumerate() {
-        class(&mut text, &format!("F{index}"), reactor);
+        class(&mut text, &format!("F{index}"), reactor, waits);
     }
     let _ = writeln!(text, "\n{} reactor {{", if federated { "federated" } else { "main" });
-    for index in 0..scenario.federates.len() {
+    for (index, reactor) in scenario.federates.iter().enumerate() {
+        wait(&mut text, "maxwait", reactor.max_wait.filter(|_| waits));
         let _ = writeln!(text, "  f{index} = new F{index}()");
     }
     for connection in &scenario.connections {
         let ((from, output), (to, input)) = (connection.from, connection.to);
+        wait(&mut text, "maxwait", connection.max_wait.filter(|_| waits));
+        wait(&mut text, "absent_after", connection.absent_after.filter(|_| waits));
         // Without the network, the queue of a connection with `after` has to hold all that is on its way, and a
         // connection without has none.
         let capacity = match (federated, connection.capacity) {
@@ -47,9 +52,16 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
     text
 }
 
-fn class(text: &mut String, name: &str, reactor: &Reactor) {
+/// An attribute with a time, before what it is about.
+fn wait(text: &mut String, name: &str, time: Option<Nanos>) {
+    if let Some(ns) = time {
+        let _ = writeln!(text, "  @{name}({ns} nsec)");
+    }
+}
+
+fn class(text: &mut String, name: &str, reactor: &Reactor, waits: bool) {
     for (index, child) in reactor.children.iter().enumerate() {
-        class(text, &format!("{name}C{index}"), child);
+        class(text, &format!("{name}C{index}"), child, waits);
     }
     let _ = writeln!(text, "\nreactor {name} {{");
     for (index, ty) in reactor.inputs.iter().enumerate() {
@@ -81,7 +93,7 @@ fn class(text: &mut String, name: &str, reactor: &Reactor) {
         link(text, capacity, &format!("{from} -> {to}"), connection.after);
     }
     for declared in &reactor.reactions {
-        reaction(text, declared);
+        reaction(text, declared, waits);
     }
     text.push_str("}\n");
 }
@@ -106,12 +118,13 @@ fn link(text: &mut String, capacity: Option<usize>, ends: &str, after: Option<i6
     let _ = writeln!(text, "  {ends}{after}");
 }
 
-fn reaction(text: &mut String, reaction: &Reaction) {
+fn reaction(text: &mut String, reaction: &Reaction, waits: bool) {
     let list = |variables: &[Variable]| variables.iter().map(|one| variable(*one)).collect::<Vec<_>>().join(", ");
     let uses = if reaction.uses.is_empty() { String::new() } else { format!(" {}", list(&reaction.uses)) };
     let effects = if reaction.effects.is_empty() { String::new() } else { format!(" -> {}", list(&reaction.effects)) };
-    let _ =
-        writeln!(text, "  reaction({}){uses}{effects} {{= {} =}}", list(&reaction.triggers), words(&reaction.script));
+    let tardy = if reaction.tardy && waits { " tardy {= =}" } else { "" };
+    let (triggers, body) = (list(&reaction.triggers), words(&reaction.script));
+    let _ = writeln!(text, "  reaction({triggers}){uses}{effects} {{= {body} =}}{tardy}");
 }
 
 fn variable(variable: Variable) -> String {

@@ -4,6 +4,7 @@
 use lf_random::Random;
 use lf_virtual_network::{Event, Medium};
 
+use super::side::Side;
 use crate::check::Watch;
 use crate::scenario::{Conditions, Wire};
 
@@ -19,6 +20,10 @@ pub(crate) struct Cables {
     random: Random,
     /// Participants that have something to do at a time, since the last look.
     pub(super) wakes: Vec<(usize, u64)>,
+    /// How far each participant has come.
+    sides: Vec<&'static Side>,
+    /// By connection: both participants.
+    ends: Vec<[usize; 2]>,
     /// Sees all bytes that are written.
     pub(crate) watch: Watch,
     /// How often a write found no room.
@@ -26,12 +31,14 @@ pub(crate) struct Cables {
 }
 
 impl Cables {
-    pub(super) fn new(conditions: &Conditions, seed: u64) -> Self {
+    pub(super) fn new(conditions: &Conditions, sides: Vec<&'static Side>, seed: u64) -> Self {
         Self {
             wires: conditions.hosts.iter().map(|host| host.link.clone()).collect(),
             pieces: conditions.pieces,
             random: Random::new(seed),
             wakes: Vec::new(),
+            sides,
+            ends: Vec::new(),
             watch: Watch::new(conditions.hosts.len() - 1),
             refused_writes: 0,
         }
@@ -70,8 +77,16 @@ impl Medium for Cables {
 
     fn see(&mut self, event: Event<'_>, now: u64) {
         match event {
-            Event::Begun { connection, by } => self.watch.begin(connection, by),
-            Event::Written { connection, side, bytes } => self.watch.write(connection, side, bytes, now),
+            Event::Begun { connection, by, to } => {
+                self.ends.push([by, to]);
+                self.watch.begin(connection, by, to);
+            }
+            Event::Written { connection, side, bytes, arrives } => {
+                // A reader whose turn goes on longer than that sees it only after the turn.
+                let visible = arrives.max(self.sides[self.ends[connection][1 - side]].now());
+                self.watch.write(connection, side, bytes, now, visible);
+            }
+            Event::Closed { connection, side } => self.watch.close(connection, side, now),
             Event::Read { connection, side, bytes } => self.watch.read(connection, side, bytes, now),
             Event::Refused => self.refused_writes += 1,
         }

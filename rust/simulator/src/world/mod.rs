@@ -39,12 +39,13 @@ pub(crate) struct World {
 impl World {
     pub(crate) fn new(conditions: &Conditions, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let network = Network::new(Cables::new(conditions, random.number()));
         let hosts = &conditions.hosts;
+        let sides: Vec<_> = hosts.iter().map(|host| Side::keep(host.clock_offset, host.clock_drift_ppb)).collect();
+        let network = Network::new(Cables::new(conditions, sides.clone(), random.number()));
         let mut world = Self {
             network: Rc::new(RefCell::new(network)),
             interrupted: Rc::new(RefCell::new(vec![false; hosts.len()])),
-            sides: hosts.iter().map(|host| Side::keep(host.clock_offset, host.clock_drift_ppb)).collect(),
+            sides,
             random,
             conditions: conditions.clone(),
             queue: BinaryHeap::new(),

@@ -146,6 +146,11 @@ impl Side {
         *lock(&self.correction) = correction;
     }
 
+    /// The federation's physical time at a virtual time, as this participant sees it.
+    pub(crate) fn physical_at(&self, time: u64) -> Instant {
+        lock(&self.correction).physical(self.local_at(time))
+    }
+
     /// What its clock shows.
     pub(crate) fn local(&self) -> Instant {
         self.local_at(self.now())

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reads along on the connections between federates: which messages were sent, and when each had come.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use lf_model::Payload as _;
+use lf_model::time::Tag;
+use lf_wire::Limits;
+use lf_wire::june_2026::{Decoded, Message, decode};
+
+use super::Violation;
+use super::wire::tag;
+use crate::program::Value;
+
+/// A message from federate to federate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sent {
+    pub(crate) to: usize,
+    pub(crate) port: usize,
+    pub(crate) tag: Tag,
+    /// The number of its value.
+    pub(crate) number: u64,
+    /// In virtual time: when its last byte was in the receiver's socket, and when it was read from there.
+    pub(crate) arrives: u64,
+    pub(crate) read: Option<u64>,
+    connection: usize,
+    /// Where in the stream it ends.
+    end: usize,
+}
+
+/// How many messages were written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Written {
+    pub(super) data: u64,
+    pub(super) absent: u64,
+}
+
+#[derive(Debug, Default)]
+struct Stream {
+    from: usize,
+    to: usize,
+    /// Bytes that are no whole message yet, and how many were before them.
+    bytes: Vec<u8>,
+    passed: usize,
+    read: usize,
+    /// Messages that were not read yet.
+    unread: VecDeque<usize>,
+    /// When the receiver closed its socket, and the sender.
+    closed: [Option<u64>; 2],
+}
+
+/// All connections between federates.
+#[derive(Debug, Default)]
+pub(crate) struct Direct {
+    streams: BTreeMap<usize, Stream>,
+    /// In the order in which they were written.
+    pub(crate) sent: Vec<Sent>,
+}
+
+impl Direct {
+    pub(super) fn begin(&mut self, connection: usize, from: usize, to: usize) {
+        self.streams.insert(connection, Stream { from, to, ..Stream::default() });
+    }
+
+    pub(super) fn has(&self, connection: usize) -> bool {
+        self.streams.contains_key(&connection)
+    }
+
+    pub(super) fn close(&mut self, connection: usize, side: usize, now: u64) {
+        if let Some(stream) = self.streams.get_mut(&connection) {
+            stream.closed[side].get_or_insert(now);
+        }
+    }
+
+    /// When the receiver of a message closed its socket.
+    pub(crate) fn closed(&self, message: &Sent) -> Option<u64> {
+        self.streams.get(&message.connection)?.closed[1]
+    }
+
+    /// The sender has written at a time what arrives at another.
+    pub(super) fn write(
+        &mut self,
+        connection: usize,
+        bytes: &[u8],
+        (now, arrives): (u64, u64),
+        prints: bool,
+    ) -> Result<Written, Violation> {
+        let mut written = Written::default();
+        let Some(stream) = self.streams.get_mut(&connection) else { return Ok(written) };
+        stream.bytes.extend_from_slice(bytes);
+        let mut at = 0;
+        loop {
+            let decoded = decode(&stream.bytes[at..], &Limits::NONE);
+            let decoded = decoded.map_err(|error| Violation::Bytes { federate: stream.from, error: error.to_string() });
+            let Decoded::Complete { message, len } = decoded? else { break };
+            at += len;
+            if prints {
+                println!("{now:12} f{} -> f{} {message:?}, arrives {arrives}", stream.from, stream.to);
+            }
+            match message {
+                Message::P2pTaggedMessage { port, tag: wire, payload, .. } => {
+                    written.data += 1;
+                    stream.unread.push_back(self.sent.len());
+                    self.sent.push(Sent {
+                        to: stream.to,
+                        port: usize::from(port),
+                        tag: tag(wire),
+                        number: Value::decode(payload).map_or(0, Value::number),
+                        arrives,
+                        read: None,
+                        connection,
+                        end: stream.passed + at,
+                    });
+                }
+                Message::PortAbsent { .. } => written.absent += 1,
+                Message::P2pSendingFedId { .. } => {}
+                other => {
+                    let error = format!("{} came from another federate", other.name());
+                    return Err(Violation::Bytes { federate: stream.from, error });
+                }
+            }
+        }
+        stream.passed += at;
+        stream.bytes.drain(..at);
+        Ok(written)
+    }
+
+    /// The receiver has read so many bytes.
+    pub(super) fn read(&mut self, connection: usize, count: usize, now: u64) {
+        let Some(stream) = self.streams.get_mut(&connection) else { return };
+        stream.read += count;
+        while let Some(message) = stream.unread.front().map(|index| &mut self.sent[*index])
+            && message.end <= stream.read
+        {
+            message.read = Some(now);
+            stream.unread.pop_front();
+        }
+    }
+}

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+//! With decentralized coordination, every message that happens later than it was meant to is counted and reported, none
+//! that was there in time is late, none is lost, and what comes over one connection happens in its order.
+
+use lf_compiler::plan::Plan;
+use lf_model::time::{Interval, Tag};
+
+use super::Violation;
+use super::direct::Sent;
+use crate::program::Handled;
+use crate::run::{End, Lateness, Report};
+use crate::scenario::Scenario;
+
+/// How many messages of a run were what.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct LateCounts {
+    /// In time.
+    pub(crate) in_time: u64,
+    /// In time, a microstep after another one with the same tag.
+    pub(crate) bursts: u64,
+    /// Late.
+    pub(crate) late: u64,
+    /// Late because the one before it was.
+    pub(crate) behind: u64,
+    /// So late that they did not happen.
+    pub(crate) lost: u64,
+    /// They came when their receiver had left.
+    pub(crate) after_end: u64,
+}
+
+/// Checks what became of all messages between federates.
+pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCounts, Option<Violation>) {
+    let mut counts = LateCounts::default();
+    let mut violation = None;
+    for (federate, lateness) in report.lateness.iter().enumerate() {
+        let has_ended = matches!(report.ends[federate], End::Ended(Ok(())));
+        if has_ended {
+            let mut receiver = Receiver { scenario, plan, report, federate, lateness, counts: &mut counts };
+            violation = violation.or_else(|| receiver.check());
+        }
+    }
+    (counts, violation)
+}
+
+struct Receiver<'a> {
+    scenario: &'a Scenario,
+    plan: &'a Plan,
+    report: &'a Report,
+    federate: usize,
+    lateness: &'a Lateness,
+    counts: &'a mut LateCounts,
+}
+
+/// How many messages have to be counted, and how many more may be.
+#[derive(Clone, Copy, Debug, Default)]
+struct Due {
+    must: u64,
+    may: u64,
+    /// Those for which not all reactions have a handler.
+    unhandled: u64,
+}
+
+/// What became of the message before.
+#[derive(Clone, Copy)]
+struct Before {
+    expected: Tag,
+    is_late: bool,
+}
+
+impl Receiver<'_> {
+    fn check(&mut self) -> Option<Violation> {
+        let federate = self.federate;
+        if let Some(tag) = self.lateness.mishandled {
+            return Some(Violation::Mishandled { federate, tag });
+        }
+        let mut due = Due::default();
+        for port in 0..self.lateness.handled.len() {
+            match self.check_input(port) {
+                Ok(more) => {
+                    due.must += more.must;
+                    due.may += more.may;
+                    due.unhandled += more.unhandled;
+                }
+                Err(violation) => return Some(violation),
+            }
+        }
+        let (counted, reports) = (self.lateness.counted, self.lateness.reports);
+        let fits = (due.must..=due.must + due.may).contains(&counted);
+        let is_told = reports.all == counted && reports.warnings >= due.unhandled;
+        (!fits || !is_told).then_some(Violation::Unreported {
+            federate,
+            late: due.must,
+            counted,
+            reported: reports.all,
+            warnings: reports.warnings,
+        })
+    }
+
+    fn check_input(&mut self, port: usize) -> Result<Due, Violation> {
+        let (federate, report) = (self.federate, self.report);
+        let handled = &self.lateness.handled[port];
+        let mut happened = handled.iter();
+        let mut due = Due::default();
+        let mut before: Option<Before> = None;
+        let sent = report.sent.iter().enumerate().filter(|(_, sent)| sent.to == federate && sent.port == port);
+        for (index, message) in sent {
+            let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
+            let expected = after_last.map_or(message.tag, Tag::next_microstep);
+            let found = happened.as_slice().first().filter(|found| found.number == message.number).copied();
+            let was_late = before.is_some_and(|before| before.is_late);
+            let is_late = match found {
+                Some(found) => {
+                    happened.next();
+                    self.place(port, message, &found, expected)?
+                }
+                None => self.missing(port, (index, message), expected, &mut due)?,
+            };
+            if is_late && !was_late && expected == message.tag && self.is_timely(port, message) {
+                let (sent, happened) = (message.tag, found.map(|found| found.tag));
+                return Err(Violation::LateThoughInTime { federate, port, sent, happened });
+            }
+            if let Some(found) = found {
+                due.must += u64::from(is_late);
+                due.unhandled += u64::from(is_late && !self.has_handlers(port));
+                self.counts.late += u64::from(is_late);
+                self.counts.behind += u64::from(is_late && was_late);
+                self.counts.in_time += u64::from(!is_late);
+                self.counts.bursts += u64::from(!is_late && found.tag > message.tag);
+            }
+            before = Some(Before { expected, is_late });
+        }
+        match happened.next() {
+            Some(other) => Err(Violation::Order { federate, port, tag: other.tag }),
+            None => Ok(due),
+        }
+    }
+
+    /// A message happened. Whether it was late.
+    fn place(&self, port: usize, message: &Sent, found: &Handled, expected: Tag) -> Result<bool, Violation> {
+        let federate = self.federate;
+        let is_late = found.tag > expected;
+        let is_said = match found.intended {
+            Some(intended) => is_late && (message.tag..=expected).contains(&intended),
+            None => !is_late,
+        };
+        if found.tag < expected || !is_said {
+            let (sent, happened, intended) = (message.tag, found.tag, found.intended);
+            return Err(Violation::Misplaced { federate, port, sent, happened, intended });
+        }
+        if is_late && self.is_safe_before(message.tag) {
+            let (sent, happened) = (message.tag, Some(found.tag));
+            return Err(Violation::LateThoughBounded { federate, port, sent, happened });
+        }
+        Ok(is_late)
+    }
+
+    /// A message did not happen. Whether it was late.
+    fn missing(
+        &mut self,
+        port: usize,
+        (index, message): (usize, &Sent),
+        expected: Tag,
+        due: &mut Due,
+    ) -> Result<bool, Violation> {
+        let federate = self.federate;
+        let stop = self.report.stop_tag(self.scenario).unwrap_or(Tag::FOREVER);
+        if expected > stop {
+            due.may += 1;
+            return Ok(true);
+        }
+        let has_come = self.report.closed(index).is_none_or(|closed| message.arrives <= closed);
+        if self.is_safe_before(message.tag) {
+            return Err(Violation::LateThoughBounded { federate, port, sent: message.tag, happened: None });
+        }
+        if has_come {
+            self.counts.lost += 1;
+            due.must += 1;
+            // One that was to happen late, before a stop came in between, counts as handled where it would have been.
+            due.unhandled += u64::from(!self.has_handlers(port));
+        } else {
+            self.counts.after_end += 1;
+        }
+        Ok(true)
+    }
+
+    /// Whether no message with this tag may be late. At a stop that somebody asked for, nobody waits.
+    fn is_safe_before(&self, tag: Tag) -> bool {
+        let is_safe = self.scenario.decentralized.is_some_and(|it| it.is_safe);
+        is_safe && self.report.granted_stop().is_none_or(|stop| tag < stop)
+    }
+
+    /// Whether a message was there before the wait for it could be over.
+    fn is_timely(&self, port: usize, message: &Sent) -> bool {
+        let input = &self.plan.federates[self.federate].inputs[port];
+        let is_decided = self.report.granted_stop().is_some_and(|stop| message.tag >= stop);
+        // What is in a socket when a buffer is full may be read too late.
+        let ample = self.scenario.decentralized.is_some_and(|it| it.peer_spare >= 1 << 16);
+        let Some(there) = (if ample { Some(message.arrives) } else { message.read }) else { return false };
+        let there = self.report.sides[self.federate + 1].physical_at(there);
+        let wait = Interval::from_nanos(input.max_wait_ns);
+        !is_decided && (wait == Interval::FOREVER || there <= message.tag.time + wait)
+    }
+
+    /// Whether every reaction that an input triggers has a handler.
+    fn has_handlers(&self, port: usize) -> bool {
+        let federate = &self.plan.federates[self.federate];
+        let trigger = &federate.triggers[federate.inputs[port].trigger.0];
+        let lf_compiler::plan::TriggerKind::NetworkInput { fills, .. } = trigger.kind else { return false };
+        let reactions = &federate.ports[fills.0].reactions;
+        !reactions.is_empty()
+            && reactions.iter().all(|it| self.plan.tardy(federate, &federate.reactions[it.0]).is_some())
+    }
+}

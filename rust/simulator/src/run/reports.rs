@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What event loops report of late messages, as whoever reads their log sees it.
+
+use std::cell::Cell;
+use std::sync::Once;
+
+use log::{Level, LevelFilter, Log, Metadata, Record};
+
+/// How many late messages were reported.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Reports {
+    /// At any level.
+    pub(crate) all: u64,
+    /// As warnings.
+    pub(crate) warnings: u64,
+}
+
+thread_local! {
+    static REPORTS: Cell<Reports> = const { Cell::new(Reports { all: 0, warnings: 0 }) };
+}
+
+struct Listener;
+
+impl Log for Listener {
+    fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        metadata.target() == "lf_runtime::federate::direct"
+    }
+
+    fn log(&self, record: &Record<'_>) {
+        if self.enabled(record.metadata()) && record.args().to_string().starts_with("late message ") {
+            let before = REPORTS.get();
+            let warnings = before.warnings + u64::from(record.level() == Level::Warn);
+            REPORTS.set(Reports { all: before.all + 1, warnings });
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// Begins to listen to what is logged.
+pub(super) fn listen() {
+    static LISTENING: Once = Once::new();
+    LISTENING.call_once(|| {
+        // Where another one listens already, nothing is heard, and the check will say so.
+        if log::set_logger(&Listener).is_ok() {
+            log::set_max_level(LevelFilter::Debug);
+        }
+    });
+}
+
+/// What has been reported in this thread since the last call.
+pub(super) fn take() -> Reports {
+    REPORTS.take()
+}

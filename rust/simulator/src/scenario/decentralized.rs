@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A scenario with decentralized coordination: the one with centralized coordination of the same seed, with other
+//! waits, and in a world in which all that can delay a message is bounded, or in any world.
+
+use lf_random::{Random, combine};
+
+use super::{Decentralized, MS, Scenario, US, has_cycle};
+use crate::scenario::generate::Ending;
+
+impl Scenario {
+    /// The scenario of a seed. It has no waits yet: see [`waits`](crate::waits).
+    pub(crate) fn decentralized(seed: u64) -> Self {
+        let mut scenario = Self::from_seed(seed);
+        let random = &mut Random::new(combine(seed, 21));
+        let is_safe = random.percent(50);
+        scenario.faults.clear();
+        // The clocks go as they did at the start, so that it is known what each showed when.
+        scenario.target.rounds = None;
+        scenario.conditions.rti.in_transit = 64;
+        if is_safe {
+            scenario.break_cycles(random);
+            scenario.bound_the_world(random);
+        }
+        scenario.end(random);
+        let peer_spare = if is_safe { 1 << 16 } else { random.one_of(&[0, 0, 300, 4096, 1 << 16]) };
+        scenario.decentralized = Some(Decentralized { is_safe, peer_spare });
+        let tardy_percent = random.one_of(&[0, 50, 100]);
+        let all = scenario.federates.iter_mut();
+        for reactor in all.flat_map(|federate| {
+            std::iter::once(&mut federate.reactions)
+                .chain(federate.children.iter_mut().map(|child| &mut child.reactions))
+        }) {
+            for reaction in reactor {
+                reaction.tardy = random.percent(tardy_percent);
+            }
+        }
+        scenario
+    }
+
+    /// Connections that close a cycle get a delay, or are left out.
+    fn break_cycles(&mut self, random: &mut Random) {
+        let mut index = 0;
+        while index < self.connections.len() {
+            let (before, one) = (&self.connections[..index], &self.connections[index]);
+            let closes = leads(before, one.to.0, one.from.0);
+            if closes && random.percent(50) {
+                self.remove_connection(index);
+                continue;
+            }
+            if closes {
+                let after = self.connections[index].after.unwrap_or(0);
+                self.connections[index].after = Some(after.max(random.one_of(&[MS, 2 * MS, 10 * MS])));
+            }
+            index += 1;
+        }
+    }
+
+    /// No link is so slow, and no buffer so small, that what is before a message can delay it much; nothing happens
+    /// that is not known beforehand.
+    fn bound_the_world(&mut self, random: &mut Random) {
+        for host in &mut self.conditions.hosts {
+            host.turn_ns = host.turn_ns.min(10 * US);
+            host.wake_ns = host.wake_ns.min(10 * US);
+            host.link.latency = host.link.latency.min(2 * MS);
+            host.link.ns_per_byte = host.link.ns_per_byte.min(80);
+            host.link.socket_bytes = 1 << 16;
+        }
+        self.conditions.receive_spare = 1 << 16;
+        let slow = random.percent(50);
+        for federate in &mut self.federates {
+            federate.be_predictable(slow);
+        }
+    }
+
+    /// Ends by a time-out, also where it would end by a stop; or, without a cycle, by itself.
+    fn end(&mut self, random: &mut Random) {
+        let is_idle = self.target.timeout.is_none() && self.federates.iter().all(|one| !one.asks_to_stop());
+        if !is_idle || self.target.keepalive || has_cycle(self.federates.len(), &self.connections, false) {
+            let timeout = self.target.timeout.unwrap_or(random.one_of(&[10 * MS, 40 * MS]));
+            self.target.timeout = Some(timeout * random.one_of(&[1, 1, 3]));
+            if random.percent(20) {
+                self.ask_to_stop(random, Ending::Stop, 10);
+            }
+        }
+    }
+}
+
+impl super::Reactor {
+    fn asks_to_stop(&self) -> bool {
+        self.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
+    }
+
+    /// Without physical actions, and, unless it is `slow`, with reactions that take no long time.
+    fn be_predictable(&mut self, slow: bool) {
+        for action in &mut self.actions {
+            action.physical = false;
+            action.outside.clear();
+        }
+        for reaction in &mut self.reactions {
+            reaction.script.work_ns = reaction.script.work_ns.min(if slow { MS } else { 50 * US });
+        }
+        for child in &mut self.children {
+            child.be_predictable(slow);
+        }
+    }
+}
+
+/// Whether one federate reaches another over these connections.
+fn leads(connections: &[super::Connection], from: usize, to: usize) -> bool {
+    let (mut open, mut seen) = (vec![from], vec![from]);
+    while let Some(next) = open.pop() {
+        if next == to {
+            return true;
+        }
+        for one in connections.iter().filter(|one| one.from.0 == next) {
+            if !seen.contains(&one.to.0) {
+                seen.push(one.to.0);
+                open.push(one.to.0);
+            }
+        }
+    }
+    false
+}

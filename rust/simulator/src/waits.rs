@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How long the federates of a scenario wait: as long as all that can delay a message there, or not.
+//!
+//! The bounds are those of the scenario's world, and what reactions take is known from a run of the unfederated
+//! program. The waits follow as in `lf_compiler::offsets`, but for how long a federate with much to do is behind.
+
+use std::collections::BTreeMap;
+
+use lf_random::{Random, combine};
+
+use crate::run::work_alone;
+use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
+use crate::trial::compile_text;
+
+/// No scenario takes longer than this, in virtual time.
+const LONGEST: Nanos = 5 * SEC;
+/// Turns of the event loop for one tag: the time has come, something was read, nothing more was.
+const TURNS_PER_TAG: Nanos = 6;
+/// Turns that anything else takes at one time.
+const TURNS_BESIDES: Nanos = 40;
+/// Bytes that are written at once at most.
+const PIECE: Nanos = 6_000;
+
+/// Gives a scenario its waits. Where none are long enough, it is one with too short ones.
+pub(crate) fn assign(scenario: &mut Scenario) {
+    let Some(mut decentralized) = scenario.decentralized else { return };
+    let mut random = Random::new(combine(scenario.seed, 22));
+    let absences: Vec<_> = scenario
+        .connections
+        .iter()
+        .map(|_| if random.percent(40) { Some(random.one_of(&[0, 1, 100 * US, MS])) } else { None })
+        .collect();
+    for (connection, absent_after) in scenario.connections.iter_mut().zip(absences) {
+        connection.absent_after = absent_after;
+    }
+    let grouped: Vec<_> = scenario.federates.iter().map(|_| random.percent(50)).collect();
+    let mut needed = None;
+    for _ in 0..4 {
+        let Some(bounds) = Bounds::of(scenario) else { break };
+        needed = bounds.needed(scenario, &grouped);
+        if needed.is_some() || !decentralized.is_safe {
+            break;
+        }
+        bounds.lengthen_cycles(scenario, &mut random);
+    }
+    decentralized.is_safe &= needed.is_some();
+    scenario.decentralized = Some(decentralized);
+    let needed = needed.unwrap_or_else(|| vec![random.one_of(&[100 * US, MS, 5 * MS]); scenario.connections.len()]);
+    if decentralized.is_safe {
+        wait_enough(scenario, &needed, &grouped, &mut random);
+    } else {
+        for (connection, needed) in scenario.connections.iter_mut().zip(&needed) {
+            let share = random.one_of(&[0, 0, 1, 10, 50, 90]);
+            connection.max_wait = Some(needed / 100 * share);
+        }
+    }
+}
+
+/// All wait as long as they need, some for ever where nothing has to come.
+fn wait_enough(scenario: &mut Scenario, needed: &[Nanos], grouped: &[bool], random: &mut Random) {
+    let count = scenario.federates.len();
+    let mut for_ever: Vec<_> = (0..count).map(|_| random.percent(4)).collect();
+    if crate::scenario::has_cycle(count, &scenario.connections, false) {
+        for_ever.fill(false);
+    }
+    // Who hears from one that waits for ever has to wait for ever, too.
+    for _ in 0..count {
+        for one in &scenario.connections {
+            for_ever[one.to.0] |= for_ever[one.from.0];
+        }
+    }
+    for (connection, needed) in scenario.connections.iter_mut().zip(needed) {
+        let to = connection.to.0;
+        if for_ever[to] {
+            continue;
+        }
+        if grouped[to] {
+            scenario.federates[to].max_wait = scenario.federates[to].max_wait.max(Some(*needed));
+        } else {
+            connection.max_wait = Some(*needed);
+        }
+    }
+}
+
+/// What can delay a message in a scenario.
+struct Bounds {
+    /// By federate: how long after it may begin a tag it has sent the messages of it.
+    lag: Vec<Nanos>,
+    /// By connection: from sending to where the receiver sees it, and between the clocks.
+    flight: Vec<Nanos>,
+}
+
+impl Bounds {
+    /// Nothing, when the program cannot be run.
+    fn of(scenario: &Scenario) -> Option<Self> {
+        let hosts = &scenario.conditions.hosts;
+        let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
+        let work = work_alone(scenario, &plan)?;
+        let lags: Vec<_> = work.iter().zip(&hosts[1..]).map(|(work, host)| behind(work, host)).collect();
+        let asks = |federate: &crate::scenario::Reactor| {
+            federate.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
+        };
+        // Who has named a tag to stop at waits for the answers of all others, which may be busy.
+        let answer = |host: &Host| 4 * (flight(host) + TURNS_BESIDES * turn(host));
+        let stop = if scenario.federates.iter().any(asks) {
+            hosts.iter().map(answer).max().unwrap_or(0) + 2 * lags.iter().copied().max().unwrap_or(0)
+        } else {
+            0
+        };
+        // What comes while the receiver is busy, it sees only then.
+        let between = |one: &Connection| {
+            let (from, to) = (&hosts[one.from.0 + 1], &hosts[one.to.0 + 1]);
+            flight(from) + clock_error(scenario, from, to) + lags[one.to.0]
+        };
+        let flight = scenario.connections.iter().map(between).collect();
+        Some(Self { lag: lags.iter().map(|lag| lag + stop).collect(), flight })
+    }
+
+    /// By connection: how long its receiver has to wait; nothing, where a cycle has no end of it.
+    fn needed(&self, scenario: &Scenario, grouped: &[bool]) -> Option<Vec<Nanos>> {
+        let connections = &scenario.connections;
+        let count = scenario.federates.len();
+        let mut waits = vec![0; connections.len()];
+        // By federate: how long after a tag's time the last reaction may have to wait.
+        let mut release = vec![0; count];
+        for _ in 0..=count {
+            let before = (waits.clone(), release.clone());
+            for (index, one) in connections.iter().enumerate() {
+                let sent = release[one.from.0] + self.lag[one.from.0] - one.after.unwrap_or(0);
+                waits[index] = (sent + self.flight[index]).max(0);
+            }
+            for to in (0..count).filter(|to| grouped[*to]) {
+                let into = || connections.iter().enumerate().filter(|(_, one)| one.to.0 == to).map(|(index, _)| index);
+                let most = into().map(|index| waits[index]).max().unwrap_or(0);
+                into().for_each(|index| waits[index] = most);
+            }
+            for (index, one) in connections.iter().enumerate() {
+                let absent = (one.absent_after.unwrap_or(0) - one.after.unwrap_or(0)).max(0);
+                release[one.to.0] = release[one.to.0].max(waits[index] + absent);
+            }
+            if before == (waits.clone(), release.clone()) {
+                return Some(waits);
+            }
+        }
+        None
+    }
+
+    /// Each connection that has a delay gets as much more as any cycle can need.
+    fn lengthen_cycles(&self, scenario: &mut Scenario, random: &mut Random) {
+        let absences = scenario.connections.iter().map(|one| one.absent_after.unwrap_or(0)).sum::<Nanos>();
+        let needed = self.lag.iter().sum::<Nanos>() + self.flight.iter().sum::<Nanos>() + absences;
+        for connection in &mut scenario.connections {
+            if let Some(after) = connection.after.filter(|after| *after >= MS) {
+                connection.after = Some(after.max(needed + random.one_of(&[0, 1, MS])));
+                // What can be on its way in so long a time may be more than a queue can hold.
+                connection.capacity = connection.capacity.or(Some(512));
+            }
+        }
+    }
+}
+
+/// What one turn of an event loop takes, with how late it is woken.
+fn turn(host: &Host) -> Nanos {
+    host.turn_ns + host.wake_ns
+}
+
+/// From writing something to its arrival.
+fn flight(host: &Host) -> Nanos {
+    let link = &host.link;
+    let jitter = if link.slow_percent > 0 { 10 * link.jitter } else { link.jitter };
+    link.latency + jitter + link.ns_per_byte * PIECE
+}
+
+/// How far two clocks are apart at most.
+fn clock_error(scenario: &Scenario, one: &Host, other: &Host) -> Nanos {
+    let drift = |host: &Host| host.clock_drift_ppb.abs() * (LONGEST / SEC);
+    if scenario.target.clock_sync.is_none() {
+        return (one.clock_offset - other.clock_offset).abs() + drift(one) + drift(other);
+    }
+    // An exchange is wrong by half of what its two ways differ, turns of both sides included.
+    let rti = &scenario.conditions.hosts[0];
+    let sync = |host: &Host| flight(host) + TURNS_PER_TAG * (turn(host) + turn(rti)) + drift(host) + drift(rti);
+    sync(one) + sync(other)
+}
+
+/// How far a federate is behind at most that does so much work at these times.
+fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
+    let (mut through, mut most) = (0, 0);
+    for (time, tags) in work {
+        for work in tags {
+            through = through.max(*time) + work + TURNS_PER_TAG * turn(host);
+            most = most.max(through - time);
+        }
+    }
+    most + TURNS_BESIDES * turn(host)
+}
