@@ -3,53 +3,23 @@
 //! the RTI is told, and which messages are late.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event, Federate, FederateError, Phase};
-use lf_coordination::{Deadline, FederateId, to_wire};
-use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Message};
+mod federate_support;
+
+use federate_support::dialogue::{NOW, START, UPSTREAM, config, drain, ltc, ms, net, started};
+use lf_coordination::federate::{Awaited, AwaitedInput, Config, Event, Federate, FederateError, Phase};
+use lf_coordination::{Deadline, to_wire};
+use lf_model::time::{Interval, Tag};
+use lf_wire::june_2026::Message;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-const NOW: Instant = Instant(1_000_000);
-const START: Instant = Instant(10_000_000_000);
-
-/// The tag so many ms after the start.
-fn ms(ms: i64) -> Tag {
-    Tag::at(START + Interval::from_millis(ms))
-}
-
-fn net(tag: Tag) -> Message<'static> {
-    Message::NextEventTag(to_wire(tag))
-}
-
-fn ltc(tag: Tag) -> Message<'static> {
-    Message::LatestTagComplete(to_wire(tag))
-}
-
-fn drain(federate: &mut Federate<'static>) -> Vec<Message<'static>> {
-    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
-}
-
 /// Of a federate that sends to and receives from federate 0.
-fn config() -> Config<'static> {
-    let mut config = Config::new(FederateId(1), b"federation");
-    (config.upstream, config.downstream, config.clock_sync) = (&[(0, DELAY_NONE)], &[0], ClockSync::Off);
-    config
-}
-
-/// A started federate with nothing left to transmit.
-fn started(config: Config<'static>) -> Federate<'static> {
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
-    handle(&mut federate, Message::Ack);
-    drain(&mut federate);
-    handle(&mut federate, Message::Timestamp(START.as_nanos()));
-    federate
+fn in_cycle() -> Config<'static> {
+    config(UPSTREAM, &[0])
 }
 
 fn running() -> Federate<'static> {
-    started(config())
+    started(in_cycle())
 }
 
 fn handle<'m>(federate: &mut Federate<'static>, message: Message<'m>) -> Event<'m> {
@@ -195,7 +165,7 @@ fn without_delay_every_net_is_wanted_when_a_dnet_says_never() {
 
 #[test]
 fn a_tag_for_others_only_does_not_renew_the_bound_of_physical_time() {
-    let mut config = config();
+    let mut config = in_cycle();
     config.physical_delay = Some(Interval::ZERO);
     let mut federate = started(config);
     let at = |after_ms| START + Interval::from_millis(after_ms);

@@ -2,48 +2,13 @@
 //! Dialogues with the running federate's state machine that no recording shows, each named after what it proves.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use lf_coordination::federate::{
-    ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX,
-};
+mod federate_support;
+
+use federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, drain, ms, net, started};
+use lf_coordination::federate::{Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX};
 use lf_coordination::{Deadline, FederateId, to_wire};
-use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Message};
-
-const NOW: Instant = Instant(1_000_000);
-const START: Instant = Instant(10_000_000_000);
-const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
-const DOWNSTREAM: &[u16] = &[2];
-
-fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
-    let mut config = Config::new(FederateId(1), b"federation");
-    (config.upstream, config.downstream, config.clock_sync) = (upstream, downstream, ClockSync::Off);
-    config
-}
-
-/// The tag so many ms after the start.
-fn ms(ms: i64) -> Tag {
-    Tag::at(START + Interval::from_millis(ms))
-}
-
-fn net(tag: Tag) -> Message<'static> {
-    Message::NextEventTag(to_wire(tag))
-}
-
-fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
-    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
-}
-
-/// A federate that has been started, with nothing left to transmit.
-fn running(config: Config<'static>) -> Federate<'static> {
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
-    assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
-    drain(&mut federate);
-    let started = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));
-    assert_eq!(started, Ok(Event::Started(START)));
-    federate
-}
+use lf_model::time::{Interval, Microstep, Tag};
+use lf_wire::june_2026::Message;
 
 fn grant(federate: &mut Federate<'_>, tag: Tag) {
     assert_eq!(federate.handle_message(NOW, Message::TagGrant(to_wire(tag))), Ok(Event::Granted(tag)));
@@ -55,7 +20,7 @@ fn tagged(tag: Tag, payload: &[u8]) -> Message<'_> {
 
 #[test]
 fn losing_the_rti_says_when_it_happened() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     let error = federate.handle_disconnected().unwrap_err();
     assert_eq!(error, FederateError::RtiLost { phase: Phase::Running });
     assert_eq!(
@@ -68,7 +33,7 @@ fn losing_the_rti_says_when_it_happened() {
 
 #[test]
 fn a_tag_needs_its_grant_and_is_begun_once() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     assert!(!federate.next_event(NOW, ms(0)));
     assert_eq!(drain(&mut federate), [net(ms(0))]);
     grant(&mut federate, ms(5));
@@ -84,7 +49,7 @@ fn a_tag_needs_its_grant_and_is_begun_once() {
 
 #[test]
 fn a_message_for_a_tag_that_was_begun_is_late() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     grant(&mut federate, ms(5));
     federate.begin(ms(5)).unwrap();
     let payload = [1, 2];
@@ -98,7 +63,7 @@ fn a_message_for_a_tag_that_was_begun_is_late() {
 
 #[test]
 fn a_message_from_before_the_start_is_late_and_one_for_another_federate_is_an_error() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     let late = federate.clone().handle_message(NOW, tagged(Tag::at(START).before(), &[]));
     assert!(matches!(late, Err(FederateError::LateMessage { .. })));
     let message = Message::TaggedMessage { port: 0, federate: 9, tag: to_wire(ms(1)), payload: &[] };
@@ -108,7 +73,7 @@ fn a_message_from_before_the_start_is_late_and_one_for_another_federate_is_an_er
 
 #[test]
 fn a_message_after_the_last_tag_is_passed_over() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     federate.limit_stop(ms(5));
     let tag = ms(5).next_microstep();
     let event = Event::MessageAfterStop { port: 3, tag };
@@ -121,7 +86,7 @@ fn a_message_after_the_last_tag_is_passed_over() {
 
 #[test]
 fn ltc_is_sent_once_and_only_after_an_input_and_before_the_next_net() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     grant(&mut federate, ms(9));
     federate.begin(ms(1)).unwrap();
     federate.complete(false);
@@ -136,7 +101,7 @@ fn ltc_is_sent_once_and_only_after_an_input_and_before_the_next_net() {
 
 #[test]
 fn a_net_that_waited_too_long_does_not_go_out() {
-    let mut federate = running(config(UPSTREAM, &[]));
+    let mut federate = started(config(UPSTREAM, &[]));
     grant(&mut federate, ms(9));
     federate.next_event(NOW, ms(1));
     federate.begin(ms(2)).unwrap();
@@ -149,7 +114,7 @@ fn a_net_that_waited_too_long_does_not_go_out() {
 
 #[test]
 fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     let dnet = |tag| Message::DownstreamNextEventTag(to_wire(tag));
     grant(&mut federate, ms(100));
     federate.handle_message(NOW, dnet(ms(50))).unwrap();
@@ -168,7 +133,7 @@ fn with_a_grant_in_hand_one_net_beyond_the_dnet_is_enough() {
 /// Who waits for this federate may not be the one for whom the RTI would send a DNET.
 #[test]
 fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(100));
     federate.handle_message(NOW, Message::DownstreamNextEventTag(to_wire(ms(1)))).unwrap();
     assert!(federate.next_event(NOW, ms(2)));
@@ -185,7 +150,7 @@ fn a_net_beyond_the_dnet_is_not_left_out_for_ever() {
 
 #[test]
 fn what_was_not_transmitted_is_replaced_by_what_says_more() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(1000));
     for time in 0..500 {
         federate.next_event(NOW, ms(time));
@@ -202,7 +167,7 @@ fn what_was_not_transmitted_is_replaced_by_what_says_more() {
 /// A source of messages begins tags until the limit, and goes on when the RTI has said that it has taken them.
 #[test]
 fn a_source_waits_until_the_rti_has_taken_its_messages() {
-    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut federate = started(config(&[], DOWNSTREAM));
     let mut questions = 0;
     let mut run = |federate: &mut Federate<'static>, from: i64| {
         let mut tags = 0;
@@ -226,7 +191,7 @@ fn a_source_waits_until_the_rti_has_taken_its_messages() {
 
 #[test]
 fn a_dnet_at_the_skipped_net_is_not_earlier() {
-    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut federate = started(config(&[], DOWNSTREAM));
     let dnet = |tag| Message::DownstreamNextEventTag(to_wire(tag));
     federate.handle_message(NOW, dnet(Tag::FOREVER)).unwrap();
     assert!(federate.next_event(NOW, ms(10)));
@@ -241,7 +206,7 @@ fn a_dnet_at_the_skipped_net_is_not_earlier() {
 
 #[test]
 fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
-    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut federate = started(config(&[], DOWNSTREAM));
     federate.begin(ms(0)).unwrap();
     federate.request_stop(ms(0));
     federate.complete(false);
@@ -261,7 +226,7 @@ fn two_that_ask_to_stop_at_once_agree_without_a_reply() {
 
 #[test]
 fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
-    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut federate = started(config(&[], DOWNSTREAM));
     let event = federate.handle_message(NOW, Message::StopRequest(to_wire(ms(3))));
     assert_eq!(event, Ok(Event::StopRequested(ms(3))));
     assert_eq!(drain(&mut federate), [Message::StopReply(to_wire(ms(3)))]);
@@ -273,7 +238,7 @@ fn who_is_asked_to_stop_may_still_go_on_before_the_tag_it_named() {
 /// As an RTI does that lets federates stop in turn.
 #[test]
 fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     grant(&mut federate, ms(100));
     assert!(federate.next_event(NOW, ms(50)));
     federate.handle_message(NOW, Message::StopRequest(to_wire(ms(3)))).unwrap();
@@ -289,7 +254,7 @@ fn a_ptag_of_the_stop_tag_takes_earlier_grants_back() {
 
 #[test]
 fn a_stop_in_the_past_is_taken_as_soon_as_possible() {
-    let mut federate = running(config(&[], DOWNSTREAM));
+    let mut federate = started(config(&[], DOWNSTREAM));
     federate.begin(ms(8)).unwrap();
     let granted = Message::StopGranted(to_wire(ms(3)));
     let last = ms(8).next_microstep();
@@ -301,7 +266,7 @@ fn a_stop_in_the_past_is_taken_as_soon_as_possible() {
 fn physical_actions_bound_the_net_and_it_is_renewed() {
     let mut config = config(&[], DOWNSTREAM);
     config.physical_delay = Some(Interval::from_millis(3));
-    let mut federate = running(config);
+    let mut federate = started(config);
     let at = |after_ms| START + Interval::from_millis(after_ms);
     let bound = |after_ms| Tag::new(START + Interval::from_millis(after_ms) + Interval(-1), Microstep(0));
     federate.begin(ms(0)).unwrap();
@@ -325,7 +290,7 @@ fn physical_actions_bound_the_net_and_it_is_renewed() {
 
 #[test]
 fn a_federate_without_neighbors_only_resigns() {
-    let mut federate = running(config(&[], &[]));
+    let mut federate = started(config(&[], &[]));
     assert!(federate.next_event(NOW, ms(0)));
     federate.begin(ms(0)).unwrap();
     federate.complete(false);
@@ -336,7 +301,7 @@ fn a_federate_without_neighbors_only_resigns() {
 
 #[test]
 fn what_comes_after_the_end_is_ignored() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     federate.finish();
     assert_eq!(federate.handle_message(NOW, tagged(Tag::NEVER, &[])), Ok(Event::None));
     assert_eq!(drain(&mut federate), [net(Tag::FOREVER), Message::Resign]);
@@ -347,7 +312,7 @@ fn what_comes_after_the_end_is_ignored() {
 
 #[test]
 fn address_replies_are_ignored_and_other_strangers_are_named() {
-    let mut federate = running(config(UPSTREAM, DOWNSTREAM));
+    let mut federate = started(config(UPSTREAM, DOWNSTREAM));
     let reply = Message::AddressQueryReply { port: -1, address: [0; 4] };
     assert_eq!(federate.handle_message(NOW, reply), Ok(Event::None));
     let error = federate.handle_message(NOW, Message::Resign).unwrap_err();
@@ -360,7 +325,7 @@ fn address_replies_are_ignored_and_other_strangers_are_named() {
 
 #[test]
 fn a_program_that_fails_says_so_instead_of_resigning() {
-    for federate in [running(config(UPSTREAM, &[])), Federate::new(config(UPSTREAM, &[])).unwrap()] {
+    for federate in [started(config(UPSTREAM, &[])), Federate::new(config(UPSTREAM, &[])).unwrap()] {
         let connected = federate.phase() != Phase::Disconnected;
         let mut federate = federate;
         federate.fail();

@@ -2,27 +2,16 @@
 //! Dialogues with the federate's state machine before the start, each named after what it proves.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
+mod federate_support;
+
+use federate_support::dialogue::{DOWNSTREAM, NOW, UPSTREAM, accepted, config, connected, drain};
 use lf_coordination::federate::{
     CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, ConfigError, ConnectRetry, ConnectStep, Disconnected, Event,
     Federate, FederateError, Phase,
 };
 use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{DELAY_NONE, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
-
-const NOW: Instant = Instant(1_000_000);
-const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
-const DOWNSTREAM: &[u16] = &[2];
-
-fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
-    let mut config = Config::new(FederateId(1), b"federation");
-    (config.upstream, config.downstream, config.clock_sync) = (upstream, downstream, ClockSync::Off);
-    config
-}
-
-fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
-    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
-}
+use lf_wire::june_2026::{Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
 #[test]
 fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
@@ -42,9 +31,7 @@ fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {
 fn every_rejection_says_what_to_do() {
     let mut sentences = std::collections::BTreeSet::new();
     for byte in 0..=8 {
-        let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-        federate.handle_connected(NOW, [0; 8]);
-        drain(&mut federate);
+        let mut federate = connected(config(&[], DOWNSTREAM));
         let error = federate.handle_message(NOW, Message::Reject(RejectCode::from_byte(byte))).unwrap_err();
         assert_eq!(error, FederateError::Rejected(RejectCode::from_byte(byte)));
         assert_eq!((federate.phase(), drain(&mut federate)), (Phase::Failed, vec![]));
@@ -83,9 +70,7 @@ fn a_connection_that_ends_before_the_ack_is_made_again_until_the_time_is_over() 
 
 #[test]
 fn an_rti_that_does_not_answer_is_given_up() {
-    let mut federate = Federate::new(config(&[], DOWNSTREAM)).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
+    let mut federate = connected(config(&[], DOWNSTREAM));
     assert_eq!(federate.handle_timeout(NOW), Ok(Event::None));
     assert_eq!(federate.handle_timeout(NOW + CONNECT_TIME_OUT), Err(FederateError::NoAnswer));
     assert_eq!(drain(&mut federate), [Message::Failed]);
@@ -97,9 +82,7 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
         let mut config = config(&[], DOWNSTREAM);
         config.clock_sync = ClockSync::Init { trials: 5 };
         let time_out = config.clock_sync_time_out;
-        let mut federate = Federate::new(config).unwrap();
-        federate.handle_connected(NOW, [0; 8]);
-        drain(&mut federate);
+        let mut federate = connected(config);
         federate.handle_message(NOW, Message::Ack).unwrap();
         assert_eq!(drain(&mut federate)[1], Message::UdpPort(0));
         for _ in 0..exchanges {
@@ -126,11 +109,7 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
 fn an_rti_that_makes_more_exchanges_is_told_apart() {
     let mut config = config(&[], DOWNSTREAM);
     config.clock_sync = ClockSync::Init { trials: 1 };
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::Ack).unwrap();
-    drain(&mut federate);
+    let mut federate = accepted(config);
     federate.handle_message(NOW, Message::T1(0)).unwrap();
     drain(&mut federate);
     assert!(matches!(federate.handle_message(NOW, Message::T4(0)), Ok(Event::ClockCorrected(_))));
@@ -141,10 +120,7 @@ fn an_rti_that_makes_more_exchanges_is_told_apart() {
 fn t4_without_t3_is_unexpected() {
     let mut config = config(&[], DOWNSTREAM);
     config.clock_sync = ClockSync::Init { trials: 1 };
-    let mut federate = Federate::new(config).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
-    federate.handle_message(NOW, Message::Ack).unwrap();
+    let mut federate = accepted(config);
     federate.handle_message(NOW, Message::T1(0)).unwrap();
     let expected = FederateError::Unexpected { message: "T4", phase: Phase::Synchronizing };
     assert_eq!(federate.handle_message(NOW, Message::T4(0)), Err(expected));
@@ -152,9 +128,7 @@ fn t4_without_t3_is_unexpected() {
 
 #[test]
 fn without_clock_synchronization_the_rti_is_told_so() {
-    let mut federate = Federate::new(config(&[], &[])).unwrap();
-    federate.handle_connected(NOW, [0; 8]);
-    drain(&mut federate);
+    let mut federate = connected(config(&[], &[]));
     federate.handle_message(NOW, Message::Ack).unwrap();
     let sent = drain(&mut federate);
     assert_eq!(

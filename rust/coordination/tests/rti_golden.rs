@@ -24,18 +24,8 @@ fn play(name: &str) {
     }
 }
 
-macro_rules! recordings {
-    ($($test:ident: $name:literal,)*) => {
-        $(
-            #[test]
-            fn $test() {
-                play($name);
-            }
-        )*
-    };
-}
-
-recordings! {
+lf_golden::recordings! {
+    play;
     handshake: "01-handshake",
     reject_federation_id: "02-reject-federation-id",
     reject_id_out_of_range: "03-reject-id-out-of-range",

@@ -17,3 +17,17 @@ pub use error::GoldenError;
 pub use file::{directory, load, load_all, parse};
 pub use mask::{FillError, Mask, MaskError};
 pub use recording::{Coordination, FederateSetup, Fill, Frame, Recording, RelativeTag, Role, RtiSetup, Step};
+
+/// A test for each recording: `recordings! { play; handshake: "01-handshake", }` makes the test `handshake`, which
+/// calls `play("01-handshake")`.
+#[macro_export]
+macro_rules! recordings {
+    ($play:ident; $($test:ident: $name:literal,)*) => {
+        $(
+            #[test]
+            fn $test() {
+                $play($name);
+            }
+        )*
+    };
+}

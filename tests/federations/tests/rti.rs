@@ -170,18 +170,8 @@ fn play_with(name: &str, trace: Option<&Path>) {
     assert_eq!(finished.code(), setup.exit_code.expect("the recorded RTI ended"), "{finished}");
 }
 
-macro_rules! recordings {
-    ($($test:ident: $name:literal,)*) => {
-        $(
-            #[test]
-            fn $test() {
-                play($name);
-            }
-        )*
-    };
-}
-
-recordings! {
+lf_golden::recordings! {
+    play;
     handshake: "01-handshake",
     reject_federation_id: "02-reject-federation-id",
     reject_id_in_use: "04-reject-id-in-use",

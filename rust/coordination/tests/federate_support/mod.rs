@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate with a small program and a virtual clock, driven as an event loop would drive it.
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, reason = "every test file uses another part of it")]
+
+pub mod dialogue;
 
 use std::collections::{BTreeMap, VecDeque};
 

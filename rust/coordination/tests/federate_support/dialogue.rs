@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What dialogues with a federate are made of: federate 1 before and at its start, tags, and what it says of them.
+
+use lf_coordination::federate::{ClockSync, Config, Event, Federate};
+use lf_coordination::{FederateId, to_wire};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::june_2026::{DELAY_NONE, Message};
+
+pub const NOW: Instant = Instant(1_000_000);
+pub const START: Instant = Instant(10_000_000_000);
+pub const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
+pub const DOWNSTREAM: &[u16] = &[2];
+
+/// Federate 1 with these neighbors, without clock synchronization.
+pub fn config(upstream: &'static [(u16, i64)], downstream: &'static [u16]) -> Config<'static> {
+    Config { upstream, downstream, clock_sync: ClockSync::Off, ..Config::new(FederateId(1), b"federation") }
+}
+
+/// The tag so many ms after the start.
+pub fn ms(ms: i64) -> Tag {
+    Tag::at(START + Interval::from_millis(ms))
+}
+
+pub fn net(tag: Tag) -> Message<'static> {
+    Message::NextEventTag(to_wire(tag))
+}
+
+pub fn ltc(tag: Tag) -> Message<'static> {
+    Message::LatestTagComplete(to_wire(tag))
+}
+
+/// All that the federate has to say.
+pub fn drain<'a>(federate: &mut Federate<'a>) -> Vec<Message<'a>> {
+    std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).collect()
+}
+
+/// A federate whose connection is there, with nothing left to transmit.
+pub fn connected(config: Config<'static>) -> Federate<'static> {
+    let mut federate = Federate::new(config).unwrap();
+    federate.handle_connected(NOW, [0; 8]);
+    drain(&mut federate);
+    federate
+}
+
+/// A federate that the RTI has accepted, with nothing left to transmit.
+pub fn accepted(config: Config<'static>) -> Federate<'static> {
+    let mut federate = connected(config);
+    assert_eq!(federate.handle_message(NOW, Message::Ack), Ok(Event::Accepted));
+    drain(&mut federate);
+    federate
+}
+
+/// A federate that has been started, with nothing left to transmit.
+pub fn started(config: Config<'static>) -> Federate<'static> {
+    let mut federate = accepted(config);
+    let event = federate.handle_message(NOW, Message::Timestamp(START.as_nanos()));
+    assert_eq!(event, Ok(Event::Started(START)));
+    federate
+}
