@@ -113,7 +113,8 @@ class World:
         """Let the compiler say that the program has these federates, on these boards or on `host`."""
         participants = [self.participant(index, *item) for index, item in enumerate(platforms.items())]
         rti = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
-        rti |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000, "dnet": True, "auth": False}
+        rti |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000}
+        rti |= {"dnet": True, "auth": False}
         self.write({"program": "Grid", "rti": rti, "participants": participants})
 
     def describe_unfederated(self) -> None:

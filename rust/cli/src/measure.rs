@@ -3,8 +3,8 @@
 //!
 //! Each federate writes down when it begins tags, sends and receives, in the federation's physical time (see
 //! `lf_host`). A message is the same at both ends by its receiver, its input and its tag, so the latencies contain what
-//! the clocks differ by. A lag is the time from where a tag could begin to a message of it; a wait within the tag counts
-//! as part of it, which is on the safe side.
+//! the clocks differ by. A lag is the time from where a tag could begin to a message of it; a wait within the tag
+//! counts as part of it, which is on the safe side.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,8 @@ impl Measured {
     /// The file of bounds.
     pub(crate) fn to_yaml(&self, plan: &Plan) -> String {
         format!(
-            "# What a run of {} showed on {} messages: the longest latencies and lags. It may take longer another time.\n\
+            "# What a run of {} showed on {} messages: the longest latencies and lags. It may take longer \
+             another time.\n\
              # The latencies contain the differences of the clocks.\n{}",
             plan.name,
             self.messages,

@@ -51,7 +51,8 @@ pub trait Program {
     fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
 
     /// Puts a message into the queue of an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy), to happen at
-    /// `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag, intended, bytes)`.
+    /// `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag, intended,
+    /// bytes)`.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.

@@ -47,7 +47,8 @@ pub struct Federation {
     pub id: u16,
     /// The federation's id, unless the command line or Kconfig names another.
     pub federation_id: &'static str,
-    /// The target property `auth`: how it and the RTI prove to each other that they know the federation's id, if they do.
+    /// The target property `auth`: how it and the RTI prove to each other that they know the federation's id, if they
+    /// do.
     pub authentication: Option<Answer>,
     /// How tags are kept in order between the federates.
     pub coordination: Coordination,

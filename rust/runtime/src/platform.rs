@@ -2,7 +2,8 @@
 //! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
 //!
 //! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, over IPv4, TCP but for those of
-//! [`Platform::bind`]; they are named by [`SocketId`], whose generation makes a stale id an error and never another socket.
+//! [`Platform::bind`]; they are named by [`SocketId`], whose generation makes a stale id an error and never another
+//! socket.
 
 use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -170,8 +171,8 @@ pub trait Platform {
     /// [`NetError::AddressInUse`] when the port is taken.
     fn listen(&mut self, port: u16) -> Result<SocketId, NetError>;
 
-    /// Opens a UDP port of all interfaces; port 0 lets the system choose. To be used with [`Platform::receive_from`] and
-    /// [`Platform::send_to`] only.
+    /// Opens a UDP port of all interfaces; port 0 lets the system choose. To be used with [`Platform::receive_from`]
+    /// and [`Platform::send_to`] only.
     ///
     /// # Errors
     /// [`NetError::AddressInUse`] when the port is taken.
@@ -230,8 +231,8 @@ pub trait Platform {
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
 
-    /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes no
-    /// time where nobody measures.
+    /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes
+    /// no time where nobody measures.
     fn observe(&mut self, _observation: Observation) {}
 
     /// Whether somebody (^C, a shutdown of the system) has asked this program to end.

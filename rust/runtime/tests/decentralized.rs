@@ -206,7 +206,8 @@ proptest! {
         let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
         assert_complete(&report);
         let log = &report.logs[2];
-        let late: BTreeMap<_, _> = report.late[2].iter().map(|(at, meant, handled)| (*at, (*meant, *handled))).collect();
+        let late = report.late[2].iter().map(|(at, meant, handled)| (*at, (*meant, *handled)));
+        let late: BTreeMap<_, _> = late.collect();
         prop_assert_eq!(report.late_messages[2], late.len() as u64);
         for (input, (period, delay)) in periods.into_iter().zip(delays).enumerate() {
             let own: Vec<_> = log.iter().enumerate().filter(|(_, entry)| entry.2 == input).collect();

@@ -9,7 +9,8 @@ fn the_first_seeds_violate_nothing() {
     lf_simulator::try_seeds(Coordination::Centralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));
 }
 
-/// The same with decentralized coordination: with waits that suffice nothing is late; else all that is late is reported.
+/// The same with decentralized coordination: with waits that suffice nothing is late; else all that is late is
+/// reported.
 #[test]
 fn the_first_decentralized_seeds_violate_nothing() {
     lf_simulator::try_seeds(Coordination::Decentralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));

@@ -2,8 +2,8 @@
 //! TCP and UDP in virtual time, as event loops see them: byte streams of bounded length that arrive late and in pieces,
 //! end in order, and break when a socket is closed while something is unread; and datagrams.
 //!
-//! [`Network`] knows what TCP and UDP do; the [`Medium`] that it is made with says how long things take and how much fits,
-//! and sees what happens. Times are nanoseconds of virtual time, which whoever calls tells.
+//! [`Network`] knows what TCP and UDP do; the [`Medium`] that it is made with says how long things take and how much
+//! fits, and sees what happens. Times are nanoseconds of virtual time, which whoever calls tells.
 #![forbid(unsafe_code)]
 
 mod datagrams;

@@ -57,8 +57,8 @@ fn the_smart_grid_isolates_the_fault() {
     }
 }
 
-/// Nobody grants anything here, so on a busy computer a message may be tardy. Then units are safe rather than clever, and
-/// B and C open all the same.
+/// Nobody grants anything here, so on a busy computer a message may be tardy. Then units are safe rather than clever,
+/// and B and C open all the same.
 #[test]
 fn the_smart_grid_without_grants_isolates_the_fault() {
     let programs = ["After", "ShortAfter", "AfterAndWaits", "Waits"];

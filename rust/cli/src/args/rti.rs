@@ -44,8 +44,8 @@ pub struct RtiArgs {
     /// The TCP port to listen on; 0 lets the system choose one.
     #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
     port: u16,
-    /// Clock synchronization: `off`, `init` for once before the start, or `on` for rounds over UDP from then on, too; then
-    /// `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`.
+    /// Clock synchronization: `off`, `init` for once before the start, or `on` for rounds over UDP from then on, too;
+    /// then `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`.
     #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init|on")]
     #[arg(default_value = "init")]
     clock_sync: Vec<String>,

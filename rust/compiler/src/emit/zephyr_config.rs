@@ -89,8 +89,8 @@ fn network(fragment: &mut Fragment, place: &Place) {
 }
 
 fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate, place: &Place) {
-    // One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, and one for the
-    // datagrams of clock synchronization.
+    // One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, and
+    // one for the datagrams of clock synchronization.
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let datagrams = plan.is_federated() && plan.target.clock_sync == ClockSync::On;
     let sockets = 1 + peers_in + usize::from(peers_in > 0) + peers_out + usize::from(datagrams);

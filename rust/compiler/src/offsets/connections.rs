@@ -31,8 +31,8 @@ pub struct Connection {
 }
 
 impl Connection {
-    /// How much longer the receiver has to wait than the sender (X); less than 0 where the delay is longer than all that
-    /// can come together.
+    /// How much longer the receiver has to wait than the sender (X); less than 0 where the delay is longer than all
+    /// that can come together.
     pub fn demand_ns(&self) -> i64 {
         let parts = [self.latency_ns, self.clock_error_ns];
         parts.iter().fold(self.lag_ns, |sum, part| sum.saturating_add(*part)).saturating_sub(self.delay_ns)

@@ -9,8 +9,8 @@
 //! S_j = max(0, max over all connections from i to j of S_i + X),    X = L + N + E − α
 //! ```
 //!
-//! The least solution is the length of the longest path to j. Where a cycle's X add up to more than 0 there is none: each
-//! round would have to wait longer than the one before it.
+//! The least solution is the length of the longest path to j. Where a cycle's X add up to more than 0 there is none:
+//! each round would have to wait longer than the one before it.
 
 mod bounds;
 mod connections;
@@ -85,8 +85,8 @@ pub struct Deadline {
     pub reaction: String,
     /// The deadline in nanoseconds.
     pub deadline_ns: i64,
-    /// The deadline less the offset (the launch lag of the thesis's equation 2.20), in nanoseconds; `None` where there is
-    /// no offset.
+    /// The deadline less the offset (the launch lag of the thesis's equation 2.20), in nanoseconds; `None` where there
+    /// is no offset.
     pub launch_lag_ns: Option<i64>,
     /// What reactions before it can take, in nanoseconds.
     pub before_ns: i64,

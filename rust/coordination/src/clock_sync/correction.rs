@@ -84,8 +84,8 @@ impl ClockCorrection {
         Instant(self.local.saturating_add(elapsed))
     }
 
-    /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from it:
-    /// one of `attenuation` parts.
+    /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from
+    /// it: one of `attenuation` parts.
     ///
     /// The part is made up for at the rate [`SLEW_PPB_MAX`]. Called after each exchange, what is left of the error
     /// becomes less and less, and that a line changes a little with each exchange is hardly seen.

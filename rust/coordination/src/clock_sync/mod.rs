@@ -6,8 +6,8 @@
 //!
 //! Before the start there are some exchanges over TCP, from which the [`Estimator`] works out how far the federate's
 //! clock is behind; the correction begins with that. With `clock-sync: on`, rounds over UDP follow as long as the
-//! federation runs: the RTI begins one per period and federate ([`Poll`]), the [`Responder`] takes part in them, and the
-//! [`Tracker`] works out offset and drift. [`ClockCorrection`] turns readings of the federate's own clock into the
+//! federation runs: the RTI begins one per period and federate ([`Poll`]), the [`Responder`] takes part in them, and
+//! the [`Tracker`] works out offset and drift. [`ClockCorrection`] turns readings of the federate's own clock into the
 //! federation's physical time.
 //!
 //! Nothing here reads a clock or knows which socket an exchange went over.
@@ -34,6 +34,6 @@ pub const RTI_UDP_PORT: u16 = 15061;
 pub const PERIOD: Interval = Interval::from_millis(10);
 /// The `attenuation` of a federate that is told none.
 pub const ATTENUATION: u16 = 10;
-/// The longest that the RTI waits for T3 before it begins the next round with a federate. What comes later than that can
-/// be taken for the answer to another T1.
+/// The longest that the RTI waits for T3 before it begins the next round with a federate. What comes later than that
+/// can be taken for the answer to another T1.
 pub const ROUND_TIME_OUT: Interval = Interval::from_secs(1);

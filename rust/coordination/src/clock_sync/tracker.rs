@@ -13,8 +13,8 @@
 //! between any two of them, so that a few wrong ones change nothing. Stretches whose bounds are far apart do not count.
 //!
 //! A clock that stood still for a moment, as that of a simulated board does while its computer is busy, makes bounds
-//! that exclude each other. Then the stretch's quickest exchange counts by itself. An exchange that contradicts the line is left out; when most do, the line is wrong, and all
-//! begins anew.
+//! that exclude each other. Then the stretch's quickest exchange counts by itself. An exchange that contradicts the
+//! line is left out; when most do, the line is wrong, and all begins anew.
 
 use lf_model::time::{Instant, Interval};
 

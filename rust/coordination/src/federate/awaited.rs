@@ -10,8 +10,8 @@ use lf_model::time::Tag;
 use super::machine::Federate;
 
 /// With centralized coordination, an input from a federate in a cycle without delay: the same as this one's, or any
-/// where this one is in none, because the stock RTI grants tags provisionally to all federates upstream of a cycle. With
-/// decentralized coordination, any input that is the end of a logical connection.
+/// where this one is in none, because the stock RTI grants tags provisionally to all federates upstream of a cycle.
+/// With decentralized coordination, any input that is the end of a logical connection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct AwaitedInput {
     /// The network input.

@@ -126,7 +126,10 @@ mod tests {
         /// exactly when everything is known up to just before it, or what is not known is not waited for.
         #[test]
         fn tags_begin_when_they_should(
-            rows in rows(), words in prop::collection::vec((0..5u16, 0..60i64, 0..3u32), 0..12), at in 0..60i64, step in 0..3u32,
+            rows in rows(),
+            words in prop::collection::vec((0..5u16, 0..60i64, 0..3u32), 0..12),
+            at in 0..60i64,
+            step in 0..3u32,
         ) {
             let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
             let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");

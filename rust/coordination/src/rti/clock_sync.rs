@@ -46,8 +46,8 @@ impl Rti<'_> {
         }
     }
 
-    /// The T1 that is to be sent at `now`, which is the time that it tells: send it at once. At most one; looks at every
-    /// federate at most once.
+    /// The T1 that is to be sent at `now`, which is the time that it tells: send it at once. At most one; looks at
+    /// every federate at most once.
     pub fn poll_round(&mut self, now: Instant) -> Option<Datagram> {
         let ClockSync::On { period, .. } = self.config.clock_sync else { return None };
         if !self.poll_round_timeout().is_due(now) {

@@ -119,8 +119,8 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
     }
 
     /// Whether a message for an earlier tag than this has begun to come, and is not whole yet. The rest of one that
-    /// finds no room in the receive buffer, behind messages that wait for room themselves, comes only when a tag has made
-    /// some.
+    /// finds no room in the receive buffer, behind messages that wait for room themselves, comes only when a tag has
+    /// made some.
     pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
         self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some() && !inbound.has_ended()).any(|inbound| {
             let rest = inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default();

@@ -77,7 +77,8 @@ fn smart_grid() {
     check("smart_grid", "applications/smart_grid/src/SmartGrid.lf");
 }
 
-/// Inputs whose messages can come too late have other queues, and reactions that know what to do with them another method.
+/// Inputs whose messages can come too late have other queues, and reactions that know what to do with them another
+/// method.
 #[test]
 fn a_decentralized_federate() {
     let plan = plan("rust/compiler/tests/plans/decentralized.lf");
