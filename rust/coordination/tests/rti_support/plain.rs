@@ -309,7 +309,19 @@ impl Plain {
         let upstream = self.upstream(federate).into_iter().filter(|(from, _)| self.same_cycle(*from, federate));
         let passes_by = upstream.into_iter().any(|(from, _)| self.federates[from].completed < provisional);
         let alone = passes_by || self.federates[federate].deserted;
-        (waits_within && earliest > provisional && alone).then_some((provisional, false))
+        let may_wait_for_ever = waits_within && alone;
+        let is_known = may_wait_for_ever && (earliest > provisional || self.upstream_is_past(federate, provisional));
+        is_known.then_some((provisional, false))
+    }
+
+    fn upstream_is_past(&mut self, federate: usize, tag: Tag) -> bool {
+        self.upstream(federate).into_iter().all(|(from, delay)| {
+            let other = &self.federates[from];
+            !other.present || after_strictly(delay, other.completed) >= tag || {
+                let incoming = self.earliest_incoming(from);
+                after(delay, self.federates[from].next.min(incoming)) > tag
+            }
+        })
     }
 
     fn earliest_incoming(&mut self, federate: usize) -> Tag {
