@@ -33,13 +33,9 @@ class LfBuild(LfCommand):
         """Its texts."""
         super().__init__("lf-build", "build a Lingua Franca program as one Zephyr image", _DESCRIPTION)
 
-    def do_add_parser(
-        self, parser_adder: argparse._SubParsersAction[argparse.ArgumentParser]
-    ) -> argparse.ArgumentParser:
-        """Its options."""
-        parser = self.new_parser(parser_adder)
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """How it is built."""
         add_build_options(parser, federated=False)
-        return parser
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Generate, then hand over to west."""

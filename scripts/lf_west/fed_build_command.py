@@ -26,19 +26,7 @@ boards/BOARD_FEDERATE.* (.conf and .overlay), then the files of --conf-overlays.
 """
 
 
-def add_generate_option(parser: argparse.ArgumentParser) -> None:
-    """The option to keep what has been generated."""
-    parser.add_argument(
-        "-n",
-        "--no-lfc",
-        action="store_true",
-        help="do not run the compiler: build the images from what it generated before, changed by hand perhaps",
-    )
-
-
-def fed_request(
-    application: Application, args: argparse.Namespace, cmake_arguments: list[str], deployment: str | None
-) -> Request:
+def fed_request(application: Application, args: argparse.Namespace, cmake_arguments: list[str]) -> Request:
     """What the options of a federated build mean."""
     return Request(
         application=application,
@@ -47,7 +35,7 @@ def fed_request(
         cmake_arguments=cmake_arguments,
         lfc=args.lfc,
         generate=not args.no_lfc,
-        deployment=application.deployment(deployment),
+        deployment=application.deployment(args.deployment),
         federates=tuple(args.federate),
     )
 
@@ -59,19 +47,14 @@ class LfFedBuild(LfCommand):
         """Its texts."""
         super().__init__("lf-fed-build", "build every federate of a federated Lingua Franca program", _DESCRIPTION)
 
-    def do_add_parser(
-        self, parser_adder: argparse._SubParsersAction[argparse.ArgumentParser]
-    ) -> argparse.ArgumentParser:
-        """Its options."""
-        parser = self.new_parser(parser_adder)
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """How it is built."""
         add_build_options(parser, federated=True)
-        add_generate_option(parser)
-        return parser
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Build all, then say what came out."""
         application = open_application(file, args.build_dir)
-        request = fed_request(application, args, cmake_arguments, args.deployment)
+        request = fed_request(application, args, cmake_arguments)
         build_federation(self, request, args.jobs)
 
 

@@ -12,7 +12,7 @@ from lf_west.application import open_application
 from lf_west.children import Children
 from lf_west.command import LfCommand
 from lf_west.durations import seconds
-from lf_west.fed_build_command import add_generate_option, build_federation, fed_request
+from lf_west.fed_build_command import build_federation, fed_request
 from lf_west.federation import Federation, listening_port, plan_federation
 from lf_west.options import add_build_options
 from lf_west.output import Output
@@ -39,13 +39,9 @@ class LfFedRun(LfCommand):
             "lf-fed-run", "run a federated Lingua Franca program with its RTI on this computer", _DESCRIPTION
         )
 
-    def do_add_parser(
-        self, parser_adder: argparse._SubParsersAction[argparse.ArgumentParser]
-    ) -> argparse.ArgumentParser:
-        """Its options."""
-        parser = self.new_parser(parser_adder)
+    def add_options(self, parser: argparse.ArgumentParser) -> None:
+        """How it is built and run."""
         add_build_options(parser, federated=True)
-        add_generate_option(parser)
         parser.add_argument("--no-build", action="store_true", help="run what was built before")
         parser.add_argument(
             "--timeout", metavar="TIME", type=seconds, help="stop all after this time: 90, 90s, 500ms, 2min"
@@ -56,7 +52,6 @@ class LfFedRun(LfCommand):
             type=_port,
             help="the RTI's TCP port; default: a free one, or the deployed one when -f leaves federates out",
         )
-        return parser
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Build, run, and end with the status of the run."""
@@ -67,7 +62,7 @@ class LfFedRun(LfCommand):
             described = description.load(application.description)
         else:
             args.lfc = str(lfz.path)
-            request = fed_request(application, args, cmake_arguments, args.deployment)
+            request = fed_request(application, args, cmake_arguments)
             described = build_federation(self, request, args.jobs)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
         status = run(federation, Limits(run_s=args.timeout))

@@ -35,6 +35,12 @@ def add_build_options(parser: argparse.ArgumentParser, *, federated: bool) -> No
     )
     if federated:
         parser.add_argument(
+            "-n",
+            "--no-lfc",
+            action="store_true",
+            help="do not run the compiler: build the images from what it generated before, changed by hand perhaps",
+        )
+        parser.add_argument(
             "-f",
             "--federate",
             metavar="FEDERATE",

@@ -18,6 +18,9 @@ from typing import Any
 
 import pytest
 
+from lf_west.errors import LfError
+from lf_west.workspace import REPOSITORY, find_workspace
+
 LFZ = """
 if words[0] == "guard":
     program = words[words.index("--") + 1:]
@@ -59,6 +62,30 @@ image.write_text("#!" + sys.executable + os.linesep + os.environ.get("STAND_IN_I
 image.chmod(0o755)
 print("[2/2] linking")
 """
+
+
+# Where the tests that need Zephyr build. Kept, so that only what has changed is built the next time.
+BUILD = REPOSITORY / "target" / "west-tests"
+
+
+def is_gone(pid: int) -> bool:
+    """Whether there is no such process; the id of a child that was reaped, or of an orphan that init reaps."""
+    try:
+        stat = Path(f"/proc/{pid}/stat").read_text()
+    except OSError:
+        return True
+    return stat.rpartition(")")[2].split()[0] in "ZX"
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _workspace(request: pytest.FixtureRequest) -> None:
+    """Where there is no Zephyr workspace, the tests that need one are skipped."""
+    if request.node.get_closest_marker("zephyr") is None:
+        return
+    try:
+        find_workspace(os.environ)
+    except LfError as error:
+        pytest.skip(f"no Zephyr workspace: {error.message}")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import World
+from conftest import World, is_gone
 
 from lf_west import description
 from lf_west.application import open_application
@@ -226,14 +226,6 @@ def process_ids(process: subprocess.Popen[str]) -> dict[str, int]:
         if text.startswith(" pid "):
             found[name.strip()] = int(text.split()[1])
     return found
-
-
-def is_gone(pid: int) -> bool:
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
-        return True
-    return stat.rpartition(")")[2].split()[0] in "ZX"
 
 
 def test_an_interrupted_run_leaves_nothing_behind(running: subprocess.Popen[str]) -> None:

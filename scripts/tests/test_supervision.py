@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import is_gone
 
 from lf_west.children import Child, Children, Ended, Event, Line, Signalled
 from lf_west.errors import LfError
@@ -25,15 +26,6 @@ STUBBORN = f"import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\nprint
 
 def python(text: str) -> list[str]:
     return [sys.executable, "-c", text]
-
-
-def is_gone(pid: int) -> bool:
-    """Whether there is no such process; the id of a child that was reaped, or of an orphan that init reaps."""
-    try:
-        stat = Path(f"/proc/{pid}/stat").read_text()
-    except OSError:
-        return True
-    return stat.rpartition(")")[2].split()[0] in "ZX"
 
 
 def wait_until_gone(pid: int) -> None:

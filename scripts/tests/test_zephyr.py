@@ -15,15 +15,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import BUILD
 
 from lf_west import compiler
-from lf_west.errors import LfError
 from lf_west.federation import listening_port
-from lf_west.workspace import REPOSITORY, find_workspace
+from lf_west.workspace import REPOSITORY
 
 pytestmark = pytest.mark.zephyr
 
-BUILD = REPOSITORY / "target" / "west-tests"
 # Where something hangs, the run ends by this, and not the person who waits. In seconds.
 LIMIT_S = 300
 PROGRAMS = Path(__file__).parent / "programs"
@@ -34,14 +33,6 @@ ALLOCATOR = re.compile(
 # Parts of mangled names: SHA-256, and the event loop's connections past the RTI.
 UNUSED = re.compile(r"4sha2|10lf_runtime8federate5peers")
 GRID_RESULT = {"A": "closed", "B": "open", "C": "open", "D": "closed"}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _workspace() -> None:
-    try:
-        find_workspace(os.environ)
-    except LfError as error:
-        pytest.skip(f"no Zephyr workspace: {error.message}")
 
 
 def lf(name: str, file: str | Path, *arguments: str, build: Path = BUILD, **environment: str) -> str:
@@ -176,7 +167,7 @@ def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> Non
 
 
 def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
-    """The board's clock gains 10 ms in a second, and would be 60 ms off in the end."""
+    """The board's clock gains 1 ms in a second, and would be 6 ms off in the end."""
     lf("lf-fed-build", PROGRAMS / "Drifting.lf")
     image = BUILD / "zephyr/Drifting/board/zephyr/zephyr.exe"
     lfz = compiler.find(None, os.environ).path
@@ -185,7 +176,7 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
         try:
             assert rti.stdout is not None
             port = next(port for port in map(listening_port, map(str.strip, rti.stdout)) if port is not None)
-            run_image = [str(image), "-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.01"]
+            run_image = [str(image), "-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.001"]
             result = subprocess.run(run_image, capture_output=True, text=True, timeout=LIMIT_S, check=False)
             assert rti.wait(LIMIT_S) == 0
         finally:
@@ -196,7 +187,7 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
     assert gained is not None, output
     assert int(gained[1]) > 0, output
     # A busy computer holds the simulated board up now and then, so only the magnitude is certain.
-    assert 5_000_000 < int(gained[2]) < 20_000_000, output
+    assert 500_000 < int(gained[2]) < 2_000_000, output
 
 
 def test_a_wrong_setting_ends_the_build_with_its_log(tmp_path: Path) -> None:

@@ -4,28 +4,16 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from conftest import BUILD
 
-from lf_west.errors import LfError
-from lf_west.workspace import REPOSITORY, find_workspace
+from lf_west.workspace import REPOSITORY
 
 pytestmark = pytest.mark.zephyr
-
-# Kept, so that only what has changed is built the next time.
-BUILD = REPOSITORY / "target" / "west-tests"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _workspace() -> None:
-    try:
-        find_workspace(os.environ)
-    except LfError as error:
-        pytest.skip(f"no Zephyr workspace: {error.message}")
 
 
 MISTAKE = """\

@@ -26,6 +26,8 @@ const STRETCHES: usize = 16;
 const PAIRS: usize = (STRETCHES + 1) * STRETCHES / 2;
 /// How long a stretch lasts at least.
 const STRETCH: Interval = Interval::from_secs(1);
+/// The same until the drift is known: more points sooner, so that a wrong one among them changes nothing.
+const FIRST_STRETCH: Interval = Interval::from_millis(125);
 /// How many exchanges a stretch has at least, for only among several can a quick one be told from a slow one.
 const EXCHANGES_MIN: u16 = 8;
 /// T4 and the coded probe of a calm network come as far apart as they were sent, but for this: the stock federate's
@@ -156,7 +158,8 @@ impl Tracker {
         let stretch = self.open.get_or_insert(fresh);
         stretch.add(lower, upper, pure, drift_ppb);
         let Stretch { begun, count, pure, .. } = *stretch;
-        let over = upper.at.saturating_sub(begun) >= STRETCH.as_nanos() && count >= EXCHANGES_MIN;
+        let length = if self.knows_drift { STRETCH } else { FIRST_STRETCH };
+        let over = upper.at.saturating_sub(begun) >= length.as_nanos() && count >= EXCHANGES_MIN;
         if over {
             let point = stretch.point(drift_ppb);
             self.open = None;
