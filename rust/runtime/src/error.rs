@@ -168,7 +168,7 @@ impl fmt::Display for PeerFault {
             ),
             Self::Stuck => f.write_str(
                 "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \
-                 this one: raise the capacity of the physical connection with `@capacity(n)`, or send less",
+                 this one: raise the capacity of the connection with `@capacity(n)`, or send less",
             ),
         }
     }

@@ -24,7 +24,7 @@ pub use connection::Buffers;
 pub use description::{
     CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
 };
-pub use error::RunError;
+pub use error::{PeerFault, RunError};
 pub use federate::{FederateLoop, Join, run_federate};
 pub use federate::{Inbound, Outbound};
 pub use lf_coordination::auth::answer_rti;

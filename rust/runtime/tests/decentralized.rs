@@ -7,7 +7,7 @@ mod support;
 
 use std::collections::BTreeMap;
 
-use lf_coordination::rti::Outcome;
+use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
@@ -15,6 +15,7 @@ use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, run};
 use support::network::Conditions;
 use support::node::{Behavior, Log};
+use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
@@ -265,6 +266,68 @@ fn all_stop_at_one_tag() {
         assert_eq!(report.shut_down, [true; 3]);
         assert!(report.ended.iter().all(|ended| *ended < MS(3_000)), "{:?}", report.ended);
     }
+}
+
+/// What comes when its receiver has completed its last tag is late as well, down to the last message.
+#[test]
+fn what_comes_after_the_last_tag_is_counted() {
+    let mut after_the_end = 0;
+    for seed in 0..20 {
+        let nodes = vec![timer(0, 1), Behavior::default()];
+        let plan = Plan { timeout: Some(MS(60)), ..decentralized(nodes, vec![edge(0, 1, None)]) };
+        let report = run(&plan, Conditions { latency_ns_max: 40_000_000, pipe_bytes: 60, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        let late = report.late[1].len() as u64;
+        let in_time = report.logs[1].len() as u64 - late;
+        assert_eq!(in_time + report.late_messages[1], 61, "seed {seed}: {:?}", report.logs[1]);
+        assert_eq!(report.lost_messages, [0, 0]);
+        after_the_end += report.late_messages[1] - late;
+    }
+    assert!(after_the_end > 0);
+}
+
+/// Two that send to each other and end at the same tag hear each other out, and do not wait for each other for ever.
+#[test]
+fn federates_in_a_cycle_end_together() {
+    for seed in 0..20 {
+        let nodes = vec![timer(0, 1), timer(0, 1)];
+        let edges = vec![edge(0, 1, None), edge(1, 0, Some(MS(1)))];
+        let plan = Plan { timeout: Some(MS(30)), ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions { latency_ns_max: 20_000_000, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        assert!(report.ended.iter().all(|ended| *ended < MS(4_000)), "{:?}", report.ended);
+        for (federate, sent) in [(0, 30), (1, 31)] {
+            let in_time = report.logs[federate].len() - report.late[federate].len();
+            assert_eq!(in_time as u64 + report.late_messages[federate], sent);
+        }
+    }
+}
+
+/// Who sends to a federate that is no more goes on, and knows what it has lost.
+#[test]
+fn messages_to_one_that_has_left_are_counted_by_their_sender() {
+    for seed in 0..10 {
+        let nodes = vec![timer(0, 10), Behavior::default(), Behavior::default()];
+        let edges = vec![edge(0, 1, None), edge(0, 2, None)];
+        let fates = vec![(MS(2_500), 2, Fate::Kill)];
+        let plan = Plan { timeout: Some(MS(3_000)), fates, after_loss: AfterLoss::GoOn, ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_eq!(report.trouble, None);
+        assert_eq!((&report.results[0], &report.results[2]), (&Ok(()), &Ok(())));
+        assert!((10..301).contains(&report.lost_messages[0]), "{:?}", report.lost_messages);
+    }
+}
+
+/// One that goes on for long after the last tag of its receiver, as one may that is cut off, is not waited for for ever.
+#[test]
+fn a_peer_that_does_not_end_is_left() {
+    let nodes = vec![timer(0, 1_000), Behavior::default()];
+    let timeouts = BTreeMap::from([(0, Some(MS(300_000)))]);
+    let plan = Plan { timeout: Some(MS(60)), timeouts, ..decentralized(nodes, vec![edge(0, 1, None)]) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_complete(&report);
+    assert!((MS(61_000)..MS(64_000)).contains(&report.ended[1]), "{:?}", report.ended);
+    assert!(report.lost_messages[0] > 200, "{:?}", report.lost_messages);
 }
 
 /// What one connection brings is far ahead, and fills queue and buffer for good, while word of another input of that

@@ -75,6 +75,10 @@ impl Tester {
                 }
                 Step::ClosedByPeer(connection) => {
                     let socket = self.connections[connection];
+                    if *connection >= FIRST_PEER {
+                        // The stock federate closes at its end; ours hears out who sends to it, which ends there too.
+                        self.platform.shut_down_writing(socket);
+                    }
                     let found = self.wait_for(socket, Interest::READ, &at, |platform| {
                         platform.read(socket, &mut [0; 1]).ok().filter(|found| *found != Transfer::WouldBlock)
                     });

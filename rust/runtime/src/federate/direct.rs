@@ -63,6 +63,33 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         Ok(any)
     }
 
+    /// Sends other federates what is still to be sent, and closes the connections to them. With decentralized
+    /// coordination, one that `resigned` also reads what they send until they end too: what comes now is late. `false`
+    /// when there is nothing left to do, or at a time no time for it.
+    pub(super) fn take_leave_of_peers(&mut self, resigned: bool, until: Instant) -> bool {
+        let in_time = self.platform.now() < until;
+        let hears = resigned && self.is_decentralized() && self.hear_out(in_time);
+        let sends = self.peers.take_leave(self.platform, hears) && in_time;
+        if !hears && !sends {
+            self.peers.close(self.platform);
+        }
+        hears || sends
+    }
+
+    /// Reads once what other federates send at their end. `true` while more can come, and there is time.
+    fn hear_out(&mut self, in_time: bool) -> bool {
+        if let Err(error) = self.sweep() {
+            log::warn!("what another federate sent at the end could not be read: {error}");
+            return false;
+        }
+        if !in_time {
+            for from in self.peers.inbound.iter().filter_map(|inbound| inbound.from) {
+                log::warn!("federate {from} does not end: what it may still send is not waited for");
+            }
+        }
+        in_time && self.peers.can_receive::<P>()
+    }
+
     /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
     fn takes_messages(&self) -> bool {
         match self.machine.phase() {
@@ -109,6 +136,9 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             }
             // What is left is the beginning of a message that will not become whole.
             if inbound.has_ended() && inbound.held.bytes() == 0 {
+                if !inbound.input.bytes().is_empty() {
+                    log::warn!("federate {from} has left in the middle of a message");
+                }
                 inbound.close(self.platform);
                 receiver.left(from.0);
             } else if inbound.has_ended() {

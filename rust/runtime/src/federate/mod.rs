@@ -40,9 +40,9 @@ const LAST_WORDS: Interval = Interval::from_secs(1);
 /// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
 const RESIGNATION: Interval = Interval::from_secs(60);
 
-/// How often a federate that has come to its end reads what others have sent it too late, to say so; a bound, for they
-/// may go on sending.
-const LAST_READS: u32 = 1000;
+/// How long a federate that has come to its last tag reads what others send it too late, to say so, with decentralized
+/// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
+const HEARING_OUT: Interval = Interval::from_secs(60);
 
 /// What a federate is told when it is started, and not when it is built.
 #[derive(Clone, Copy, Debug)]
@@ -249,27 +249,25 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
                     Err(error)
                 }
             };
-            self.report_late(&result);
             self.end_synchronization();
+            self.peers.look_again();
             self.stage = Stage::Leaving(self.platform.now(), result);
         }
         if let Stage::Leaving(since, result) = &self.stage {
-            let (last_words, result) = (*since + LAST_WORDS, result.clone());
+            let (since, result) = (*since, result.clone());
             let resigned = result.is_ok() && !self.platform.interrupted();
-            let until = if resigned { *since + RESIGNATION } else { last_words };
-            let direct_until = if self.is_decentralized() { until } else { last_words };
-            let direct = self.peers.take_leave(self.platform) && self.platform.now() < direct_until;
-            if !direct {
-                self.peers.close(self.platform);
-            }
+            let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
+            let direct_until = since + if resigned && self.is_decentralized() { HEARING_OUT } else { LAST_WORDS };
+            let direct = self.take_leave_of_peers(resigned, direct_until);
             let linked = self.take_leave(until);
             if !linked {
                 self.link.close(self.platform);
             }
             if linked || direct {
-                self.peers.set_interest(self.platform, false);
+                self.peers.set_interest(self.platform, direct && resigned);
                 return Turn::Wait(Deadline::At(if direct { direct_until } else { until }));
             }
+            self.report_losses();
             self.stage = Stage::Ended(result);
         }
         match &self.stage {
@@ -287,20 +285,27 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         self.late_messages
     }
 
-    /// Looks for the last messages, and says how many have come too late.
-    fn report_late(&mut self, result: &Result<(), RunError>) {
-        for _ in 0..if result.is_ok() { LAST_READS } else { 0 } {
-            match self.sweep() {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(error) => {
-                    log::warn!("what another federate sent at the end could not be read: {error}");
-                    break;
-                }
-            }
+    /// How many messages are known not to have reached their receivers, which had left before their last tag, with
+    /// decentralized coordination: at least. Each such receiver was reported.
+    pub fn lost_messages(&self) -> u64 {
+        if !self.is_decentralized() {
+            return 0;
         }
-        if P::PEERS && self.late_messages > 0 {
+        self.peers.outbound.iter().fold(0, |sum, outbound| sum.saturating_add(outbound.lost()))
+    }
+
+    /// Says how many messages have come too late, or nowhere.
+    fn report_losses(&mut self) {
+        if !self.is_decentralized() {
+            return;
+        }
+        if self.late_messages > 0 {
             log::warn!("{} late messages", self.late_messages);
+        }
+        for (to, outbound) in self.federation.peers_out.iter().zip(self.peers.outbound.iter()) {
+            if outbound.lost() > 0 {
+                log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost());
+            }
         }
     }
 

@@ -64,7 +64,12 @@ impl<'s, P: Platform> Output<'_, 's, '_, P> {
     /// Sends to another federate past the RTI; over a logical connection with this tag.
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
         let output = message.output;
-        let Some((peer, platform)) = self.peer(output.federate, output.max_len) else { return Ok(()) };
+        let Some((peer, platform)) = self.peer(output.federate, output.max_len) else {
+            if tag.is_some() {
+                self.lose(output.federate);
+            }
+            return Ok(());
+        };
         let encode = |bytes: &mut [u8]| message.encode(bytes);
         let pushed = match tag {
             None => peer.output.push_p2p_with(output.port, output.federate, output.max_len, encode),
@@ -85,6 +90,14 @@ impl<'s, P: Platform> Output<'_, 's, '_, P> {
                 peer.stuck = peer.stuck.or(Some(platform.now()));
                 Err(SendError::NoRoom)
             }
+        }
+    }
+
+    /// A message has a tag, and is for a federate that has left.
+    fn lose(&mut self, federate: u16) {
+        let index = self.peers_out.iter().position(|peer| *peer == federate);
+        if index.and_then(|index| self.peers.outbound.get_mut(index)).is_some_and(Outbound::lose) {
+            log::warn!("federate {federate} has left: messages to it are lost");
         }
     }
 

@@ -25,6 +25,8 @@ pub struct Outbound<'s> {
     state: State,
     /// Since when a message has had no room.
     pub(super) stuck: Option<Instant>,
+    /// Messages that the other federate cannot have got, because it has left.
+    lost: u64,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -60,12 +62,23 @@ impl<'s> Outbound<'s> {
     /// A connection that is still to be made, with a send buffer in this memory.
     pub fn new(output: &'s mut [u8]) -> Self {
         let (output, answer) = (OutBuffer::new(output), InBuffer::new([0; 2]));
-        Self { output, answer, state: State::Absent, stuck: None }
+        Self { output, answer, state: State::Absent, stuck: None, lost: 0 }
     }
 
     /// Whether the other federate has left, so that what is sent to it goes nowhere.
     pub(super) fn has_ended(&self) -> bool {
         self.state == State::Ended
+    }
+
+    /// One more message for a federate that has left. `true` for the first.
+    pub(super) fn lose(&mut self) -> bool {
+        self.lost = self.lost.saturating_add(1);
+        self.lost == 1
+    }
+
+    /// How many messages are lost at least.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost
     }
 
     /// Writes what is pending. A connection that is broken is over.
@@ -88,6 +101,9 @@ impl<'s> Outbound<'s> {
         if let State::Connecting(socket, _) | State::Introduced(socket) | State::Open(socket) = self.state {
             platform.close(socket);
         }
+        // Its last message at least is not complete.
+        let loses = matches!(self.state, State::Open(_)) && !self.output.is_empty();
+        self.lost = self.lost.saturating_add(u64::from(loses));
         self.state = State::Ended;
         self.output.clear();
         self.answer.clear();
@@ -328,19 +344,24 @@ impl<'s> Peers<'s> {
         self.outbound.iter().all(|outbound| outbound.output.is_empty())
     }
 
-    /// Sends what is still to be sent, and takes nothing any more. `false` when there is nothing left.
-    pub(super) fn take_leave<P: Platform>(&mut self, platform: &mut P) -> bool {
+    /// Sends what is still to be sent, and closes each connection when that is done. Those over which something may
+    /// come stay open as long as this federate `hears`. `false` when nothing is left to be sent.
+    pub(super) fn take_leave<P: Platform>(&mut self, platform: &mut P, hears: bool) -> bool {
         if !P::PEERS {
             return false;
         }
         if let Some(listener) = self.listener.take() {
             platform.close(listener);
         }
-        for inbound in self.inbound.iter_mut() {
+        for inbound in self.inbound.iter_mut().filter(|inbound| !hears || inbound.from.is_none()) {
             inbound.close(platform);
         }
         self.look_for_ends(platform);
-        !self.flush(platform)
+        self.flush(platform);
+        for outbound in self.outbound.iter_mut().filter(|outbound| outbound.output.is_empty()) {
+            outbound.end(platform);
+        }
+        self.outbound.iter().any(|outbound| !outbound.output.is_empty())
     }
 
     /// Whether another federate can still send something directly.

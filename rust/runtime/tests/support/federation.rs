@@ -126,6 +126,8 @@ pub struct Report {
     pub late: Vec<Late>,
     /// How many messages each federate has counted as late.
     pub late_messages: Vec<u64>,
+    /// How many messages each federate knows not to have arrived.
+    pub lost_messages: Vec<u64>,
     /// When each federate ended, in virtual time.
     pub ended: Vec<Interval>,
     /// Whether each has run its shutdown reaction.
@@ -145,6 +147,7 @@ pub struct Ran {
     pub log: Log,
     pub late: Late,
     pub late_messages: u64,
+    pub lost_messages: u64,
     pub shut_down: bool,
 }
 
@@ -194,6 +197,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         logs: Vec::new(),
         late: Vec::new(),
         late_messages: Vec::new(),
+        lost_messages: Vec::new(),
         ended: Vec::new(),
         shut_down: Vec::new(),
         trouble: world.trouble(),
@@ -203,6 +207,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         report.logs.push(ran.log);
         report.late.push(ran.late);
         report.late_messages.push(ran.late_messages);
+        report.lost_messages.push(ran.lost_messages);
         report.ended.push(ended);
         report.shut_down.push(ran.shut_down);
     }
@@ -319,15 +324,15 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
-    let (result, late_messages) =
+    let (result, late_messages, lost_messages) =
         match FederateLoop::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
             Ok(mut federate) => loop {
                 match federate.turn() {
                     Turn::Wait(until) => federate.wait(until),
-                    Turn::Ended(result) => break (result, federate.late_messages()),
+                    Turn::Ended(result) => break (result, federate.late_messages(), federate.lost_messages()),
                 }
             },
-            Err(error) => (Err(error), 0),
+            Err(error) => (Err(error), 0, 0),
         };
-    Ran { result, log: node.log, late: node.late, late_messages, shut_down: node.ended }
+    Ran { result, log: node.log, late: node.late, late_messages, lost_messages, shut_down: node.ended }
 }
