@@ -318,7 +318,8 @@ fn messages_to_one_that_has_left_are_counted_by_their_sender() {
     }
 }
 
-/// One that goes on for long after the last tag of its receiver, as one may that is cut off, is not waited for for ever.
+/// One that goes on for long after the last tag of its receiver, as one that is cut off may, is not waited for for
+/// ever.
 #[test]
 fn a_peer_that_does_not_end_is_left() {
     let nodes = vec![timer(0, 1_000), Behavior::default()];

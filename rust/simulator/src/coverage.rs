@@ -79,7 +79,7 @@ impl Coverage {
             ("messages: late", counts.late),
             ("messages: late, behind a late one", counts.behind),
             ("messages: so late that they did not happen", counts.lost),
-            ("messages: to one that had left", counts.after_end),
+            ("messages: so late that their receiver was leaving", counts.after_end),
         ] {
             self.add(name, count);
         }

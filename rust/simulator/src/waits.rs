@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use lf_random::{Random, combine};
 
+use crate::program::CAPACITY_MAX;
 use crate::run::work_alone;
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
 use crate::trial::compile_text;
@@ -16,8 +17,14 @@ use crate::trial::compile_text;
 const LONGEST: Nanos = 5 * SEC;
 /// Turns of the event loop for one tag: the time has come, something was read, nothing more was.
 const TURNS_PER_TAG: Nanos = 6;
+/// Tags that an event loop runs in one turn at most. What comes meanwhile, it sees only after the turn.
+const TAGS_PER_TURN: usize = 16;
 /// Turns that anything else takes at one time.
 const TURNS_BESIDES: Nanos = 40;
+/// Bytes of a message at most, and how many of those that find no room in their queues the buffers between two
+/// federates hold in scenarios whose waits suffice.
+const MESSAGE: usize = 360;
+const BUFFERED: usize = 1 << 16;
 /// Bytes that are written at once at most.
 const PIECE: Nanos = 6_000;
 
@@ -34,9 +41,10 @@ pub(crate) fn assign(scenario: &mut Scenario) {
         connection.absent_after = absent_after;
     }
     let grouped: Vec<_> = scenario.federates.iter().map(|_| random.percent(50)).collect();
-    let mut needed = None;
+    let (mut needed, mut bounds) = (None, None);
     for _ in 0..4 {
-        let Some(bounds) = Bounds::of(scenario) else { break };
+        bounds = Bounds::of(scenario);
+        let Some(bounds) = &bounds else { break };
         needed = bounds.needed(scenario, &grouped);
         if needed.is_some() || !decentralized.is_safe {
             break;
@@ -44,16 +52,17 @@ pub(crate) fn assign(scenario: &mut Scenario) {
         bounds.lengthen_cycles(scenario, &mut random);
     }
     decentralized.is_safe &= needed.is_some();
-    scenario.decentralized = Some(decentralized);
     let needed = needed.unwrap_or_else(|| vec![random.one_of(&[100 * US, MS, 5 * MS]); scenario.connections.len()]);
     if decentralized.is_safe {
         wait_enough(scenario, &needed, &grouped, &mut random);
+        decentralized.is_safe = bounds.is_some_and(|bounds| bounds.make_room(scenario));
     } else {
         for (connection, needed) in scenario.connections.iter_mut().zip(&needed) {
             let share = random.one_of(&[0, 0, 1, 10, 50, 90]);
             connection.max_wait = Some(needed / 100 * share);
         }
     }
+    scenario.decentralized = Some(decentralized);
 }
 
 /// All wait as long as they need, some for ever where nothing has to come.
@@ -88,6 +97,8 @@ struct Bounds {
     lag: Vec<Nanos>,
     /// By connection: from sending to where the receiver sees it, and between the clocks.
     flight: Vec<Nanos>,
+    /// By federate: how many tags it has at which time after the start.
+    tags: Vec<BTreeMap<Nanos, usize>>,
 }
 
 impl Bounds {
@@ -97,6 +108,7 @@ impl Bounds {
         let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
         let work = work_alone(scenario, &plan)?;
         let lags: Vec<_> = work.iter().zip(&hosts[1..]).map(|(work, host)| behind(work, host)).collect();
+        let busy: Vec<_> = work.iter().zip(&lags).map(|(work, lag)| longest_turn(work).max(*lag)).collect();
         let asks = |federate: &crate::scenario::Reactor| {
             federate.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
         };
@@ -107,13 +119,14 @@ impl Bounds {
         } else {
             0
         };
-        // What comes while the receiver is busy, it sees only then.
         let between = |one: &Connection| {
             let (from, to) = (&hosts[one.from.0 + 1], &hosts[one.to.0 + 1]);
-            flight(from) + clock_error(scenario, from, to) + lags[one.to.0]
+            flight(from) + clock_error(scenario, from, to) + busy[one.to.0]
         };
         let flight = scenario.connections.iter().map(between).collect();
-        Some(Self { lag: lags.iter().map(|lag| lag + stop).collect(), flight })
+        let count = |work: &BTreeMap<Nanos, Vec<Nanos>>| work.iter().map(|(time, tags)| (*time, tags.len())).collect();
+        let tags = work.iter().map(count).collect();
+        Some(Self { lag: lags.iter().map(|lag| lag + stop).collect(), flight, tags })
     }
 
     /// By connection: how long its receiver has to wait; nothing, where a cycle has no end of it.
@@ -145,6 +158,27 @@ impl Bounds {
         None
     }
 
+    /// While a federate waits, messages go on to come. What its queues and buffers cannot hold of them holds up those
+    /// that send, which are late elsewhere then. So queues get the room that is needed; `false` where it is too much.
+    fn make_room(&self, scenario: &mut Scenario) -> bool {
+        let count = scenario.federates.len();
+        for (from, to) in (0..count).flat_map(|from| (0..count).map(move |to| (from, to))) {
+            let wait = longest_wait(scenario, to) + self.lag[to];
+            let coming = |one: &Connection| most_within(&self.tags[from], wait + one.after.unwrap_or(0));
+            let joining = || scenario.connections.iter().filter(|one| (one.from.0, one.to.0) == (from, to));
+            if joining().map(coming).sum::<usize>() * MESSAGE <= BUFFERED {
+                continue;
+            }
+            if joining().map(coming).any(|messages| messages > CAPACITY_MAX) {
+                return false;
+            }
+            for one in scenario.connections.iter_mut().filter(|one| (one.from.0, one.to.0) == (from, to)) {
+                one.capacity = one.capacity.max(Some(coming(one)));
+            }
+        }
+        true
+    }
+
     /// Each connection that has a delay gets as much more as any cycle can need.
     fn lengthen_cycles(&self, scenario: &mut Scenario, random: &mut Random) {
         let absences = scenario.connections.iter().map(|one| one.absent_after.unwrap_or(0)).sum::<Nanos>();
@@ -157,6 +191,29 @@ impl Bounds {
             }
         }
     }
+}
+
+/// How long a federate waits before a tag and in it, at most.
+fn longest_wait(scenario: &Scenario, federate: usize) -> Nanos {
+    let into = scenario.connections.iter().filter(|one| one.to.0 == federate);
+    let wait = |one: &Connection| {
+        one.max_wait.or(scenario.federates[federate].max_wait).unwrap_or(LONGEST) + one.absent_after.unwrap_or(0)
+    };
+    into.map(wait).max().unwrap_or(0)
+}
+
+/// How many of these tags there are at most in so long a time.
+fn most_within(tags: &BTreeMap<Nanos, usize>, within: Nanos) -> usize {
+    let (mut most, mut held) = (0, 0);
+    let mut first = tags.iter().peekable();
+    for (time, count) in tags {
+        held += count;
+        while let Some((_, gone)) = first.next_if(|(earlier, _)| *time - **earlier > within) {
+            held -= gone;
+        }
+        most = most.max(held);
+    }
+    most
 }
 
 /// What one turn of an event loop takes, with how late it is woken.
@@ -193,4 +250,11 @@ fn behind(work: &BTreeMap<Nanos, Vec<Nanos>>, host: &Host) -> Nanos {
         }
     }
     most + TURNS_BESIDES * turn(host)
+}
+
+/// How long one turn of the event loop of a federate can take that does so much work at these times.
+fn longest_turn(work: &BTreeMap<Nanos, Vec<Nanos>>) -> Nanos {
+    let tags: Vec<_> = work.values().flatten().copied().collect();
+    let windows = tags.windows(TAGS_PER_TURN.min(tags.len().max(1)));
+    windows.map(|window| window.iter().sum()).max().unwrap_or(0)
 }

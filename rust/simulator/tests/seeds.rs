@@ -42,6 +42,31 @@ fn late_messages_are_reported_to_the_last() {
     hold_decentralized(&[5, 108]);
 }
 
+/// Several messages had come for one tag, and the last of them behind the stop.
+#[test]
+fn who_comes_behind_others_of_its_tag_may_be_late_at_a_stop() {
+    hold_decentralized(&[26145]);
+}
+
+/// While a federate waited, its queues were full for so long that a sender was late elsewhere.
+#[test]
+fn queues_hold_what_comes_during_a_wait() {
+    hold_decentralized(&[25600]);
+}
+
+/// A turn of many tags was longer than what any of them had to wait for.
+#[test]
+fn waits_reckon_with_long_turns() {
+    hold_decentralized(&[30353]);
+}
+
+/// Federates of a circle held each other up, for their queues were too small for what was sent; in the second one they
+/// also held up another one.
+#[test]
+fn a_circle_of_full_queues_ends_with_an_error() {
+    hold_decentralized(&[27347, 40808]);
+}
+
 fn hold(seeds: &[u64]) {
     for seed in seeds {
         lf_simulator::try_seeds(Coordination::Centralized, *seed..*seed + 1)

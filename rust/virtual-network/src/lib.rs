@@ -72,13 +72,6 @@ pub enum Event<'a> {
         /// How many.
         bytes: usize,
     },
-    /// A side has closed its socket.
-    Closed {
-        /// Of which connection.
-        connection: usize,
-        /// Who has closed it.
-        side: usize,
-    },
     /// A write has found no room.
     Refused,
 }

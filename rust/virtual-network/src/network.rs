@@ -229,7 +229,6 @@ impl<M: Medium> Network<M> {
     pub fn close(&mut self, owner: usize, id: SocketId, now: u64) {
         match self.tables[owner].take(id).map(|socket| socket.kind) {
             Some(Kind::Open { connection, side }) => {
-                self.medium.see(Event::Closed { connection, side }, now);
                 self.desert(connection, side, now);
             }
             Some(Kind::Connecting { outcome: Ok(connection), .. }) => self.desert(connection, 0, now),

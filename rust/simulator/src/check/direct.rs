@@ -23,7 +23,6 @@ pub(crate) struct Sent {
     /// In virtual time: when its last byte was in the receiver's socket, and when it was read from there.
     pub(crate) arrives: u64,
     pub(crate) read: Option<u64>,
-    connection: usize,
     /// Where in the stream it ends.
     end: usize,
 }
@@ -45,8 +44,6 @@ struct Stream {
     read: usize,
     /// Messages that were not read yet.
     unread: VecDeque<usize>,
-    /// When the receiver closed its socket, and the sender.
-    closed: [Option<u64>; 2],
 }
 
 /// All connections between federates.
@@ -64,17 +61,6 @@ impl Direct {
 
     pub(super) fn has(&self, connection: usize) -> bool {
         self.streams.contains_key(&connection)
-    }
-
-    pub(super) fn close(&mut self, connection: usize, side: usize, now: u64) {
-        if let Some(stream) = self.streams.get_mut(&connection) {
-            stream.closed[side].get_or_insert(now);
-        }
-    }
-
-    /// When the receiver of a message closed its socket.
-    pub(crate) fn closed(&self, message: &Sent) -> Option<u64> {
-        self.streams.get(&message.connection)?.closed[1]
     }
 
     /// The sender has written at a time what arrives at another.
@@ -108,7 +94,6 @@ impl Direct {
                         number: Value::decode(payload).map_or(0, Value::number),
                         arrives,
                         read: None,
-                        connection,
                         end: stream.passed + at,
                     });
                 }

@@ -4,14 +4,17 @@
 use lf_coordination::rti::Outcome;
 use lf_model::ModelError;
 use lf_model::time::Tag;
-use lf_runtime::RunError;
+use lf_runtime::{PeerFault, RunError};
 
-use super::Violation;
+use super::{Sent, Violation};
 use crate::run::{End, Report};
 use crate::scenario::{Connection, Reactor, Scenario};
 
 /// A receive buffer beyond this holds all that can come within the RTI's window.
 const AMPLE: usize = 1 << 15;
+
+/// So long a federate that has failed tries to tell others at most, with some to spare. They go on meanwhile.
+const LAST_WORDS_NS: u64 = 2_000_000_000;
 
 /// Checks how all have ended. Nothing, when the program itself is at fault: when it breaks one of its capacities.
 pub(crate) fn ends(scenario: &Scenario, report: &Report) -> Option<Violation> {
@@ -58,6 +61,39 @@ fn has_no_actions(reactor: &Reactor) -> bool {
     reactor.actions.is_empty() && reactor.children.iter().all(has_no_actions)
 }
 
+/// Whether a federate rightly gave up another one that had no room for a minute: because that could not send itself,
+/// and so on to a circle, in which none can ever go on. Then all queues on the way are too small for what the program
+/// sends.
+fn waits_for_circle(scenario: &Scenario, report: &Report, federate: usize, stuck: usize) -> bool {
+    let Some(ended) = report.ended[federate] else { return false };
+    let before = ended.saturating_sub(LAST_WORDS_NS);
+    let stop = report.stop_tag(scenario).unwrap_or(Tag::FOREVER);
+    let is_full = |to: usize, port: usize| {
+        let came = |sent: &&Sent| sent.to == to && sent.port == port && sent.arrives <= before && sent.tag <= stop;
+        let handled = report.lateness[to].handled.get(port).map_or(&[][..], |handled| handled);
+        let handled = handled.iter().filter(|it| it.at <= before).count();
+        report.sent.iter().filter(came).count() >= handled + report.capacities[to][port]
+    };
+    let is_held_up = |from: usize, to: usize| {
+        let senders = report.senders[to].iter().enumerate();
+        senders.filter(|(_, sender)| **sender == from).any(|(port, _)| is_full(to, port))
+    };
+    // All that somebody waits for who is waited for.
+    let reached = |first: usize| {
+        let (mut open, mut seen) = (vec![first], Vec::new());
+        while let Some(from) = open.pop() {
+            for to in (0..report.ends.len()).filter(|to| is_held_up(from, *to)) {
+                if !seen.contains(&to) {
+                    seen.push(to);
+                    open.push(to);
+                }
+            }
+        }
+        seen
+    };
+    is_held_up(federate, stuck) && reached(federate).iter().any(|one| reached(*one).contains(one))
+}
+
 /// With a timeout or a granted stop, every federate's last tag is that.
 fn stop_tags(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let expected = report.stop_tag(scenario)?;
@@ -92,6 +128,9 @@ fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
                 return Some(Violation::InputFull { federate, how: error.to_string() });
             }
             full = true;
+        }
+        if let RunError::Peer { federate: stuck, fault: PeerFault::Stuck } = error {
+            full |= waits_for_circle(scenario, report, federate, usize::from(*stuck));
         }
     }
     for (federate, end) in report.ends.iter().enumerate() {

@@ -24,7 +24,7 @@ pub(crate) struct LateCounts {
     pub(crate) behind: u64,
     /// So late that they did not happen.
     pub(crate) lost: u64,
-    /// They came when their receiver had left.
+    /// Of these, those that came when their receiver had said that it leaves.
     pub(crate) after_end: u64,
 }
 
@@ -102,8 +102,7 @@ impl Receiver<'_> {
         let mut happened = handled.iter();
         let mut due = Due::default();
         let mut before: Option<Before> = None;
-        let sent = report.sent.iter().enumerate().filter(|(_, sent)| sent.to == federate && sent.port == port);
-        for (index, message) in sent {
+        for message in report.sent.iter().filter(|sent| sent.to == federate && sent.port == port) {
             let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
             let found = happened.as_slice().first().filter(|found| found.number == message.number).copied();
@@ -113,7 +112,7 @@ impl Receiver<'_> {
                     happened.next();
                     self.place(port, message, &found, expected)?
                 }
-                None => self.missing(port, (index, message), expected, &mut due)?,
+                None => self.missing(port, message, expected, &mut due)?,
             };
             if is_late && !was_late && expected == message.tag && self.is_timely(port, message) {
                 let (sent, happened) = (message.tag, found.map(|found| found.tag));
@@ -147,7 +146,7 @@ impl Receiver<'_> {
             let (sent, happened, intended) = (message.tag, found.tag, found.intended);
             return Err(Violation::Misplaced { federate, port, sent, happened, intended });
         }
-        if is_late && self.is_safe_before(message.tag) {
+        if is_late && self.is_safe_before(expected) {
             let (sent, happened) = (message.tag, Some(found.tag));
             return Err(Violation::LateThoughBounded { federate, port, sent, happened });
         }
@@ -155,35 +154,25 @@ impl Receiver<'_> {
     }
 
     /// A message did not happen. Whether it was late.
-    fn missing(
-        &mut self,
-        port: usize,
-        (index, message): (usize, &Sent),
-        expected: Tag,
-        due: &mut Due,
-    ) -> Result<bool, Violation> {
+    fn missing(&mut self, port: usize, message: &Sent, expected: Tag, due: &mut Due) -> Result<bool, Violation> {
         let federate = self.federate;
         let stop = self.report.stop_tag(self.scenario).unwrap_or(Tag::FOREVER);
         if expected > stop {
             due.may += 1;
             return Ok(true);
         }
-        let has_come = self.report.closed(index).is_none_or(|closed| message.arrives <= closed);
-        if self.is_safe_before(message.tag) {
+        if self.is_safe_before(expected) {
             return Err(Violation::LateThoughBounded { federate, port, sent: message.tag, happened: None });
         }
-        if has_come {
-            self.counts.lost += 1;
-            due.must += 1;
-            // One that was to happen late, before a stop came in between, counts as handled where it would have been.
-            due.unhandled += u64::from(!self.has_handlers(port));
-        } else {
-            self.counts.after_end += 1;
-        }
+        self.counts.lost += 1;
+        self.counts.after_end += u64::from(self.report.left[federate].is_some_and(|left| message.arrives > left));
+        due.must += 1;
+        // One that was to happen late, before a stop came in between, counts as handled where it would have been.
+        due.unhandled += u64::from(!self.has_handlers(port));
         Ok(true)
     }
 
-    /// Whether no message with this tag may be late. At a stop that somebody asked for, nobody waits.
+    /// Whether no message that is to happen at this tag may be late. At a stop that somebody asked for, nobody waits.
     fn is_safe_before(&self, tag: Tag) -> bool {
         let is_safe = self.scenario.decentralized.is_some_and(|it| it.is_safe);
         is_safe && self.report.granted_stop().is_none_or(|stop| tag < stop)

@@ -57,6 +57,8 @@ pub(crate) struct Seen {
     pub(crate) has_named: bool,
     /// The stop that was granted.
     pub(crate) stop: Option<Tag>,
+    /// When the RTI heard that it has left.
+    pub(crate) left: Option<u64>,
 }
 
 impl Seen {
@@ -151,6 +153,7 @@ impl Watch {
             named: None,
             has_named: false,
             stop: None,
+            left: None,
         };
         Self {
             taps: Vec::new(),
@@ -170,11 +173,6 @@ impl Watch {
         if host > 0 {
             self.direct.begin(connection, participant.saturating_sub(1), host - 1);
         }
-    }
-
-    /// A side has closed its socket.
-    pub(crate) fn close(&mut self, connection: usize, side: usize, now: u64) {
-        self.direct.close(connection, side, now);
     }
 
     /// Somebody has written what arrives at a time; side 0 is the one that connected: a federate.
@@ -226,7 +224,7 @@ impl Watch {
                         println!("{now:12} f{federate} {way} RTI {message:?}");
                     }
                     if direction == 0 {
-                        self.hear_federate(federate, &message);
+                        self.hear_federate(federate, &message, now);
                     } else {
                         self.hear_rti(federate, &message);
                     }
@@ -252,7 +250,7 @@ impl Watch {
         self.violation.get_or_insert(violation);
     }
 
-    fn hear_federate(&mut self, federate: usize, message: &Message<'_>) {
+    fn hear_federate(&mut self, federate: usize, message: &Message<'_>, now: u64) {
         if let Message::TaggedMessage { federate: to, tag: wire, .. } = *message
             && let Some(receiver) = self.seen.get_mut(usize::from(to))
         {
@@ -271,6 +269,7 @@ impl Watch {
                 seen.name_stop(tag(named));
             }
             Message::StopReply(named) => seen.name_stop(tag(named)),
+            Message::Resign => seen.left = Some(now),
             _ => {}
         }
     }

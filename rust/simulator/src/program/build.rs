@@ -52,7 +52,7 @@ impl Scripted {
             if let TriggerKind::Delay { source, .. } = trigger.kind {
                 sources[index] = Some(source.0);
             }
-            let cell = cell(plan, federate, plan::TriggerIndex(index), trigger, played);
+            let cell = cell(plan, federate, plan::TriggerIndex(index), trigger, played, side);
             made.push(cell.ok_or_else(|| BuildError { trigger: trigger.path.clone(), capacity: trigger.capacity })?);
         }
         let startup = federate.triggers.iter().find(|trigger| trigger.kind == TriggerKind::Startup);
@@ -82,6 +82,7 @@ fn cell(
     index: plan::TriggerIndex,
     trigger: &plan::Trigger,
     played: Option<&Played>,
+    side: &'static Side,
 ) -> Option<Cell> {
     let id = trigger_id(index);
     match &trigger.kind {
@@ -96,7 +97,7 @@ fn cell(
         },
         TriggerKind::Action { .. } => cells::logical(id, trigger.capacity),
         TriggerKind::NetworkInput { input, fills } if plan.is_decentralized() && !federate.inputs[input.0].physical => {
-            cells::tardy(port_id(*fills), trigger.capacity)
+            cells::tardy(port_id(*fills), trigger.capacity, side)
         }
         TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
             cells::queued(port_id(*fills), trigger.capacity)

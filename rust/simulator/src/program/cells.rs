@@ -13,9 +13,10 @@ use lf_model::{
 };
 
 use super::value::Value;
+use crate::world::Side;
 
 /// The greatest capacity that a queue can have here.
-pub(crate) const CAPACITY_MAX: usize = 1024;
+pub(crate) const CAPACITY_MAX: usize = 4096;
 /// How many events of a physical action wait for the event loop at most.
 const INBOX: usize = 64;
 
@@ -110,7 +111,7 @@ impl<const N: usize> AnyQueue for TardyInput<Value, N> {
 /// Chooses the smallest type that has at least this capacity; `None` when there is none so large.
 macro_rules! by_capacity {
     ($capacity:expr, $n:ident => $make:expr) => {
-        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024)
+        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 4096)
     };
     (@ $capacity:expr, $n:ident => $make:expr; $($number:literal)*) => {
         match $capacity {
@@ -138,13 +139,14 @@ pub(crate) fn physical(id: TriggerId, capacity: usize) -> Option<Cell> {
 
 pub(crate) fn queued(port: PortId, capacity: usize) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(QueuedPort::<Value, N>::new(port)));
-    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, handled: None }))
+    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, kept: None }))
 }
 
 /// The same for an input whose messages can come too late.
-pub(crate) fn tardy(port: PortId, capacity: usize) -> Option<Cell> {
+pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Option<Cell> {
     let queue: Option<Box<dyn AnyQueue>> = by_capacity!(capacity, N => Box::new(TardyInput::<Value, N>::new(port)));
-    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, handled: Some(Vec::new()) }))
+    let kept = Some(Kept { side, handled: Vec::new() });
+    queue.map(|queue| Cell::Queued(Queued { queue, capacity, pending: 0, most: 0, kept }))
 }
 
 impl Cell {
@@ -167,8 +169,15 @@ pub(crate) struct Queued {
     pending: usize,
     /// The most that there ever was in it.
     pub(crate) most: usize,
-    /// Of an input whose messages can come too late: what happened when.
-    pub(crate) handled: Option<Vec<Handled>>,
+    /// Of an input whose messages can come too late.
+    pub(crate) kept: Option<Kept>,
+}
+
+/// What an input keeps whose messages can come too late.
+pub(crate) struct Kept {
+    side: &'static Side,
+    /// What happened when.
+    pub(crate) handled: Vec<Handled>,
 }
 
 /// A message that happened.
@@ -179,6 +188,8 @@ pub(crate) struct Handled {
     pub(crate) number: u64,
     /// What it was intended for, as the queue says, if it came too late.
     pub(crate) intended: Option<Tag>,
+    /// In virtual time: when it was taken out of the queue.
+    pub(crate) at: u64,
 }
 
 impl Queued {
@@ -227,8 +238,8 @@ impl TriggerCell for Queued {
             self.pending = self.pending.saturating_sub(1);
         }
         let intended = self.queue.intended();
-        if let (Some(handled), Some(value)) = (&mut self.handled, self.queue.port().value()) {
-            handled.push(Handled { tag, number: value.number(), intended });
+        if let (Some(kept), Some(value)) = (&mut self.kept, self.queue.port().value()) {
+            kept.handled.push(Handled { tag, number: value.number(), intended, at: kept.side.now() });
         }
         next
     }

@@ -25,7 +25,7 @@ pub(crate) use value::{Shape, Value};
 
 use crate::scenario::Script;
 use crate::world::{Side, Thread};
-pub(crate) use cells::Handled;
+pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};
 
 /// An instance of a reactor, the same one whether federated or not.
@@ -228,7 +228,7 @@ impl Scripted {
     /// By network input: what happened when, where it can come too late.
     pub(crate) fn handled(&self) -> impl Iterator<Item = &[Handled]> {
         self.tables.inputs.iter().map(|input| match &self.cells[usize::from(input.trigger.0)] {
-            Cell::Queued(Queued { handled: Some(handled), .. }) => &handled[..],
+            Cell::Queued(Queued { kept: Some(kept), .. }) => &kept.handled[..],
             _ => &[],
         })
     }

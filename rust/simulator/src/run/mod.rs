@@ -72,12 +72,16 @@ pub(crate) struct Report {
     has_named: Vec<bool>,
     /// By federate and input: the capacity of its queue, and the most messages that came for one tag.
     pub(crate) capacities: Vec<Vec<usize>>,
+    /// By federate and input: who sends.
+    pub(crate) senders: Vec<Vec<usize>>,
+    /// By federate: when it ended, in virtual time.
+    pub(crate) ended: Vec<Option<u64>>,
     pub(crate) bursts: Vec<Vec<usize>>,
     pub(crate) counts: Counts,
     /// With decentralized coordination: all messages between federates, and what each made of those that came.
     pub(crate) sent: Vec<Sent>,
-    /// By message: when its receiver closed the connection.
-    closed: Vec<Option<u64>>,
+    /// By federate: when the RTI heard that it had left.
+    pub(crate) left: Vec<Option<u64>>,
     pub(crate) lateness: Vec<Lateness>,
     /// The clocks of all participants.
     pub(crate) sides: Vec<&'static Side>,
@@ -104,11 +108,6 @@ impl Report {
     /// Whether a federate had come to its own end before the others agreed to stop.
     pub(crate) fn left_before_stop(&self, federate: usize) -> bool {
         self.granted_stop().is_some() && (self.granted[federate].is_none() || !self.has_named[federate])
-    }
-
-    /// When the receiver of a message between federates closed the connection.
-    pub(crate) fn closed(&self, message: usize) -> Option<u64> {
-        self.closed[message]
     }
 
     /// The stop that was granted, if one was.
@@ -202,6 +201,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
             .chain(federates.iter_mut().map(|memory| Participant::NotYet(Seat::Federate(memory))))
             .collect(),
         ends: vec![End::Gone; plan.federates.len()],
+        ended: vec![None; plan.federates.len()],
         counted: vec![(0, Reports::default()); plan.federates.len()],
         outcome: None,
         faults: scenario.faults.clone(),
@@ -213,7 +213,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
     };
     stage.faults.sort_by_key(|fault| fault.at);
     let violation = stage.play(&mut world, &noted);
-    let Stage { ends, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
+    let Stage { ends, ended, counted, outcome, struck, turns, participants, cut_short, .. } = stage;
     drop(participants);
     let network = world.network.borrow();
     let Cables { watch, refused_writes, .. } = network.medium();
@@ -227,12 +227,14 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         struck,
         granted: watch.seen.iter().map(|seen| seen.stop).collect(),
         capacities: plan.federates.iter().map(capacities).collect(),
+        senders: plan.federates.iter().map(senders).collect(),
+        ended,
         bursts: watch.seen.iter().map(Seen::bursts).collect(),
         has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
         announced: watch.seen.iter().map(|seen| seen.announced).collect(),
         counts: watch.counts,
         sent: watch.direct.sent.clone(),
-        closed: watch.direct.sent.iter().map(|sent| watch.direct.closed(sent)).collect(),
+        left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
         sides: world.sides.clone(),
         refused_writes: *refused_writes,
@@ -276,6 +278,10 @@ fn capacities(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| federate.triggers[input.trigger.0].capacity).collect()
 }
 
+fn senders(federate: &Federate) -> Vec<usize> {
+    federate.inputs.iter().map(|input| usize::from(input.federate)).collect()
+}
+
 fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_>)> {
     Box::new(move |notice| {
         if prints {
@@ -296,6 +302,7 @@ fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_
 struct Stage<'a> {
     participants: Vec<Participant<'a>>,
     ends: Vec<End>,
+    ended: Vec<Option<u64>>,
     /// By federate: how many late messages it has counted and reported.
     counted: Vec<(u64, Reports)>,
     outcome: Option<Outcome>,
@@ -373,6 +380,7 @@ impl Stage<'_> {
                 Step::End(result) => {
                     if participant > 0 {
                         self.ends[participant - 1] = End::Ended(result);
+                        self.ended[participant - 1] = Some(world.sides[participant].now());
                     }
                     self.leave(world, participant);
                 }

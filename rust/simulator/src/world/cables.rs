@@ -86,7 +86,6 @@ impl Medium for Cables {
                 let visible = arrives.max(self.sides[self.ends[connection][1 - side]].now());
                 self.watch.write(connection, side, bytes, now, visible);
             }
-            Event::Closed { connection, side } => self.watch.close(connection, side, now),
             Event::Read { connection, side, bytes } => self.watch.read(connection, side, bytes, now),
             Event::Refused => self.refused_writes += 1,
         }
