@@ -216,3 +216,20 @@ fn a_trace_has_every_message_with_its_tag() {
         insta::assert_snapshot!("two_federates", all.concat().join("\n"));
     });
 }
+
+/// The datagrams of clock synchronization are in the trace too, with the federate at the other end.
+#[test]
+fn a_trace_has_the_rounds_over_udp() {
+    let folder = tempfile::tempdir().expect("there is a folder for such");
+    play_with("31-clock-sync-on", Some(folder.path()));
+    let trace = std::fs::read_to_string(folder.path().join("rti.csv")).expect("the RTI has written it");
+    let messages = trace.lines().map(|line| line.split(',').skip(1).take(3).collect::<Vec<_>>().join(" "));
+    let rounds = messages.filter(|line| [" T1", " T3", " T4", "_PROBE"].iter().any(|name| line.ends_with(name)));
+    let round = ["sent 0 T1", "received 0 T3", "sent 0 T4", "sent 0 CODED_PROBE"];
+    // In the second round there is an answer that the RTI discards.
+    let second = [&round[..2], &round[1..]].concat();
+    let over_tcp = [&round[..3], &round[..3]].concat();
+    let expected = [&over_tcp[..], &round, &second, &round, &round].concat();
+    let rounds: Vec<String> = rounds.take(expected.len()).collect();
+    assert_eq!(rounds, expected, "{trace}");
+}

@@ -2,7 +2,7 @@
 //! What an RTI reads and writes, as a table of messages.
 //!
 //! The trace is taken between the event loop and the sockets: it shows what was on the wire and when, and costs nothing
-//! where there is none. Clock synchronization over UDP is not in it.
+//! where there is none. The datagrams of clock synchronization are written down later, because their times count.
 
 mod table;
 
@@ -26,12 +26,16 @@ pub(crate) struct Traced<P> {
     platform: P,
     /// By the place of the socket.
     connections: BTreeMap<u16, Connection>,
+    /// Which federate has which UDP port.
+    ports: BTreeMap<SocketAddrV4, u16>,
+    /// Datagrams that are not in the table yet, oldest first.
+    datagrams: Vec<Datagram>,
     table: Table,
 }
 
 /// What is known of one connection.
-#[derive(Default)]
 struct Connection {
+    address: Ipv4Addr,
     federate: Option<u16>,
     received: Stream,
     sent: Stream,
@@ -45,19 +49,41 @@ struct Stream {
     unreadable: bool,
 }
 
+/// A datagram and when it came or went.
+struct Datagram {
+    now: Instant,
+    direction: Direction,
+    peer: SocketAddrV4,
+    bytes: Vec<u8>,
+}
+
 impl<P: Platform> Traced<P> {
     /// Traces into a new file.
     ///
     /// # Errors
     /// When it cannot be written.
     pub(crate) fn new(platform: P, file: &Path) -> io::Result<Self> {
-        Ok(Self { platform, connections: BTreeMap::new(), table: Table::create(file)? })
+        let (connections, ports) = (BTreeMap::new(), BTreeMap::new());
+        Ok(Self { platform, connections, ports, datagrams: Vec::new(), table: Table::create(file)? })
+    }
+
+    /// Writes down the datagrams that have come and gone; what is no message has come from a stranger.
+    fn note_datagrams(&mut self) {
+        for Datagram { now, direction, peer, bytes } in self.datagrams.drain(..) {
+            if let Ok(Decoded::Complete { message, len }) = decode(&bytes, &Limits::NONE)
+                && len == bytes.len()
+            {
+                self.table.add(now, direction, self.ports.get(&peer).copied(), &message);
+            }
+        }
     }
 
     /// Notes the messages that are whole with these bytes.
     fn note(&mut self, socket: SocketId, direction: Direction, bytes: &[u8]) {
+        self.note_datagrams();
         let now = self.platform.now();
-        let Some(Connection { federate, received, sent }) = self.connections.get_mut(&socket.index) else { return };
+        let Some(connection) = self.connections.get_mut(&socket.index) else { return };
+        let Connection { address, federate, received, sent } = connection;
         let stream = match direction {
             Direction::Received => received,
             Direction::Sent => sent,
@@ -72,6 +98,9 @@ impl<P: Platform> Traced<P> {
                 Ok(Decoded::Complete { message, len }) => {
                     if let Message::FedIds { federate: id, .. } | Message::FedNonce { federate: id, .. } = message {
                         *federate = Some(id);
+                    }
+                    if let (Message::UdpPort(port), Some(federate)) = (message, *federate) {
+                        self.ports.insert(SocketAddrV4::new(*address, port), federate);
                     }
                     self.table.add(now, direction, *federate, &message);
                     len
@@ -125,11 +154,19 @@ impl<P: Platform> Platform for Traced<P> {
     }
 
     fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
-        self.platform.receive_from(socket, buffer)
+        let received = self.platform.receive_from(socket, buffer)?;
+        if let Some((count, peer)) = received {
+            let now = self.platform.now();
+            self.datagrams.push(Datagram { now, direction: Direction::Received, peer, bytes: buffer[..count].into() });
+        }
+        Ok(received)
     }
 
     fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
-        self.platform.send_to(socket, to, bytes)
+        self.platform.send_to(socket, to, bytes)?;
+        let now = self.platform.now();
+        self.datagrams.push(Datagram { now, direction: Direction::Sent, peer: to, bytes: bytes.into() });
+        Ok(())
     }
 
     fn local_port(&mut self, listener: SocketId) -> Result<u16, NetError> {
@@ -138,8 +175,9 @@ impl<P: Platform> Platform for Traced<P> {
 
     fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
         let accepted = self.platform.accept(listener)?;
-        if let Some((socket, _)) = accepted {
-            self.connections.insert(socket.index, Connection::default());
+        if let Some((socket, address)) = accepted {
+            let (received, sent) = (Stream::default(), Stream::default());
+            self.connections.insert(socket.index, Connection { address, federate: None, received, sent });
         }
         Ok(accepted)
     }
@@ -165,6 +203,7 @@ impl<P: Platform> Platform for Traced<P> {
     }
 
     fn close(&mut self, socket: SocketId) {
+        self.note_datagrams();
         self.connections.remove(&socket.index);
         self.platform.close(socket);
     }
@@ -174,6 +213,7 @@ impl<P: Platform> Platform for Traced<P> {
     }
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
+        self.note_datagrams();
         self.platform.wait(until, ready);
     }
 
