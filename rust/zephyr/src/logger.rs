@@ -48,8 +48,8 @@ impl Log for Logger {
             Level::Debug | Level::Trace => raw::LOG_LEVEL_DBG,
         };
         let mut text = Text::new();
-        // What a reaction or the platform says speaks for itself; the other parts of the runtime say who they are.
-        if !record.target().starts_with("rustapp") && !record.target().starts_with(env!("CARGO_CRATE_NAME")) {
+        // A line is short, and what is for users speaks for itself; what is for debugging also says where it is from.
+        if record.level() >= Level::Debug {
             text.append(format_args!("{}: ", record.target()));
         }
         text.append(*record.args());

@@ -111,7 +111,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             program: &mut *self.program,
             awaited: &mut self.awaited,
             federate: self.federation.id,
-            late_messages: &mut self.late_messages,
+            late: &mut self.late,
         };
         for inbound in self.peers.inbound.iter_mut() {
             let Some(from) = inbound.from else { continue };
@@ -160,12 +160,20 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
     }
 }
 
+/// Messages that have come too late.
+#[derive(Debug, Default)]
+pub(super) struct Late {
+    pub(super) messages: u64,
+    /// Those of them that not all reactions handle.
+    pub(super) unhandled: u64,
+}
+
 /// The parts of the loop that a message of another federate changes.
 struct Receiver<'a, 's> {
     engine: &'a mut Engine<'s>,
     program: &'a mut dyn Program,
     awaited: &'a mut Awaited<'s>,
-    late_messages: &'a mut u64,
+    late: &'a mut Late,
     /// This federate.
     federate: u16,
     /// The federation's physical time.
@@ -276,14 +284,15 @@ impl Receiver<'_, '_> {
                 log::debug!("late message over {name} for {intended}: it happens at {actual}, {lateness:?} late");
             }
             Delivery::Tardy(actual) => {
+                self.late.unhandled = self.late.unhandled.saturating_add(1);
                 let (federate, actual) = (self.federate, EventTag::relative(actual, start));
                 log::warn!(
                     "late message to federate {federate} over {name} for {intended}: it happens at {actual}, \
-                     {lateness:?} after its time; wait longer with @maxwait or @absent_after, or give the reaction a \
-                     tardy handler",
+                     {lateness:?} after its time",
                 );
             }
             Delivery::Lost => {
+                self.late.unhandled = self.late.unhandled.saturating_add(1);
                 let federate = self.federate;
                 log::warn!(
                     "late message to federate {federate} over {name} for {intended}: it came {lateness:?} after its \
@@ -291,7 +300,7 @@ impl Receiver<'_, '_> {
                 );
             }
         }
-        *self.late_messages = self.late_messages.saturating_add(1);
+        self.late.messages = self.late.messages.saturating_add(1);
     }
 
     /// Whether every reaction that a value of this input triggers has a handler for tardy ones.

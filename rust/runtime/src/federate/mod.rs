@@ -28,6 +28,7 @@ use crate::error::RunError;
 use crate::platform::Platform;
 use crate::turn::Turn;
 use clock_sync::Port;
+use direct::Late;
 use input::Held;
 use link::{Arrival, Link};
 pub(crate) use peers::Peers;
@@ -144,8 +145,8 @@ pub struct FederateLoop<'a, 's, P> {
     federation_id: &'a [u8],
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
-    /// How many messages have come too late, with decentralized coordination.
-    late_messages: u64,
+    /// With decentralized coordination.
+    late: Late,
     stage: Stage,
 }
 
@@ -230,7 +231,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             federation,
             federation_id: join.federation_id,
             silent: false,
-            late_messages: 0,
+            late: Late::default(),
             stage: Stage::Taking,
         })
     }
@@ -282,7 +283,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// How many messages of other federates have come too late, with decentralized coordination. Each was reported.
     pub fn late_messages(&self) -> u64 {
-        self.late_messages
+        self.late.messages
     }
 
     /// How many messages are known not to have reached their receivers, which had left before their last tag, with
@@ -299,8 +300,14 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         if !self.is_decentralized() {
             return;
         }
-        if self.late_messages > 0 {
-            log::warn!("{} late messages", self.late_messages);
+        let Late { messages, unhandled } = self.late;
+        if unhandled > 0 {
+            log::warn!(
+                "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or @absent_after, or \
+                 give the reactions tardy handlers"
+            );
+        } else if messages > 0 {
+            log::warn!("{messages} late messages");
         }
         for (to, outbound) in self.federation.peers_out.iter().zip(self.peers.outbound.iter()) {
             if outbound.lost() > 0 {
