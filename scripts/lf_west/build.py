@@ -70,11 +70,22 @@ def generate(request: Request, surroundings: Surroundings) -> Description:
     )
     if board is not None:
         described = described.with_board(board)
-    kept = described
-    if request.federates and file.is_file():
-        kept = described.merged_over(description.load(file))
+    older = _built_before(file, surroundings) if request.federates else None
+    kept = described if older is None else described.merged_over(older)
     kept.save(file)
     return described
+
+
+def _built_before(file: Path, surroundings: Surroundings) -> Description | None:
+    """What is known of the federates that are not built this time. What another version has written is out of date,
+    as what it has built is."""
+    if not file.is_file():
+        return None
+    try:
+        return description.load(file)
+    except LfError:
+        surroundings.say(f"{file} is out of date: build the other federates, too, before all are run")
+        return None
 
 
 def images(request: Request, participants: Sequence[Participant], federated: bool, target: Path) -> list[Image]:

@@ -119,6 +119,22 @@ def test_chosen_federates_are_built_and_the_others_stay_known(world: World) -> N
     assert [item["name"] for item in kept["participants"]] == ["a", "b", "c"]
 
 
+def test_what_another_version_has_built_is_out_of_date(world: World, capsys: pytest.CaptureFixture[str]) -> None:
+    world.describe(a="host", b=BOARD)
+    world.touch("deployment.yaml")
+    file = world.build / "zephyr/Grid/federation.json"
+    file.parent.mkdir(parents=True)
+    file.write_text('{"program": "Grid"}')
+    assert main(["lf-fed-build", world.file, "-f", "b"]) == 0
+    assert f"{file} is out of date: build the other federates, too" in capsys.readouterr().out
+    assert [item["name"] for item in json.loads(file.read_text())["participants"]] == ["b"]
+    # Without the compiler there is nothing else to go by.
+    file.write_text("{}")
+    error = fails(["lf-fed-build", world.file, "-n"], capsys)[1]
+    assert f"{file} is no description of a program" in error
+    assert "Build again without --no-lfc and --no-build." in error
+
+
 def test_without_the_compiler_what_it_made_before_is_built(world: World, capsys: pytest.CaptureFixture[str]) -> None:
     world.touch("deployment.yaml")
     status, error = fails(["lf-fed-build", world.file, "-n"], capsys)
