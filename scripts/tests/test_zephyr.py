@@ -12,12 +12,15 @@ import re
 import shutil
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from conftest import BUILD
 
-from lf_west import compiler
+from lf_west import compiler, description
 from lf_west.federation import listening_port
 from lf_west.workspace import REPOSITORY
 
@@ -32,6 +35,7 @@ ALLOCATOR = re.compile(
 )
 # Parts of mangled names: SHA-256, and the event loop's connections past the RTI.
 UNUSED = re.compile(r"4sha2|10lf_runtime8federate5peers")
+COMPUTER_AND_BOARD = ("--deployment", str(PROGRAMS / "computer_and_board.yaml"))
 GRID_RESULT = {"A": "closed", "B": "open", "C": "open", "D": "closed"}
 
 
@@ -50,8 +54,39 @@ def lf(name: str, file: str | Path, *arguments: str, build: Path = BUILD, **envi
     return result.stdout
 
 
-def run(file: str, *arguments: str) -> str:
+def run(file: str | Path, *arguments: str) -> str:
     return lf("lf-fed-run", file, "--timeout", str(LIMIT_S), *arguments)
+
+
+@contextmanager
+def started(command: list[str], **environment: str) -> Iterator[subprocess.Popen[str]]:
+    """A program, its outputs in one. Where it hangs it is killed, so that its output ends."""
+    variables = {**os.environ, **environment}
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=variables
+    ) as process:
+        watchdog = threading.Timer(LIMIT_S, process.kill)
+        watchdog.start()
+        try:
+            yield process
+        finally:
+            watchdog.cancel()
+            process.kill()
+
+
+@contextmanager
+def rti(*options: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """An RTI and the port on which it listens."""
+    with started([str(compiler.find(None, os.environ).path), "rti", "-p", "0", *options]) as process:
+        assert process.stdout is not None
+        yield process, next(port for port in map(listening_port, map(str.strip, process.stdout)) if port is not None)
+
+
+@contextmanager
+def board(image: Path, federation_id: str, port: int, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """An image that joins the federation at this port."""
+    with started([str(image), f"-lf-federation-id={federation_id}", f"-lf-rti-port={port}", *options]) as process:
+        yield process
 
 
 def run_alone(file: str | Path) -> subprocess.CompletedProcess[str]:
@@ -147,6 +182,12 @@ def test_all_messages_arrive_in_order() -> None:
     assert "received 3000 of 3000 messages in order" in output
 
 
+def test_no_message_is_lost_without_an_rti_between_the_images() -> None:
+    deployment = ("--deployment", "deployment/native_sim.yaml")
+    output = run("message_test/src/MessageTestDecentralized.lf", *deployment)
+    assert "received 3000 of 3000 messages in order" in output
+
+
 def test_the_smart_grid_heals_itself_on_native_sim() -> None:
     output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/native_sim.yaml")
     assert circuits(output) == GRID_RESULT, output
@@ -159,30 +200,117 @@ def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> 
     assert circuits(output) == GRID_RESULT, output
 
 
+def test_the_decentralized_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:
+    output = run("smart_grid/src/SmartGridAfter.lf", "--deployment", "deployment/topology2.yaml")
+    assert re.search(r"^a +host ", output, re.MULTILINE), output
+    assert re.search(r"^b +native_sim/native/64 ", output, re.MULTILINE), output
+    assert circuits(output) == GRID_RESULT, output
+
+
 def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> None:
-    output = run(str(PROGRAMS / "QuestionAndAnswer.lf"))
+    output = run(PROGRAMS / "QuestionAndAnswer.lf")
     answers = re.findall(r"^asks +\| at ([0-9]+) ms the answer is (\S+)$", output, re.MULTILINE)
     expected = ["Some(10)", "Some(0)", "Some(20)", "Some(0)", "None", "Some(0)", "Some(40)"]
     assert answers == [(str(10 * index), answer) for index, answer in enumerate(expected)], output
+
+
+def test_a_computer_and_a_board_authenticate_and_send_to_each_other_past_the_rti() -> None:
+    output = run(PROGRAMS / "Squares.lf", *COMPUTER_AND_BOARD)
+    assert re.search(r"^computer +host ", output, re.MULTILINE), output
+    assert re.search(r"^board +native_sim/native/64 ", output, re.MULTILINE), output
+    assert re.search(r"^computer +\| 50 squares add up to 42925$", output, re.MULTILINE), output
+
+
+@pytest.mark.parametrize(
+    ("authenticates", "federation_id", "options", "words"),
+    [
+        (True, "another", ["-a"], "start the RTI and all federates with the same federation id"),
+        (True, "right", [], "does not use authentication (code 7). Start the RTI with authentication (`-a`)"),
+        (False, "another", [], "(code 1). Start the RTI and all federates with the same federation id"),
+        (
+            False,
+            "right",
+            ["-a"],
+            "(code 4). Use an RTI of the same release as this federate; if it has `-a`, set `auth",
+        ),
+    ],
+)
+def test_an_image_that_does_not_belong_to_the_rti_says_so_and_what_to_do(
+    authenticates: bool, federation_id: str, options: list[str], words: str
+) -> None:
+    if authenticates:
+        lf("lf-fed-build", PROGRAMS / "Squares.lf", *COMPUTER_AND_BOARD)
+        image = BUILD / "zephyr/Squares/board/zephyr/zephyr.exe"
+    else:
+        lf("lf-fed-build", "message_test/src/MessageTest.lf", "--deployment", "deployment/native_sim.yaml")
+        image = BUILD / "zephyr/MessageTest/receiver/zephyr/zephyr.exe"
+    with rti("-n", "2", "-i", "right", *options) as (process, port), board(image, federation_id, port) as refused:
+        output = refused.communicate()[0]
+        assert refused.returncode == 1, output
+        assert words in output
+        assert process.stdout is not None
+        assert any("refuse" in line for line in process.stdout), output
 
 
 def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
     """The board's clock gains 1 ms in a second, and would be 6 ms off in the end."""
     lf("lf-fed-build", PROGRAMS / "Drifting.lf")
     image = BUILD / "zephyr/Drifting/board/zephyr/zephyr.exe"
-    lfz = compiler.find(None, os.environ).path
-    command = [str(lfz), "rti", "-n", "1", "-i", "drifting", "-p", "0", "-c", "on", "period", "5000000"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as rti:
-        try:
-            assert rti.stdout is not None
-            port = next(port for port in map(listening_port, map(str.strip, rti.stdout)) if port is not None)
-            run_image = [str(image), "-lf-federation-id=drifting", f"-lf-rti-port={port}", "-rt-drift=0.001"]
-            result = subprocess.run(run_image, capture_output=True, text=True, timeout=LIMIT_S, check=False)
-            assert rti.wait(LIMIT_S) == 0
-        finally:
-            rti.kill()
-    output = result.stdout + result.stderr
-    assert result.returncode == 0, output
+    with (
+        rti("-n", "1", "-i", "drifting", "-c", "on", "period", "5000000") as (process, port),
+        board(image, "drifting", port, "-rt-drift=0.001") as drifting,
+    ):
+        output = drifting.communicate()[0]
+        assert drifting.returncode == 0, output
+        assert process.wait() == 0
+    assert_drift_was_found(output)
+
+
+def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path) -> None:
+    lf("lf-fed-build", PROGRAMS / "HeldUp.lf", *COMPUTER_AND_BOARD)
+    program = description.load(BUILD / "zephyr/HeldUp/federation.json").select(["computer"])[0].program
+    image = BUILD / "zephyr/HeldUp/board/zephyr/zephyr.exe"
+    os.mkfifo(tmp_path / "gate")
+    gate = os.open(tmp_path / "gate", os.O_RDWR)
+    with rti("-n", "2", "-i", "held up", "-c", "on", "period", "5000000") as (process, port):
+        command = [str(program), "--rti", f"127.0.0.1:{port}", "--id", "held up"]
+        with (
+            started(command, LF_TEST_GATE=str(tmp_path / "gate")) as computer,
+            board(image, "held up", port, "-rt-drift=0.001") as drifting,
+        ):
+            lines = []
+            assert drifting.stdout is not None
+            for line in drifting.stdout:
+                lines.append(line)
+                if "past the first tag" in line:
+                    os.write(gate, b".")
+            output = "".join(lines)
+            assert drifting.wait() == 0, output
+            said = computer.communicate()[0]
+            assert computer.returncode == 0, said
+            assert process.wait() == 0
+    os.close(gate)
+    assert "handled Some(42)" in output
+    # More may have come by the stop tag.
+    counted = re.search(r"counted up to ([0-9]+)", output)
+    assert counted is not None, output
+    assert int(counted[1]) >= 200
+    late = re.search(
+        r"late message to federate 1 over computer\.count -> board\.count for \(T0 \+ 0 ns = 0 ms, 0\): "
+        r"it happens at \(T0 \+ [0-9]+ ns = [0-9]+ ms, 1\), ([0-9.]+)(m?)s after its time\n",
+        output,
+    )
+    assert late is not None, output
+    # The board's first tag is 10 ms later. It began after @maxwait, and ended after @absent_after.
+    assert float(late[1]) * (1 if late[2] else 1000) >= 10 + 5 + 20
+    assert "give the reactions tardy handlers\n" in output
+    assert_drift_was_found(output)
+    # The computer has the clock of the RTI, so there is nothing to find out.
+    assert "rounds over UDP" not in said
+
+
+def assert_drift_was_found(output: str) -> None:
+    """The board says that its clock gains something like 1 ms in a second."""
     gained = re.search(r"([0-9]+) rounds over UDP.*the own clock gains ([0-9]+) ns in a second", output)
     assert gained is not None, output
     assert int(gained[1]) > 0, output
