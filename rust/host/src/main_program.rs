@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The `main` of a generated program.
 
-use std::fmt;
-use std::net::{SocketAddr, SocketAddrV4, ToSocketAddrs};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
 use std::process::ExitCode;
+use std::{fmt, io};
 
-use lf_model::time::Tag;
+use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program, Storage};
 use lf_runtime::{
     Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
@@ -75,9 +75,11 @@ fn run(
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
     let rti = rti_address(arguments, federation)?;
     let mut host = Host::new().map_err(MainError::System)?;
-    let shares_clock = !federation.local_clock_sync && rti.ip().is_loopback();
-    let clock_sync = if shares_clock { ClockSync::Off } else { federation.clock_sync };
-    let federation = &Federation { clock_sync, ..*federation };
+    let federation = &if federation.local_clock_sync || !is_own_address(*rti.ip()) {
+        *federation
+    } else {
+        Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
+    };
     if let Some(path) = &arguments.observations {
         host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
     }
@@ -106,13 +108,25 @@ fn rti_address(arguments: &Arguments, federation: &Federation) -> Result<SocketA
     ipv4.into_iter().next().ok_or_else(|| unknown("it has no IPv4 address".to_owned()))
 }
 
+/// Whether this computer has this address, and with it the clock of who listens there.
+fn is_own_address(address: Ipv4Addr) -> bool {
+    // To connect a UDP socket sends nothing: it looks up the route, and one to oneself begins at the same address.
+    let begins_there = || -> io::Result<bool> {
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        // Any port but 0.
+        socket.connect((address, 1))?;
+        Ok(socket.local_addr()?.ip() == IpAddr::V4(address))
+    };
+    address.is_loopback() || begins_there().unwrap_or(false)
+}
+
 /// Why a program ends early.
 #[derive(Debug)]
 enum MainError {
     /// The system refuses what every program needs.
-    System(std::io::Error),
+    System(io::Error),
     /// What is observed cannot be written.
-    Observations(std::io::Error),
+    Observations(io::Error),
     /// The RTI's host is unknown.
     Resolve { host: String, reason: String },
     /// The event loop ended early.
@@ -135,5 +149,19 @@ impl fmt::Display for MainError {
             }
             Self::Run(error) => error.fmt(f),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_addresses_of_this_computer_are_told_from_others() {
+        assert!(is_own_address(Ipv4Addr::LOCALHOST));
+        assert!(is_own_address(Ipv4Addr::new(127, 1, 2, 3)));
+        // Addresses that nobody has, in blocks for documentation and for multicast.
+        assert!(!is_own_address(Ipv4Addr::new(198, 51, 100, 77)));
+        assert!(!is_own_address(Ipv4Addr::new(233, 252, 0, 1)));
     }
 }

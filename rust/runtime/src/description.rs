@@ -73,7 +73,7 @@ pub struct Federation {
     pub peers_out: &'static [u16],
     /// The clock synchronization it takes part in.
     pub clock_sync: ClockSync,
-    /// Whether it takes part in clock synchronization if it runs on the RTI's computer and has the same clock.
+    /// Whether it takes part in clock synchronization even if it runs on the RTI's computer and has the same clock.
     pub local_clock_sync: bool,
     /// What its own clock shows too much, as a test of clock synchronization.
     pub test_offset: Interval,

@@ -45,7 +45,8 @@ pub struct RtiArgs {
     #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
     port: u16,
     /// Clock synchronization: `off`, `init` for once before the start, or `on` for rounds over UDP from then on, too;
-    /// then `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`.
+    /// then `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`. Programs on this
+    /// computer have its clock and take no part, unless `local-federates-on: true` is in `clock-sync-options`.
     #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init|on")]
     #[arg(default_value = "init")]
     clock_sync: Vec<String>,

@@ -71,7 +71,8 @@ pub struct Target {
     pub clock_sync_period_ns: i64,
     /// `clock-sync-options: {attenuation}`: one of so many parts of an error is made up for with each round.
     pub clock_sync_attenuation: u16,
-    /// `clock-sync-options: {local-federates-on}`: whether programs on the RTI's own computer take part.
+    /// `clock-sync-options: {local-federates-on}`: whether programs on the RTI's own computer take part, which have its
+    /// clock.
     pub clock_sync_local: bool,
     /// `clock-sync-options: {test-offset}` in nanoseconds: the clock of federate i shows 1 + i times as much too much.
     pub clock_sync_test_offset_ns: i64,
@@ -102,7 +103,7 @@ impl Default for Target {
             clock_sync_trials: 10,
             clock_sync_period_ns: CLOCK_SYNC_PERIOD_NS_DEFAULT,
             clock_sync_attenuation: 10,
-            clock_sync_local: true,
+            clock_sync_local: false,
             clock_sync_test_offset_ns: 0,
             advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
             dnet: true,

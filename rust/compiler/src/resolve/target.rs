@@ -251,7 +251,7 @@ impl Reader {
                     self.target.clock_sync_attenuation = attenuation.unwrap_or(self.target.clock_sync_attenuation);
                 }
                 "period" => self.clock_sync_period(key, value),
-                "local-federates-on" => self.target.clock_sync_local = self.boolean(key, value).unwrap_or(true),
+                "local-federates-on" => self.target.clock_sync_local = self.boolean(key, value).unwrap_or_default(),
                 "test-offset" => {
                     if matches!(value.kind, PropertyKind::Time(TimeValue::Forever)) {
                         self.bad(key, value, "a time by which the clocks are wrong");
