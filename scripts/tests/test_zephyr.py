@@ -200,11 +200,16 @@ def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> 
     assert circuits(output) == GRID_RESULT, output
 
 
-def test_the_decentralized_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:
+def test_the_decentralized_smart_grid_heals_itself_or_says_which_message_was_late() -> None:
+    """Nobody grants anything, so on a busy computer messages may be late; then units are safe rather than clever."""
     output = run("smart_grid/src/SmartGridAfter.lf", "--deployment", "deployment/topology2.yaml")
     assert re.search(r"^a +host ", output, re.MULTILINE), output
     assert re.search(r"^b +native_sim/native/64 ", output, re.MULTILINE), output
-    assert circuits(output) == GRID_RESULT, output
+    units = circuits(output)
+    if "late message to federate" in output:
+        assert (units["B"], units["C"]) == ("open", "open"), output
+    else:
+        assert units == GRID_RESULT, output
 
 
 def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> None:

@@ -303,8 +303,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let Late { messages, unhandled } = self.late;
         if unhandled > 0 {
             log::warn!(
-                "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or @absent_after, \
-                 or give the reactions tardy handlers"
+                "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or \
+                 @absent_after, or give the reactions tardy handlers"
             );
         } else if messages > 0 {
             log::warn!("{messages} late messages");
