@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lf-evaluate`: measures RTIs side by side on this computer; `cargo xtask evaluate` builds and runs it.
+//! `lf-evaluate`: measures RTIs and the applications of this repository on this computer; `cargo xtask evaluate` builds and runs it.
 #![forbid(unsafe_code)]
 
 mod suite;
@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
-/// Measures RTIs side by side on this computer.
+/// Measures RTIs side by side, and the applications of this repository, on this computer.
 #[derive(Debug, Parser)]
 #[command(name = "lf-evaluate", subcommand_negates_reqs = true)]
 struct Arguments {
@@ -19,6 +19,9 @@ struct Arguments {
     /// The program `lfz`, built for release.
     #[arg(long, value_name = "PATH", required = true)]
     lfz: Option<PathBuf>,
+    /// The folder of this repository, with the applications.
+    #[arg(long, value_name = "PATH", required = true)]
+    repository: Option<PathBuf>,
     /// The stock RTI, to be measured beside ours.
     #[arg(long, value_name = "PATH")]
     stock_rti: Option<PathBuf>,
@@ -40,6 +43,15 @@ struct Arguments {
     /// How many seconds the large federation runs.
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     large_seconds: u64,
+    /// How often the smart grid is run with each setting.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    iterations: u32,
+    /// How often the smart grid is run without a violation before a delay counts as long enough.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    after_runs: u32,
+    /// How many seconds the application with the drifting clock runs.
+    #[arg(long, value_name = "SECONDS", default_value_t = 600, value_parser = clap::value_parser!(u64).range(2..=86_400))]
+    drift_seconds: u64,
 }
 
 #[derive(Debug, Subcommand)]
@@ -47,9 +59,12 @@ enum Command {
     /// Be the forwarder that latencies are compared with.
     #[command(hide = true)]
     Forward,
+    /// Be the process that messages over a raw connection go to.
+    #[command(hide = true)]
+    Ping,
 }
 
-/// What can be measured.
+/// What can be measured. The last five run applications, on `native_sim` too where there is a Zephyr workspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Part {
     /// How long grants and messages are on their way.
@@ -62,6 +77,16 @@ enum Part {
     Large,
     /// How far clocks are apart, in virtual time.
     Clock,
+    /// How long a message of the message test takes, beside a raw connection.
+    Delay,
+    /// How many messages of the message test get through in a second.
+    Rate,
+    /// How long the smart grid takes to react with each setting of the thesis; takes minutes.
+    Grid,
+    /// The smallest delay of the smart grid's connections without a violation; takes up to half an hour.
+    After,
+    /// A drifting clock, synchronized for ten minutes.
+    Drift,
 }
 
 fn main() -> ExitCode {
@@ -69,6 +94,11 @@ fn main() -> ExitCode {
     let result = match arguments.command {
         Some(Command::Forward) => lf_evaluate::forward(|port| {
             println!("{port}");
+            // Whoever does not read the port will not connect either.
+            let _ = std::io::stdout().flush();
+        }),
+        Some(Command::Ping) => lf_evaluate::applications::answer_pings(|number| {
+            println!("{number}");
             // Whoever does not read the port will not connect either.
             let _ = std::io::stdout().flush();
         }),

@@ -94,7 +94,7 @@ pub(crate) fn start_forwarder() -> Result<(ChildGuard, u16)> {
 
 /// A child process that does not outlive its owner.
 #[derive(Debug)]
-pub(crate) struct ChildGuard(Child);
+pub(crate) struct ChildGuard(pub(crate) Child);
 
 impl Drop for ChildGuard {
     fn drop(&mut self) {

@@ -13,6 +13,12 @@ impl Samples {
         self.0.push(sample);
     }
 
+    /// How many there are.
+    #[expect(clippy::len_without_is_empty, reason = "no one asks for that")]
+    pub fn len(&self) -> u32 {
+        u32::try_from(self.0.len()).unwrap_or(u32::MAX)
+    }
+
     /// The value that `percent` of the samples do not exceed; zero if there are none.
     pub fn percentile(&self, percent: usize) -> Duration {
         let mut sorted = self.0.clone();

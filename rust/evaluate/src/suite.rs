@@ -3,6 +3,8 @@
 
 use std::time::Duration;
 
+use clap::ValueEnum;
+use lf_evaluate::applications::{self, Applications, Board};
 use lf_evaluate::{
     Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, clock, forwarder_latency,
     program_latency,
@@ -36,17 +38,37 @@ struct Run {
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let mut programs: Vec<Program> = arguments.lfz.iter().cloned().map(Program::Ours).collect();
     programs.extend(arguments.stock_rti.iter().cloned().map(Program::Stock));
-    let parts = [Part::Clock, Part::Latency, Part::Throughput, Part::Growth, Part::Large];
-    for part in parts.into_iter().filter(|part| arguments.only.is_empty() || arguments.only.contains(part)) {
+    let applications = applications(arguments);
+    let wanted = |part: &&Part| arguments.only.is_empty() || arguments.only.contains(part);
+    for part in Part::value_variants().iter().filter(wanted) {
         match part {
             Part::Latency => latency(arguments, &programs)?,
             Part::Throughput => throughput(arguments, &programs),
             Part::Growth => growth(arguments, &programs),
             Part::Large => large(arguments, &programs),
             Part::Clock => clocks(arguments),
+            Part::Delay => applications::delay(&applications, arguments.rounds)?,
+            Part::Rate => applications::rate(&applications, arguments.rounds)?,
+            Part::Grid => applications::grid(&applications, arguments.iterations)?,
+            Part::After => applications::smallest_after(&applications, arguments.after_runs)?,
+            Part::Drift if applications.boards.contains(&Board::NativeSim) => {
+                applications::drift(&applications, arguments.drift_seconds)?;
+            }
+            Part::Drift => println!("\nThe drifting clock is left out: there is no Zephyr workspace."),
         }
     }
     Ok(())
+}
+
+/// Images are built only where `ZEPHYR_BASE` names a Zephyr workspace; `cargo xtask evaluate` sets it.
+fn applications(arguments: &Arguments) -> Applications {
+    let mut boards = vec![Board::Host];
+    boards.extend(std::env::var_os("ZEPHYR_BASE").map(|_| Board::NativeSim));
+    Applications {
+        repository: arguments.repository.clone().unwrap_or_default(),
+        lfz: arguments.lfz.clone().unwrap_or_default(),
+        boards,
+    }
 }
 
 fn clocks(arguments: &Arguments) {

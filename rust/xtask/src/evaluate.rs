@@ -2,11 +2,11 @@
 //! Builds what is measured and what measures, for release, and runs it.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
-use crate::process;
+use crate::{process, zephyr};
 
-/// Measures the RTI; `arguments` are those of `lf-evaluate`.
+/// Measures RTIs and applications; `arguments` are those of `lf-evaluate`.
 pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
     let mut cargo = process::cargo(repository);
     cargo.args(["build", "--release", "--quiet", "--package", "lfz", "--package", "lf-evaluate"]);
@@ -14,8 +14,8 @@ pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
         return ExitCode::FAILURE;
     }
     let folder = target_folder(repository).join("release");
-    let mut evaluate = Command::new(folder.join("lf-evaluate"));
-    evaluate.arg("--lfz").arg(folder.join("lfz")).args(arguments);
+    let mut evaluate = zephyr::command_in_workspace(repository, &folder.join("lf-evaluate"));
+    evaluate.arg("--repository").arg(repository).arg("--lfz").arg(folder.join("lfz")).args(arguments);
     if process::succeeds(&mut evaluate) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 

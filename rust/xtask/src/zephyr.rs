@@ -48,6 +48,14 @@ pub(crate) fn federations(repository: &Path, report: &mut Report) {
     python::pytest(report, "federations", workspace.command("python3").current_dir(repository), "zephyr");
 }
 
+/// A command with the environment of a Zephyr workspace, if there is one.
+pub(crate) fn command_in_workspace(repository: &Path, program: &Path) -> Command {
+    match Workspace::find(repository) {
+        Some(workspace) => workspace.command(&program.to_string_lossy()),
+        None => Command::new(program),
+    }
+}
+
 fn workspace_or_skip(name: &str, repository: &Path, report: &mut Report) -> Option<Workspace> {
     let Some(workspace) = Workspace::find(repository) else {
         let reason = "no Zephyr workspace found: set ZEPHYR_BASE, or run `west zephyr-export` in one";

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A board and a computer with clock synchronization `on`, decentralized, while the board's clock drifts.
+
+use std::io::{BufRead, BufReader, Lines};
+use std::net::{Ipv4Addr, TcpListener};
+use std::process::{ChildStdout, Command, Stdio};
+use std::sync::mpsc;
+
+use super::Applications;
+use crate::process::ChildGuard;
+use crate::{Result, Table};
+
+/// What the board's clock gains, as a fraction: 26 µs in a second (thesis, section 6.1).
+const DRIFT: &str = "26e-6";
+
+/// Runs the application `clock_sync` for so many seconds, and prints how many messages came, and how many late.
+///
+/// # Errors
+/// When a program cannot be built or fails.
+pub fn drift(applications: &Applications, seconds: u64) -> Result<()> {
+    println!(
+        "\nA program and a native_sim image, decentralized, clock synchronization on; the image's clock gains 26 µs/s"
+    );
+    println!("Both send 100 messages a second for {seconds} s, and wait 10 ms for each.");
+    let source = applications.read("clock_sync/src/ClockSync.lf")?;
+    let text = source.replace("timeout: 10 sec", &format!("timeout: {seconds} sec"));
+    let file = applications.variant("ClockSync", &text)?;
+    let deployment = applications.file("clock_sync/deployment/native_sim.yaml");
+    let mut command = applications.west("lf-fed-build", &file);
+    let built = command.arg("--deployment").arg(deployment).stdin(Stdio::null()).output()?;
+    if !built.status.success() {
+        let text = String::from_utf8_lossy(&built.stdout).into_owned() + &String::from_utf8_lossy(&built.stderr);
+        return Err(text.into());
+    }
+    // Between here and the RTI's start somebody else could take the port; then the run fails and says so.
+    let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port();
+    let mut run = applications.west("lf-fed-run", &file);
+    run.args(["--no-build", "-f", "computer", "--rti-port", &port.to_string()]);
+    let (mut rti, mut computer) = start(&mut run)?;
+    let listening = |line: &String| line.contains("listening on TCP port");
+    if !computer.by_ref().map_while(std::result::Result::ok).any(|line| listening(&line)) {
+        return Err("the RTI has not started".into());
+    }
+    let image = applications.build_folder(&file).join("zephyr/ClockSync/board/zephyr/zephyr.exe");
+    let mut command = Command::new(image);
+    command.args([format!("-lf-rti-port={port}"), format!("-rt-drift={DRIFT}")]);
+    let (mut board, board_lines) = start(&mut command)?;
+    let (sender, receiver) = mpsc::channel();
+    for (name, lines) in [("computer", computer), ("board", board_lines)] {
+        let sender = sender.clone();
+        // It ends with the output of its process.
+        std::thread::spawn(move || {
+            for line in lines.map_while(std::result::Result::ok) {
+                // The receiver is there for as long as this function.
+                let _ = sender.send((name, line));
+            }
+        });
+    }
+    drop(sender);
+    let mut table = Table::new(&["", "sent", "heard", "late", "slowest µs"]);
+    for (name, line) in receiver {
+        if let Some([sent, heard, late, slowest]) = parse(&line) {
+            table.row(vec![name.to_owned(), sent, heard, late, slowest]);
+        } else if ["late", "clock", "rounds"].iter().any(|word| line.contains(word)) {
+            println!("{name}: {line}");
+        }
+    }
+    if !(rti.0.wait()?.success() && board.0.wait()?.success()) {
+        return Err("a participant has failed".into());
+    }
+    println!("\n{table}");
+    Ok(())
+}
+
+/// Starts a program whose output is read.
+fn start(command: &mut Command) -> Result<(ChildGuard, Lines<BufReader<ChildStdout>>)> {
+    let mut child = ChildGuard(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
+    let output = child.0.stdout.take().ok_or("a program has no output")?;
+    Ok((child, BufReader::new(output).lines()))
+}
+
+/// The numbers in `sent 900, heard 900, 0 late, the slowest after 812 us`.
+fn parse(line: &str) -> Option<[String; 4]> {
+    let (_, text) = line.split_once("sent ")?;
+    let (sent, text) = text.split_once(", heard ")?;
+    let (heard, text) = text.split_once(", ")?;
+    let (late, text) = text.split_once(" late, the slowest after ")?;
+    let (slowest, _) = text.split_once(" us")?;
+    Some([sent, heard, late, slowest].map(str::to_owned))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_read_from_what_the_federates_print() {
+        let line = "computer | sent 900, heard 899, 1 late, the slowest after 812 us";
+        assert_eq!(parse(line), Some(["900", "899", "1", "812"].map(str::to_owned)));
+    }
+}

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The smart grid with decentralized coordination: how long units B and C take to react to a fault, and how short the
+//! delay of the connections may be (thesis, section 6.3).
+
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use super::{Applications, Board};
+use crate::{Result, Table};
+
+/// A setting of the thesis, with its reaction times of B and C in milliseconds, as far as it tells them.
+struct Setting {
+    name: &'static str,
+    file: &'static str,
+    thesis: Option<[[f64; 10]; 2]>,
+}
+
+/// Thesis, tables 6.2 to 6.4 and figure 6.12.
+const SETTINGS: [Setting; 4] = [
+    Setting {
+        name: "after 25 ms (thesis table 6.2)",
+        file: "smart_grid/src/SmartGridAfter.lf",
+        thesis: Some([
+            [25.67, 25.74, 25.68, 25.90, 25.55, 25.83, 25.55, 25.84, 25.54, 25.98],
+            [25.66, 25.68, 25.79, 25.69, 25.68, 25.89, 25.70, 25.70, 26.06, 25.56],
+        ]),
+    },
+    Setting {
+        name: "after 17.5 ms (thesis table 6.3)",
+        file: "smart_grid/src/SmartGridShortAfter.lf",
+        thesis: Some([
+            [18.14, 18.72, 18.20, 148.65, 18.18, 18.21, 17.94, 17.93, 150.10, 149.72],
+            [150.25, 149.95, 150.08, 150.01, 149.86, 149.91, 149.82, 149.89, 149.83, 150.16],
+        ]),
+    },
+    Setting {
+        name: "after 12.5 ms, waits of 5 and 15 ms (thesis table 6.4)",
+        file: "smart_grid/src/SmartGridAfterAndWaits.lf",
+        thesis: Some([
+            [13.25, 13.17, 12.99, 14.75, 13.02, 13.32, 14.27, 13.06, 13.74, 13.26],
+            [14.18, 16.06, 13.92, 13.35, 14.43, 13.70, 15.34, 12.77, 13.11, 16.32],
+        ]),
+    },
+    Setting { name: "waits only (thesis figure 6.12)", file: "smart_grid/src/SmartGridWaits.lf", thesis: None },
+];
+
+/// Delays of the connections to choose from, in microseconds.
+const DELAYS_US: [u32; 16] =
+    [25_000, 17_500, 12_500, 8000, 6000, 4000, 3000, 2000, 1500, 1000, 700, 500, 350, 250, 150, 100];
+
+/// How one run went.
+struct Outcome {
+    /// Milliseconds from the measurement to the reaction of B and C, if they reacted.
+    reactions: [Option<f64>; 2],
+    /// A message came late, or a unit did not hear of all others in time.
+    violated: bool,
+}
+
+/// Runs the smart grid with the four settings of the thesis, and prints a table for each.
+///
+/// # Errors
+/// When a program cannot be built or fails.
+pub fn grid(applications: &Applications, iterations: u32) -> Result<()> {
+    println!("\nSmart grid: reaction time of units B and C in ms, {iterations} runs of each setting");
+    for setting in SETTINGS {
+        let import = applications.file("smart_grid/src/SmartGrid.lf");
+        let text = applications.read(setting.file)?.replace("SmartGrid.lf", &import.to_string_lossy());
+        let file = applications.variant("SmartGridSetting", &text)?;
+        let mut headings = vec![setting.name.to_owned()];
+        headings.extend((1..=iterations).map(|number| number.to_string()));
+        headings.extend(["average", "maximum", "violated"].map(str::to_owned));
+        let mut table = Table::new(&headings.iter().map(String::as_str).collect::<Vec<_>>());
+        let thesis =
+            setting.thesis.map_or([const { Vec::new() }; 2], |units| units.map(|times| times.map(Some).into()));
+        for (unit, times) in ["B", "C"].into_iter().zip(thesis) {
+            // A reaction by the safety mechanism, 150 ms after the fault, is a violation.
+            let late = times.iter().flatten().filter(|time| **time > 100.0).count();
+            let violated = if times.is_empty() { "yes".to_owned() } else { late.to_string() };
+            table.row(row(format!("thesis, {unit}"), &times, iterations, violated));
+        }
+        for &board in &applications.boards {
+            applications.build(board, &file)?;
+            let outcomes = (0..iterations).map(|_| run(applications, board, &file)).collect::<Result<Vec<_>>>()?;
+            let violated = outcomes.iter().filter(|outcome| outcome.violated).count();
+            for (index, unit) in ["B", "C"].into_iter().enumerate() {
+                let times: Vec<_> = outcomes.iter().map(|outcome| outcome.reactions[index]).collect();
+                table.row(row(format!("{board}, {unit}"), &times, iterations, violated.to_string()));
+            }
+        }
+        println!("\n{table}");
+    }
+    Ok(())
+}
+
+/// Looks for the smallest delay of the connections, without any waits, at which so many runs have no violation.
+///
+/// # Errors
+/// When a program cannot be built or fails.
+pub fn smallest_after(applications: &Applications, runs: u32) -> Result<()> {
+    println!("\nSmart grid: the smallest delay of the connections at which {runs} runs have no violation");
+    let mut table = Table::new(&["", "smallest after", "violated first", "in run"]);
+    for &board in &applications.boards {
+        let (mut holds, mut breaks) = (None, None);
+        // Delays before `low` hold, from `high` on they break.
+        let (mut low, mut high) = (0, DELAYS_US.len());
+        while low < high {
+            let middle = low.midpoint(high);
+            let delay = DELAYS_US[middle];
+            if let Some(run) = first_violation(applications, board, delay, runs)? {
+                high = middle;
+                breaks = Some((delay, run));
+            } else {
+                low = middle + 1;
+                holds = Some(delay);
+            }
+        }
+        let text = |delay: u32| format!("{:?}", Duration::from_micros(delay.into()));
+        let (next, run) = breaks.map_or_else(Default::default, |(delay, run)| (text(delay), run.to_string()));
+        table.row(vec![board.to_string(), holds.map_or_else(|| "none".to_owned(), text), next, run]);
+    }
+    println!("\n{table}");
+    Ok(())
+}
+
+/// The number of the first run with a violation.
+fn first_violation(applications: &Applications, board: Board, delay_us: u32, runs: u32) -> Result<Option<u32>> {
+    let file = applications.variant("SmartGridDelay", &with_delay(applications, delay_us))?;
+    applications.build(board, &file)?;
+    for number in 1..=runs {
+        if run(applications, board, &file)?.violated {
+            return Ok(Some(number));
+        }
+    }
+    Ok(None)
+}
+
+/// The smart grid with another delay, which ends soon after the fault.
+fn with_delay(applications: &Applications, delay_us: u32) -> String {
+    let import = applications.file("smart_grid/src/SmartGrid.lf");
+    let import = import.display();
+    let mut text = format!(
+        "target Rust {{ coordination: decentralized, timeout: 400 msec }}\n\
+         import RelayUnit from \"{import}\"\n\
+         federated reactor {{\n"
+    );
+    for (unit, name) in ["a", "b", "c", "d"].into_iter().enumerate() {
+        let open = if name == "d" { ", open_at_first = true" } else { "" };
+        let upper = name.to_uppercase();
+        let _ = writeln!(text, "    {name} = new RelayUnit(name = \"{upper}\", unit = {unit}{open})");
+    }
+    for (from, to) in [
+        ("a", "b.peer_1, c.peer_1, d.peer_1"),
+        ("b", "a.peer_1, c.peer_2, d.peer_2"),
+        ("c", "a.peer_2, b.peer_2, d.peer_3"),
+        ("d", "a.peer_3, b.peer_3, c.peer_3"),
+    ] {
+        // Writing into a string does not fail.
+        let _ = writeln!(text, "    ({from}.dip)+ -> {to} after {delay_us} usec");
+    }
+    text + "}\n"
+}
+
+fn run(applications: &Applications, board: Board, file: &Path) -> Result<Outcome> {
+    let output = applications.run(board, file)?;
+    let reactions = ["B", "C"].map(|unit| reaction(&output, unit));
+    let late = ["late message", "did not arrive together"].iter().any(|words| output.contains(words));
+    Ok(Outcome { reactions, violated: late || reactions.contains(&None) })
+}
+
+/// The time in what a unit says: `B: open, reaction time 25.22 ms`.
+fn reaction(output: &str, unit: &str) -> Option<f64> {
+    let said = |line: &str| {
+        let (_, text) = line.split_once("| ")?;
+        let text = text.strip_prefix(unit)?.strip_prefix(": ")?;
+        let (_, time) = text.split_once("reaction time ")?;
+        time.strip_suffix(" ms")?.parse().ok()
+    };
+    output.lines().find_map(said)
+}
+
+fn row(name: String, times: &[Option<f64>], iterations: u32, violated: String) -> Vec<String> {
+    let cell = |time: Option<f64>| time.map_or_else(String::new, |time| format!("{time:.2}"));
+    let mut cells = vec![name];
+    cells.extend((0..iterations as usize).map(|index| cell(times.get(index).copied().flatten())));
+    let known: Vec<f64> = times.iter().copied().flatten().collect();
+    #[expect(clippy::cast_precision_loss, reason = "there are few runs")]
+    let average = (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64);
+    cells.extend([cell(average), cell(known.iter().copied().reduce(f64::max)), violated]);
+    cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reaction_is_read_from_what_its_unit_says() {
+        let output = "a   | A: closed, reaction time 25.19 ms\nb   | B: open, reaction time 25.22 ms\n";
+        assert_eq!(reaction(output, "B"), Some(25.22));
+        assert_eq!(reaction(output, "C"), None);
+    }
+}
