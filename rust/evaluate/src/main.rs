@@ -77,7 +77,7 @@ enum Part {
     Large,
     /// How far clocks are apart, in virtual time.
     Clock,
-    /// How long a message of the message test takes, beside a raw connection.
+    /// How long a message of the message test takes on Linux, beside a raw connection.
     Delay,
     /// How many messages of the message test get through in a second.
     Rate,
