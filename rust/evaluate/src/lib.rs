@@ -2,8 +2,8 @@
 //! Measures RTIs side by side: latency, throughput, memory, and what a grant costs as a federation grows; and the
 //! applications of this repository, as programs and as images.
 //!
-//! In measurements of RTIs the federates are raw sockets that keep the rules of the protocol ([`Peer`]) and all live in one thread
-//! ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
+//! In measurements of RTIs the federates are raw sockets that keep the rules of the protocol ([`Peer`]) and all live in
+//! one thread ([`Swarm`]), so that every RTI gets the same input and the federates cost as little as possible.
 
 pub mod applications;
 pub mod clock;

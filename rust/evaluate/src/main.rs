@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lf-evaluate`: measures RTIs and the applications of this repository on this computer; `cargo xtask evaluate` builds and runs it.
+//! `lf-evaluate`: measures RTIs and the applications of this repository on this computer; `cargo xtask evaluate` builds
+//! and runs it.
 #![forbid(unsafe_code)]
 
 mod suite;
@@ -50,7 +51,7 @@ struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     after_runs: u32,
     /// How many seconds the application with the drifting clock runs.
-    #[arg(long, value_name = "SECONDS", default_value_t = 600, value_parser = clap::value_parser!(u64).range(2..=86_400))]
+    #[arg(long, value_name = "SECONDS", default_value_t = 600, value_parser = clap::value_parser!(u64).range(2..))]
     drift_seconds: u64,
 }
 

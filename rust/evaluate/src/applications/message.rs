@@ -25,8 +25,8 @@ struct Delay {
     max: i64,
 }
 
-/// Measures the delay of messages beside that of the same bytes over a raw TCP connection, in turns, and prints the best
-/// round of each.
+/// Measures the delay of messages beside that of the same bytes over a raw TCP connection, in turns, and prints the
+/// best round of each.
 ///
 /// # Errors
 /// When a program cannot be built or fails.
@@ -40,8 +40,8 @@ pub fn delay(applications: &Applications, rounds: u32) -> Result<()> {
         ("centralized", centralized(applications)?),
     ];
     let mut ways: Vec<(String, Option<(Board, PathBuf)>)> = vec![("raw TCP, Linux".to_owned(), None)];
-    // The clock of native_sim stands still while the program works, and lags behind by as much afterwards; the clocks of
-    // two images differ by more than what is measured here.
+    // The clock of native_sim stands still while the program works, and lags behind by as much afterwards; the clocks
+    // of two images differ by more than what is measured here.
     let board = Board::Host;
     for (name, file) in programs {
         applications.build(board, &file)?;
