@@ -85,3 +85,8 @@ fn waits_and_handlers_have_no_effect_where_the_rti_decides_or_nobody_does() {
     check("idle_waits");
     check("idle_waits_alone");
 }
+
+#[test]
+fn queues_follow_waits_up_to_a_limit_and_what_is_beyond_is_said() {
+    check("long_waits");
+}

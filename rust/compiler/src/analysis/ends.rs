@@ -47,7 +47,7 @@ impl Builder<'_> {
 
     pub(super) fn inputs(&self) -> Vec<plan::NetworkInput> {
         let mut inputs = Vec::new();
-        for position in &self.context.network.inputs[self.part] {
+        for (position, spacings_ns) in self.context.network.inputs[self.part].iter().zip(&self.spacings) {
             let link = &self.context.graph.links[*position];
             inputs.push(plan::NetworkInput {
                 name: self.link_name(*position),
@@ -60,6 +60,7 @@ impl Builder<'_> {
                 direct: link.physical || self.context.decentralized,
                 max_wait_ns: self.context.waits[*position].max_wait_ns,
                 absent_after_ns: self.context.waits[*position].absent_after_ns,
+                spacings_ns: spacings_ns.clone(),
                 ty: self.value_type(link),
                 at: self.context.places.at(link.span),
             });

@@ -8,6 +8,7 @@ use super::graph::{Graph, Node};
 use super::network::Network;
 use super::order::Levels;
 use super::physical;
+use super::rate::Stream;
 use super::triggers::Source;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
@@ -45,6 +46,8 @@ pub(super) struct Builder<'a> {
     pub(super) ports: BTreeMap<Node, PortIndex>,
     pub(super) triggers: Vec<plan::Trigger>,
     pub(super) sources: BTreeMap<Source, TriggerIndex>,
+    /// By network input: how far apart the values are that come there, as far as that is known.
+    pub(super) spacings: Vec<Option<Vec<Stream>>>,
 }
 
 /// Works out the plan of one federate.
@@ -53,7 +56,8 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
     let members = (0..tree.instances.len()).filter(|instance| context.parts.of[*instance] == Some(part));
     let instances: BTreeMap<_, _> = members.enumerate().map(|(index, member)| (member, InstanceIndex(index))).collect();
     let ports = BTreeMap::new();
-    let mut builder = Builder { context, part, instances, ports, triggers: Vec::new(), sources: BTreeMap::new() };
+    let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
+    let mut builder = Builder { context, part, instances, ports, triggers, sources, spacings };
     builder.number_ports();
     builder.add_triggers(diagnostics);
     let reactions = builder.reactions(diagnostics);

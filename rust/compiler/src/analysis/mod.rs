@@ -13,6 +13,7 @@ mod triggers;
 mod waits;
 mod zero_delay;
 
+pub(crate) use rate::{direct_capacity, in_flight};
 pub use triggers::NETWORK_CAPACITY;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};

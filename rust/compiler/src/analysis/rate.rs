@@ -17,7 +17,7 @@ const STREAMS_MAX: usize = 64;
 const CHAIN_MAX: usize = 200;
 
 /// The least distance of two events of a stream in nanoseconds; nothing for a stream of one event.
-pub(super) type Stream = Option<i64>;
+pub(crate) type Stream = Option<i64>;
 
 /// The streams of events at a port.
 #[derive(Clone, Debug, Default)]
@@ -122,8 +122,23 @@ impl<'a> Rates<'a> {
     }
 }
 
+/// How many messages the queue of a network input holds besides in decentralized coordination, where nobody counts what
+/// is under way: the connection's buffers slow the sender when there is no room.
+const DIRECT_CAPACITY: usize = 8;
+
+/// How many messages such a queue holds at most for the sake of waits, so that a wait that is only meant to be long
+/// enough takes no memory. More come when there is room.
+const WAITING_MAX: usize = 256;
+
+/// What the queue of a network input holds in decentralized coordination, where the program does not say it: messages
+/// of these streams go on to come while their receiver waits.
+pub(crate) fn direct_capacity(streams: &[Stream], delay: i64, wait: i64) -> usize {
+    let waiting = in_flight(streams, delay.saturating_add(wait)).min(WAITING_MAX);
+    in_flight(streams, delay).max(waiting).saturating_add(DIRECT_CAPACITY)
+}
+
 /// How many events of these streams can be on their way at the same time when each takes `delay` nanoseconds.
-pub(super) fn in_flight(streams: &[Stream], delay: i64) -> usize {
+pub(crate) fn in_flight(streams: &[Stream], delay: i64) -> usize {
     let one = |stream: &Stream| match stream {
         None => 1,
         Some(spacing) => usize::try_from(delay / spacing).unwrap_or(usize::MAX).saturating_add(1),
@@ -133,7 +148,7 @@ pub(super) fn in_flight(streams: &[Stream], delay: i64) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::in_flight;
+    use super::{direct_capacity, in_flight};
 
     #[test]
     fn a_delay_holds_what_it_spans_and_the_event_that_leaves() {
@@ -142,5 +157,14 @@ mod tests {
         assert_eq!(in_flight(&[Some(10), None], 0), 2);
         assert_eq!(in_flight(&[], 100), 1);
         assert_eq!(in_flight(&[Some(1), Some(1)], i64::MAX), usize::MAX);
+    }
+
+    #[test]
+    fn a_queue_holds_what_comes_during_a_wait_up_to_a_limit() {
+        assert_eq!(direct_capacity(&[Some(10)], 20, 0), 3 + 8);
+        assert_eq!(direct_capacity(&[Some(10)], 20, 50), 8 + 8);
+        assert_eq!(direct_capacity(&[Some(10)], 0, 100_000), 256 + 8);
+        assert_eq!(direct_capacity(&[Some(10)], 5_000, 100_000), 501 + 8);
+        assert_eq!(direct_capacity(&[], 0, 100_000), 1 + 8);
     }
 }

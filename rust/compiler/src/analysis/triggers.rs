@@ -7,13 +7,13 @@
 //! | action | what is on its way by its minimum delay, and [`ACTION_CAPACITY`], because bodies can delay more |
 //! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
 //! | connection between federates | what is on its way by twice the delay, as far as known, and [`NETWORK_CAPACITY`] |
-//! | the same, decentralized | what is on its way by the delay and the longest wait, and [`DIRECT_CAPACITY`] |
+//! | the same, decentralized | what is on its way by the delay and the longest wait: [`direct_capacity`] |
 //!
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
 
 use super::federate::Builder;
-use super::rate::{Rates, in_flight};
+use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
@@ -28,14 +28,6 @@ const ACTION_CAPACITY: usize = 8;
 /// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
 /// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
-
-/// How many messages the queue of a network input holds besides in decentralized coordination, where nobody counts what
-/// is under way: the connection's buffers slow the sender when there is no room.
-const DIRECT_CAPACITY: usize = 8;
-
-/// How many messages such a queue holds at most for the sake of waits, so that a wait that is only meant to be long
-/// enough takes no memory. More come when there is room.
-const WAITING_MAX: usize = 256;
 
 /// What a trigger is in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -237,13 +229,14 @@ impl Builder<'_> {
     ) {
         let graph = self.context.graph;
         let link = &graph.links[position];
-        let capacity = self.given_capacity(position).unwrap_or_else(|| {
-            let rate = rates.of_port(graph.root[link.from]);
-            let delay_ns = link.delay.unwrap_or_default();
-            if self.context.decentralized && !link.physical {
-                let delayed = in_flight(&rate.streams, delay_ns);
-                let waiting = in_flight(&rate.streams, delay_ns.saturating_add(self.wait_ns())).min(WAITING_MAX);
-                return bounded(delayed.max(waiting).saturating_add(DIRECT_CAPACITY), link.span, diagnostics);
+        let rate = rates.of_port(graph.root[link.from]);
+        let delay_ns = link.delay.unwrap_or_default();
+        let is_direct = self.context.decentralized && !link.physical;
+        let given = self.given_capacity(position);
+        let capacity = given.unwrap_or_else(|| {
+            if is_direct {
+                let derived = direct_capacity(&rate.streams, delay_ns, self.wait_ns());
+                return bounded(derived, link.span, diagnostics);
             }
             if !rate.complete && delay_ns > 0 && !link.physical && self.is_in_cycle(position) {
                 let message =
@@ -256,8 +249,29 @@ impl Builder<'_> {
             let derived = in_flight(&rate.streams, delay_ns.saturating_mul(2));
             bounded(derived.saturating_add(NETWORK_CAPACITY), link.span, diagnostics)
         });
+        if is_direct {
+            self.report_crowd(position, &rate, capacity, diagnostics);
+        }
+        self.spacings.push(rate.complete.then_some(rate.streams));
         let kind = TriggerKind::NetworkInput { input, fills: self.port(link.to) };
         self.add_link(position, kind, capacity);
+    }
+
+    /// Says where more messages come while this federate waits than the queue holds, if that is certain.
+    fn report_crowd(&self, position: usize, rate: &Rate, capacity: usize, diagnostics: &mut Diagnostics) {
+        let link = &self.context.graph.links[position];
+        let coming = in_flight(&rate.streams, link.delay.unwrap_or_default().saturating_add(self.wait_ns()));
+        if !rate.complete || coming <= capacity {
+            return;
+        }
+        let name = self.link_name(position);
+        let message =
+            format!("{coming} values can come over `{name}` while its receiver waits, and its queue holds {capacity}");
+        let hint = format!(
+            "when the connection's buffers are full as well, the sender is held up, and late elsewhere: write \
+             `@capacity({coming})` before the connection, or wait for a shorter time",
+        );
+        diagnostics.push(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
     }
 
     /// How long a message can be held up by what this federate waits for elsewhere, waits for ever left out: how many

@@ -11,9 +11,13 @@
 //!
 //! The least solution is the length of the longest path to j. Where a cycle's X add up to more than 0 there is none:
 //! each round would have to wait longer than the one before it.
+//!
+//! All that is true as long as nobody is held up in sending: while j waits, its queues have to hold what goes on to
+//! come.
 
 mod bounds;
 mod connections;
+mod crowds;
 mod lateness;
 mod least;
 mod render;
@@ -24,6 +28,7 @@ use serde::Serialize;
 
 pub use bounds::{Bounds, FederateBounds, HostLatency, MissingBound, parse_time};
 pub use connections::Connection;
+pub use crowds::Crowd;
 
 use crate::plan::{Plan, ReactionKind};
 use connections::Network;
@@ -42,6 +47,8 @@ pub struct Offsets {
     pub cycles: Vec<Vec<usize>>,
     /// Where the program waits for too short a time.
     pub short_waits: Vec<ShortWait>,
+    /// Where more messages can come during a wait than a queue holds, so that the sender may be held up.
+    pub crowds: Vec<Crowd>,
     /// The deadlines, with what the offsets leave of them.
     pub deadlines: Vec<Deadline>,
 }
@@ -111,15 +118,20 @@ impl Offsets {
             })
             .collect();
         let short_waits = if plan.is_decentralized() { lateness::short_waits(plan, &network) } else { Vec::new() };
+        let crowds = if plan.is_decentralized() { crowds::crowds(plan, &network, &federates) } else { Vec::new() };
         let deadlines = deadlines(plan, bounds, &federates);
         let cycles = least.cycles;
         let connections = network.connections;
-        Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, deadlines })
+        Ok(Self { program: plan.name.clone(), connections, federates, cycles, short_waits, crowds, deadlines })
     }
 
-    /// Whether all federates have a safe offset, and the program waits long enough and leaves its deadlines enough.
+    /// Whether all federates have a safe offset, and the program waits long enough, has room for what comes meanwhile,
+    /// and leaves its deadlines enough.
     pub fn is_safe(&self) -> bool {
-        self.cycles.is_empty() && self.short_waits.is_empty() && self.deadlines.iter().all(Deadline::is_met)
+        self.cycles.is_empty()
+            && self.short_waits.is_empty()
+            && self.crowds.is_empty()
+            && self.deadlines.iter().all(Deadline::is_met)
     }
 }
 

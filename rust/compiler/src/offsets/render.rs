@@ -3,7 +3,7 @@
 
 use core::fmt::{self, Display, Formatter};
 
-use super::{Connection, Deadline, FederateOffset, Offsets, ShortWait};
+use super::{Connection, Crowd, Deadline, FederateOffset, Offsets, ShortWait};
 use crate::plan::Time;
 
 impl Display for Offsets {
@@ -17,6 +17,9 @@ impl Display for Offsets {
         }
         for wait in &self.short_waits {
             self.short_wait(wait, f)?;
+        }
+        for crowd in &self.crowds {
+            self.crowd(crowd, f)?;
         }
         for deadline in &self.deadlines {
             write_deadline(deadline, f)?;
@@ -59,6 +62,17 @@ impl Offsets {
             writeln!(f, "    {}: {} = {sign}{amount}", connection.name, Parts(connection))?;
         }
         writeln!(f, "  hint: delay its connections by {} more (`after`) in all", Time(sum))
+    }
+
+    fn crowd(&self, crowd: &Crowd, f: &mut Formatter<'_>) -> fmt::Result {
+        let Crowd { connection, wait_ns, messages, capacity } = crowd;
+        writeln!(
+            f,
+            "warning: `{}` can bring {messages} messages during a wait of {}, and its queue holds {capacity}: its \
+             sender may be held up, and later than worked out here; write `@capacity({messages})` before it",
+            self.connections[*connection].name,
+            Time(*wait_ns)
+        )
     }
 
     fn short_wait(&self, wait: &ShortWait, f: &mut Formatter<'_>) -> fmt::Result {

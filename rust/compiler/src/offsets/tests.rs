@@ -168,6 +168,22 @@ fn a_cycle_needs_as_much_delay_as_a_round_takes() {
 }
 
 #[test]
+fn a_queue_that_cannot_hold_what_comes_during_a_wait_is_named() {
+    let ample = "a = new Source() @maxwait(2 s) b = new Sink() a.y -> b.x";
+    assert_eq!(offsets(&program(ample), BOUNDS).crowds, []);
+    let small = "a = new Source() @maxwait(2 s) b = new Sink() @capacity(50) a.y -> b.x";
+    let found = offsets(&program(small), BOUNDS);
+    assert!(!found.is_safe());
+    insta::assert_snapshot!(found);
+    // The queue follows the wait, but only so far; and what the program waits now need not be what it has to wait.
+    let long = "a = new Source() @maxwait(10 s) b = new Sink() a.y -> b.x";
+    let counts = |found: &Offsets| found.crowds.iter().map(|it| (it.messages, it.capacity)).collect::<Vec<_>>();
+    assert_eq!(counts(&offsets(&program(long), BOUNDS)), [(1001, 264)]);
+    let late = "a = new Source() @maxwait(0) b = new Sink() a.y -> b.x";
+    assert_eq!(counts(&offsets(&program(late), "latency: 10 s\nclock-error: 0\nexecution: 0\n")), [(1001, 264)]);
+}
+
+#[test]
 fn what_says_more_precisely_what_it_is_about_goes_first() {
     let plan =
         program("a = new Source() at 10.0.0.1 b = new Filter() at 10.0.0.2 c = new Sink() a.y -> b.x b.y -> c.x");

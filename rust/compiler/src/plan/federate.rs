@@ -273,6 +273,9 @@ pub struct NetworkInput {
     /// `@absent_after` in decentralized coordination, less the delay: how many nanoseconds after that a value that is
     /// not known counts as absent; [`i64::MAX`] is never.
     pub absent_after_ns: i64,
+    /// The least distance of two values in nanoseconds, for each timer or action that causes some; none for one that
+    /// happens once. Nothing at all, where how often values come is not known.
+    pub spacings_ns: Option<Vec<Option<i64>>>,
     /// The type of the values.
     pub ty: Type,
     /// Where the connection is written.
