@@ -312,6 +312,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         for (to, outbound) in self.federation.peers_out.iter().zip(self.peers.outbound.iter()) {
             if outbound.lost() > 0 {
                 log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost());
+            } else if outbound.has_left_early() {
+                log::warn!("federate {to} left before this one: messages on their way to it may be lost");
             }
         }
     }

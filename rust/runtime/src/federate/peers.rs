@@ -27,6 +27,8 @@ pub struct Outbound<'s> {
     pub(super) stuck: Option<Instant>,
     /// Messages that the other federate cannot have got, because it has left.
     lost: u64,
+    /// The other federate has left before this one.
+    left_early: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,7 +64,7 @@ impl<'s> Outbound<'s> {
     /// A connection that is still to be made, with a send buffer in this memory.
     pub fn new(output: &'s mut [u8]) -> Self {
         let (output, answer) = (OutBuffer::new(output), InBuffer::new([0; 2]));
-        Self { output, answer, state: State::Absent, stuck: None, lost: 0 }
+        Self { output, answer, state: State::Absent, stuck: None, lost: 0, left_early: false }
     }
 
     /// Whether the other federate has left, so that what is sent to it goes nowhere.
@@ -81,6 +83,11 @@ impl<'s> Outbound<'s> {
         self.lost
     }
 
+    /// Whether the other federate has left before this one: what was on its way then may be lost too.
+    pub(super) fn has_left_early(&self) -> bool {
+        self.left_early
+    }
+
     /// Writes what is pending. A connection that is broken is over.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) {
         let (State::Introduced(socket) | State::Open(socket)) = self.state else { return };
@@ -91,9 +98,15 @@ impl<'s> Outbound<'s> {
                     self.stuck = None;
                 }
                 Ok(Transfer::WouldBlock) => return,
-                Ok(Transfer::Closed) | Err(_) => return self.end(platform),
+                Ok(Transfer::Closed) | Err(_) => return self.lose_peer(platform),
             }
         }
+    }
+
+    /// The other side has ended the connection.
+    fn lose_peer<P: Platform>(&mut self, platform: &mut P) {
+        self.left_early |= matches!(self.state, State::Open(_));
+        self.end(platform);
     }
 
     /// The other side has left, or cannot be reached.
@@ -148,7 +161,7 @@ impl<'s> Outbound<'s> {
         if self.state == State::Open(ready)
             && !matches!(platform.read(ready, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
         {
-            self.end(platform);
+            self.lose_peer(platform);
         }
     }
 
