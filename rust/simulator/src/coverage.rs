@@ -59,6 +59,7 @@ impl Coverage {
         let is_safe = scenario.decentralized.is_some_and(|it| it.is_safe);
         let connections = &scenario.connections;
         let count = scenario.federates.len();
+        let has_rounds = scenario.target.rounds.is_some();
         let waits_for_ever =
             connections.iter().any(|one| one.max_wait.or(scenario.federates[one.to.0].max_wait).is_none());
         for (name, has) in [
@@ -66,6 +67,9 @@ impl Coverage {
             ("decentralized: waits suffice, in a cycle", is_safe && has_cycle(count, connections, false)),
             ("decentralized: waits suffice, some are for ever", is_safe && waits_for_ever),
             ("decentralized: waits suffice, and a stop was granted", is_safe && report.granted_stop().is_some()),
+            ("decentralized: waits suffice, with physical actions", is_safe && scenario.has_physical_actions()),
+            ("decentralized: waits suffice, with clocks synchronized all the time", is_safe && has_rounds),
+            ("decentralized: waits suffice, and something went wrong", is_safe && !report.struck.is_empty()),
             ("decentralized: waits are too short", !is_safe),
             ("decentralized: something was late", counts.late > 0),
             ("decentralized: handlers of late messages ran", report.lateness.iter().any(|it| !it.handlers.is_empty())),
@@ -80,6 +84,7 @@ impl Coverage {
             ("messages: late, behind a late one", counts.behind),
             ("messages: so late that they did not happen", counts.lost),
             ("messages: so late that their receiver was leaving", counts.after_end),
+            ("messages: to one that had failed, as their sender says", counts.undelivered),
         ] {
             self.add(name, count);
         }

@@ -11,7 +11,7 @@ use lf_runtime::Coordination;
 use crate::check::{self, Expected, Violation};
 use crate::coverage::Coverage;
 use crate::run::{Decided, End, Report, run, run_alone};
-use crate::scenario::{Scenario, source};
+use crate::scenario::{Decentralized, Scenario, source};
 use crate::waits;
 
 /// What came of a trial.
@@ -103,6 +103,12 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
             return trial;
         }
     };
+    let mut scenario = scenario.clone();
+    if scenario.has_physical_actions() && scenario.decentralized.is_some_and(|it| it.is_safe) {
+        let is_safe = waits::suffice(&scenario, &report);
+        scenario.decentralized = scenario.decentralized.map(|it| Decentralized { is_safe, ..it });
+    }
+    let scenario = &scenario;
     trial.coverage.count(scenario, &report);
     trial.events = report.traces.iter().map(|trace| trace.len() as u64).sum();
     trial.messages = report.counts.messages;

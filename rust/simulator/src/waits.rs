@@ -6,15 +6,18 @@
 
 use std::collections::BTreeMap;
 
+use lf_model::time::Instant;
 use lf_random::{Random, combine};
 
-use crate::program::CAPACITY_MAX;
-use crate::run::work_alone;
+use crate::program::{CAPACITY_MAX, Played};
+use crate::run::{Report, run, work_alone};
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
 use crate::trial::compile_text;
 
 /// No scenario takes longer than this, in virtual time.
 const LONGEST: Nanos = 5 * SEC;
+/// No wait ends as late.
+const FOREVER: Nanos = Nanos::MAX / 4;
 /// Turns of the event loop for one tag: the time has come, something was read, nothing more was.
 const TURNS_PER_TAG: Nanos = 6;
 /// Tags that an event loop runs in one turn at most. What comes meanwhile, it sees only after the turn.
@@ -30,6 +33,28 @@ const PIECE: Nanos = 6_000;
 
 /// Gives a scenario its waits. Where none are long enough, it is one with too short ones.
 pub(crate) fn assign(scenario: &mut Scenario) {
+    let before = scenario.clone();
+    assign_with(scenario, None);
+    // When physical actions happen is known from a run, though in the next one they may happen otherwise.
+    if scenario.decentralized.is_some_and(|it| it.is_safe)
+        && scenario.has_physical_actions()
+        && let Ok(plan) = compile_text(&crate::scenario::source(scenario, true))
+        && let Ok(report) = run(scenario, &plan, false)
+    {
+        *scenario = before;
+        assign_with(scenario, Some(&report));
+    }
+}
+
+/// Whether the waits of a scenario sufficed for what physical actions did in its run.
+pub(crate) fn suffice(scenario: &Scenario, report: &Report) -> bool {
+    Bounds::of(scenario, Some(report)).is_some_and(|bounds| {
+        let mut roomy = scenario.clone();
+        bounds.are_kept(scenario) && bounds.make_room(&mut roomy) && roomy == *scenario
+    })
+}
+
+fn assign_with(scenario: &mut Scenario, report: Option<&Report>) {
     let Some(mut decentralized) = scenario.decentralized else { return };
     let mut random = Random::new(combine(scenario.seed, 22));
     let absences: Vec<_> = scenario
@@ -43,8 +68,11 @@ pub(crate) fn assign(scenario: &mut Scenario) {
     let grouped: Vec<_> = scenario.federates.iter().map(|_| random.percent(50)).collect();
     let (mut needed, mut bounds) = (None, None);
     for _ in 0..4 {
-        bounds = Bounds::of(scenario);
-        let Some(bounds) = &bounds else { break };
+        bounds = Bounds::of(scenario, report);
+        let Some(bounds) = &mut bounds else { break };
+        if report.is_some() {
+            bounds.widen();
+        }
         needed = bounds.needed(scenario, &grouped);
         if needed.is_some() || !decentralized.is_safe {
             break;
@@ -103,10 +131,12 @@ struct Bounds {
 
 impl Bounds {
     /// Nothing, when the program cannot be run.
-    fn of(scenario: &Scenario) -> Option<Self> {
+    fn of(scenario: &Scenario, report: Option<&Report>) -> Option<Self> {
         let hosts = &scenario.conditions.hosts;
         let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
-        let work = work_alone(scenario, &plan)?;
+        let (nothing, start) = (Played::new(), Instant(0));
+        let (played, start) = report.map_or((&nothing, Some(start)), |report| (&report.played, report.started()));
+        let work = work_alone(scenario, &plan, start?, played)?;
         let lags: Vec<_> = work.iter().zip(&hosts[1..]).map(|(work, host)| behind(work, host)).collect();
         let busy: Vec<_> = work.iter().zip(&lags).map(|(work, lag)| longest_turn(work).max(*lag)).collect();
         let asks = |federate: &crate::scenario::Reactor| {
@@ -127,6 +157,27 @@ impl Bounds {
         let count = |work: &BTreeMap<Nanos, Vec<Nanos>>| work.iter().map(|(time, tags)| (*time, tags.len())).collect();
         let tags = work.iter().map(count).collect();
         Some(Self { lag: lags.iter().map(|lag| lag + stop).collect(), flight, tags })
+    }
+
+    /// Allows for another course of things.
+    fn widen(&mut self) {
+        for time in self.lag.iter_mut().chain(&mut self.flight) {
+            *time += *time / 2;
+        }
+    }
+
+    /// Whether all waits are as long as they need to be.
+    fn are_kept(&self, scenario: &Scenario) -> bool {
+        let wait = |one: &Connection| one.max_wait.or(scenario.federates[one.to.0].max_wait).unwrap_or(FOREVER);
+        let release = |federate: usize| {
+            let into = scenario.connections.iter().filter(|one| one.to.0 == federate);
+            let absent = |one: &Connection| (one.absent_after.unwrap_or(0) - one.after.unwrap_or(0)).max(0);
+            into.map(|one| wait(one) + absent(one)).max().unwrap_or(0)
+        };
+        scenario.connections.iter().zip(&self.flight).all(|(one, flight)| {
+            let sent = release(one.from.0) + self.lag[one.from.0] - one.after.unwrap_or(0);
+            wait(one) == FOREVER || wait(one) >= sent + flight
+        })
     }
 
     /// By connection: how long its receiver has to wait; nothing, where a cycle has no end of it.
@@ -237,7 +288,9 @@ fn clock_error(scenario: &Scenario, one: &Host, other: &Host) -> Nanos {
     // An exchange is wrong by half of what its two ways differ, turns of both sides included.
     let rti = &scenario.conditions.hosts[0];
     let sync = |host: &Host| flight(host) + TURNS_PER_TAG * (turn(host) + turn(rti)) + drift(host) + drift(rti);
-    sync(one) + sync(other)
+    // With rounds all the time, the line through past exchanges may be wrong by more where it is drawn out to now.
+    let line = if scenario.target.rounds.is_some() { 4 } else { 1 };
+    line * (sync(one) + sync(other))
 }
 
 /// How far a federate is behind at most that does so much work at these times.

@@ -15,6 +15,7 @@ use crate::program::Value;
 /// A message from federate to federate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sent {
+    pub(crate) from: usize,
     pub(crate) to: usize,
     pub(crate) port: usize,
     pub(crate) tag: Tag,
@@ -88,6 +89,7 @@ impl Direct {
                     written.data += 1;
                     stream.unread.push_back(self.sent.len());
                     self.sent.push(Sent {
+                        from: stream.from,
                         to: stream.to,
                         port: usize::from(port),
                         tag: tag(wire),

@@ -24,7 +24,9 @@ pub(crate) struct LateCounts {
     pub(crate) behind: u64,
     /// So late that they did not happen.
     pub(crate) lost: u64,
-    /// Of these, those that came when their receiver had said that it leaves.
+    /// Their receivers had left, as their senders say.
+    pub(crate) undelivered: u64,
+    /// Of those that did not happen, those that came when their receiver had said that it leaves.
     pub(crate) after_end: u64,
 }
 
@@ -33,8 +35,12 @@ pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCo
     let mut counts = LateCounts::default();
     let mut violation = None;
     for (federate, lateness) in report.lateness.iter().enumerate() {
-        let has_ended = matches!(report.ends[federate], End::Ended(Ok(())));
-        if has_ended {
+        let has_ended = |federate: usize| matches!(report.ends[federate], End::Ended(Ok(())));
+        if lateness.lost > 0 && (0..report.ends.len()).all(has_ended) && report.struck.is_empty() {
+            violation = violation.or(Some(Violation::Lost { federate, messages: lateness.lost }));
+        }
+        counts.undelivered += lateness.lost;
+        if has_ended(federate) {
             let mut receiver = Receiver { scenario, plan, report, federate, lateness, counts: &mut counts };
             violation = violation.or_else(|| receiver.check());
         }
@@ -106,6 +112,11 @@ impl Receiver<'_> {
             let after_last = before.map(|before| before.expected).filter(|expected| *expected >= message.tag);
             let expected = after_last.map_or(message.tag, Tag::next_microstep);
             let found = happened.as_slice().first().filter(|found| found.number == message.number).copied();
+            if found.is_none() && (report.is_struck(message.from) || report.is_struck(federate)) {
+                // It was on its way, or had been written in part.
+                due.may += 1;
+                continue;
+            }
             let was_late = before.is_some_and(|before| before.is_late);
             let is_late = match found {
                 Some(found) => {

@@ -49,6 +49,8 @@ pub(crate) enum Violation {
     LateThoughInTime { federate: usize, port: usize, sent: Tag, happened: Option<Tag> },
     /// Late messages were not counted, or not reported.
     Unreported { federate: usize, late: u64, counted: u64, reported: u64, warnings: u64 },
+    /// A federate says that messages are lost, though nobody has left early.
+    Lost { federate: usize, messages: u64 },
     /// A message happened at a tag that is not its own, and the input's queue does not say so; or the other way round.
     Misplaced { federate: usize, port: usize, sent: Tag, happened: Tag, intended: Option<Tag> },
     /// What happened at an input is not what was sent there, or not in that order.
@@ -79,6 +81,7 @@ impl Violation {
             Self::LateThoughBounded { .. } => "nothing-late-within-bounds",
             Self::LateThoughInTime { .. } => "nothing-late-that-was-there",
             Self::Unreported { .. } => "late-messages-are-reported",
+            Self::Lost { .. } => "no-message-is-lost",
             Self::Misplaced { .. } => "late-messages-say-so",
             Self::Order { .. } => "messages-in-order",
             Self::Mishandled { .. } => "late-messages-are-handled",
@@ -139,6 +142,9 @@ impl fmt::Display for Violation {
                 "f{federate} got {late} messages too late, counted {counted}, and reported {reported}, {warnings} of \
                  them as warnings"
             ),
+            Self::Lost { federate, messages } => {
+                write!(f, "f{federate} lost {messages} messages, and nobody left early")
+            }
             Self::Misplaced { federate, port, sent, happened, intended: Some(intended) } => write!(
                 f,
                 "a message to input {port} of f{federate} for {sent} happened at {happened}, as if for {intended}"
@@ -150,10 +156,7 @@ impl fmt::Display for Violation {
                 write!(f, "what happened at {tag} at input {port} of f{federate} was not sent, or not in that order")
             }
             Self::Mishandled { federate, tag } => {
-                write!(
-                    f,
-                    "f{federate} ran a body at {tag} in place of a handler of late messages, or the other way round"
-                )
+                write!(f, "f{federate} ran a body at {tag} in place of a handler of late messages, or the reverse")
             }
             Self::Centralized { messages } => write!(f, "{messages} messages were those of centralized coordination"),
             Self::Program(error) => f.write_str(error),

@@ -88,20 +88,25 @@ impl Env for Still {
     }
 }
 
-/// The work of each federate's reactions, in nanoseconds: by time after the start, of each tag at that time. Nothing,
-/// when the program cannot be run.
-pub(crate) fn work_alone(scenario: &Scenario, plan: &Plan) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
-    let decided = Decided { start: Instant(0), stop: None, played: &Played::new(), until: Tag::FOREVER };
+/// The work of each federate's reactions, in nanoseconds: by time after the start, of each tag at that time. Physical
+/// actions happen as they did after this start. Nothing, when the program cannot be run.
+pub(crate) fn work_alone(
+    scenario: &Scenario,
+    plan: &Plan,
+    start: Instant,
+    played: &Played,
+) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
+    let decided = Decided { start, stop: None, played, until: Tag::FOREVER };
     let trace = run_alone(scenario, plan, &decided).ok()??;
     let mut tags: Vec<BTreeMap<Tag, i64>> = vec![BTreeMap::new(); scenario.federates.len()];
     for record in &trace {
         *tags.get_mut(record.instance.federate)?.entry(record.tag).or_default() +=
             i64::try_from(record.work_ns).ok()?;
     }
-    let by_time = |tags: BTreeMap<Tag, i64>| {
+    let by_time = move |tags: BTreeMap<Tag, i64>| {
         let mut work: BTreeMap<i64, Vec<i64>> = BTreeMap::new();
         for (tag, ns) in tags {
-            work.entry(tag.time.as_nanos()).or_default().push(ns);
+            work.entry(tag.time.as_nanos() - start.as_nanos()).or_default().push(ns);
         }
         work
     };

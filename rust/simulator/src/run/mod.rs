@@ -99,6 +99,11 @@ impl Report {
         self.noted.started
     }
 
+    /// Whether something went wrong with a federate.
+    pub(crate) fn is_struck(&self, federate: usize) -> bool {
+        self.struck.iter().any(|(participant, _)| *participant == federate + 1)
+    }
+
     /// The last tag of all, where there is one that follows from the program and the granted stop.
     pub(crate) fn stop_tag(&self, scenario: &Scenario) -> Option<Tag> {
         let timeout = scenario.target.timeout.and_then(|ns| Some(self.started()? + Interval::from_nanos(ns)));
@@ -121,6 +126,8 @@ impl Report {
 pub(crate) struct Lateness {
     /// How many it has counted, and reported.
     pub(crate) counted: u64,
+    /// How many of its own messages did not reach their receivers, as it says.
+    pub(crate) lost: u64,
     pub(crate) reports: Reports,
     /// By network input: what happened when.
     pub(crate) handled: Vec<Vec<Handled>>,
@@ -202,7 +209,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
             .collect(),
         ends: vec![End::Gone; plan.federates.len()],
         ended: vec![None; plan.federates.len()],
-        counted: vec![(0, Reports::default()); plan.federates.len()],
+        counted: vec![Counted::default(); plan.federates.len()],
         outcome: None,
         faults: scenario.faults.clone(),
         first_fault: None,
@@ -244,19 +251,19 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         violation: watch.violation.clone().or(violation),
     };
     for (federate, memory) in federates.into_iter().enumerate() {
-        let (counted, reports) = counted[federate];
-        report.take(federate, memory, counted, reports);
+        report.take(federate, memory, counted[federate]);
     }
     Ok(report)
 }
 
 impl Report {
     /// Takes over what a federate's program has kept.
-    fn take(&mut self, federate: usize, memory: FederateMemory, counted: u64, reports: Reports) {
+    fn take(&mut self, federate: usize, memory: FederateMemory, counted: Counted) {
         let program = memory.program;
         let handled = program.handled().map(<[_]>::to_vec).collect();
         let (handlers, mishandled) = (program.handled_tardy.clone(), program.mishandled);
-        self.lateness.push(Lateness { counted, reports, handled, handlers, mishandled });
+        let Counted { late: counted, lost, reports } = counted;
+        self.lateness.push(Lateness { counted, lost, reports, handled, handlers, mishandled });
         for (most, capacity) in program.high_water() {
             self.fullest_percent = self.fullest_percent.max(100 * most / capacity.max(1));
             if most > capacity {
@@ -303,8 +310,8 @@ struct Stage<'a> {
     participants: Vec<Participant<'a>>,
     ends: Vec<End>,
     ended: Vec<Option<u64>>,
-    /// By federate: how many late messages it has counted and reported.
-    counted: Vec<(u64, Reports)>,
+    /// By federate.
+    counted: Vec<Counted>,
     outcome: Option<Outcome>,
     /// In order of time, which counts from the start.
     faults: Vec<Fault>,
@@ -314,6 +321,14 @@ struct Stage<'a> {
     turns: u64,
     progress: Progress,
     cut_short: bool,
+}
+
+/// What a federate has counted and reported: late messages, and messages that did not reach their receivers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counted {
+    late: u64,
+    lost: u64,
+    reports: Reports,
 }
 
 /// When reactions have run last, and when the RTI has had a turn.
@@ -392,10 +407,10 @@ impl Stage<'_> {
     fn listen(&mut self, participant: usize) {
         let reports = reports::take();
         if let Participant::Federate(federate) = &self.participants[participant] {
-            let (counted, before) = &mut self.counted[participant - 1];
-            *counted = federate.late_messages();
-            before.all += reports.all;
-            before.warnings += reports.warnings;
+            let counted = &mut self.counted[participant - 1];
+            (counted.late, counted.lost) = (federate.late_messages(), federate.lost_messages());
+            counted.reports.all += reports.all;
+            counted.reports.warnings += reports.warnings;
         }
     }
 

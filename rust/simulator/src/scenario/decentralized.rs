@@ -13,9 +13,6 @@ impl Scenario {
         let mut scenario = Self::from_seed(seed);
         let random = &mut Random::new(combine(seed, 21));
         let is_safe = random.percent(50);
-        scenario.faults.clear();
-        // The clocks go as they did at the start, so that it is known what each showed when.
-        scenario.target.rounds = None;
         scenario.conditions.rti.in_transit = 64;
         if is_safe {
             scenario.break_cycles(random);
@@ -35,6 +32,12 @@ impl Scenario {
             }
         }
         scenario
+    }
+
+    /// Whether threads schedule physical actions.
+    pub(crate) fn has_physical_actions(&self) -> bool {
+        let is_physical = |reactor: &super::Reactor| reactor.actions.iter().any(|action| action.physical);
+        self.federates.iter().any(|federate| is_physical(federate) || federate.children.iter().any(is_physical))
     }
 
     /// Connections that close a cycle get a delay, or are left out.
@@ -90,12 +93,8 @@ impl super::Reactor {
         self.reactions.iter().any(|reaction| reaction.script.stop_at.is_some())
     }
 
-    /// Without physical actions, and, unless it is `slow`, with reactions that take no long time.
+    /// Unless it is `slow`, its reactions take no long time.
     fn be_predictable(&mut self, slow: bool) {
-        for action in &mut self.actions {
-            action.physical = false;
-            action.outside.clear();
-        }
         for reaction in &mut self.reactions {
             reaction.script.work_ns = reaction.script.work_ns.min(if slow { MS } else { 50 * US });
         }

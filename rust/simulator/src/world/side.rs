@@ -31,7 +31,8 @@ pub(crate) struct Side {
     reactions: AtomicU64,
     clock_offset: i64,
     clock_drift_ppb: i64,
-    correction: Mutex<ClockCorrection>,
+    /// The corrections of its clock, each with the virtual time from which on it counts.
+    corrections: Mutex<Vec<(u64, ClockCorrection)>>,
     mailbox: Mailbox,
     woken: AtomicBool,
     threads: Mutex<Vec<Thread>>,
@@ -72,7 +73,7 @@ impl Side {
             reactions: AtomicU64::new(0),
             clock_offset,
             clock_drift_ppb,
-            correction: Mutex::new(ClockCorrection::NONE),
+            corrections: Mutex::new(Vec::new()),
             mailbox: Mailbox::new(),
             woken: AtomicBool::new(false),
             threads: Mutex::new(Vec::new()),
@@ -143,12 +144,14 @@ impl Side {
     }
 
     pub(crate) fn set_correction(&self, correction: ClockCorrection) {
-        *lock(&self.correction) = correction;
+        lock(&self.corrections).push((self.now(), correction));
     }
 
     /// The federation's physical time at a virtual time, as this participant sees it.
     pub(crate) fn physical_at(&self, time: u64) -> Instant {
-        lock(&self.correction).physical(self.local_at(time))
+        let corrections = lock(&self.corrections);
+        let correction = corrections.iter().rev().find(|(from, _)| *from <= time).map(|(_, correction)| *correction);
+        correction.unwrap_or(ClockCorrection::NONE).physical(self.local_at(time))
     }
 
     /// What its clock shows.
@@ -187,7 +190,7 @@ impl Side {
 
 impl Outside for Side {
     fn physical_time(&self) -> Instant {
-        lock(&self.correction).physical(self.local())
+        self.physical_at(self.now())
     }
 
     fn wake(&self) {
