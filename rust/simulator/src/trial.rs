@@ -147,7 +147,7 @@ fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
         Ok(plan) => plan,
         Err((_, error)) => return Some(Violation::Program(format!("unfederated: {error}"))),
     };
-    let expected = expectations(report, scenario.decentralized.is_some());
+    let expected = expectations(scenario, report);
     let until = expected.iter().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
     let decided = Decided { start, stop: report.granted_stop(), played: &report.played, until };
     match run_alone(scenario, &plan, &decided) {
@@ -157,17 +157,25 @@ fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
 }
 
 /// How much of each trace is to be as unfederated. What somebody sent who was struck counts as far as it was announced
-/// to the RTI; what came later may be missing everywhere.
-fn expectations(report: &Report, is_decentralized: bool) -> Vec<Expected> {
-    let lost = |end: &End| !matches!(end, End::Ended(Ok(())));
-    let struck = |federate: usize| report.struck.iter().any(|(participant, _)| *participant == federate + 1);
-    let victims = (0..report.ends.len()).filter(|federate| lost(&report.ends[*federate]) || struck(*federate));
-    let before = victims.map(|federate| report.announced[federate]).min().unwrap_or(Tag::FOREVER);
+/// to the RTI; what came later may be missing everywhere. With decentralized coordination nothing is announced, and it
+/// may be missing where something can come from who was struck.
+fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
+    let lost = |federate: usize| !matches!(report.ends[federate], End::Ended(Ok(())));
+    let victims: Vec<_> = (0..report.ends.len()).filter(|it| lost(*it) || report.is_struck(*it)).collect();
+    let announced = victims.iter().map(|federate| report.announced[*federate]).min().unwrap_or(Tag::FOREVER);
+    let is_decentralized = scenario.decentralized.is_some();
+    let affected = if is_decentralized { scenario.reached(&victims) } else { Vec::new() };
     let stop = report.granted_stop().unwrap_or(Tag::FOREVER);
-    // With decentralized coordination nobody waits at a stop that was granted.
-    let before = if is_decentralized { before.min(stop) } else { before };
-    // Who was at its own end already has done what the others were spared, and does nothing at their stop.
+    // Who was at its own end already has done what the others were spared, and does nothing at their stop. With
+    // decentralized coordination nobody waits at a stop that was granted.
     let has_left = (0..report.ends.len()).any(|federate| report.left_before_stop(federate));
-    let before = if has_left { before.min(stop) } else { before };
-    report.ends.iter().map(|end| Expected { before, prefix: lost(end) }).collect()
+    let until = if has_left || is_decentralized { stop } else { Tag::FOREVER };
+    let before = |federate: usize| match affected.get(federate) {
+        Some(true) => Tag::NEVER,
+        Some(false) => Tag::FOREVER,
+        None => announced,
+    };
+    (0..report.ends.len())
+        .map(|federate| Expected { before: before(federate).min(until), prefix: lost(federate) })
+        .collect()
 }

@@ -40,6 +40,20 @@ impl Scenario {
         self.federates.iter().any(|federate| is_physical(federate) || federate.children.iter().any(is_physical))
     }
 
+    /// By federate: whether something that some of these federates send can be the cause of something there.
+    pub(crate) fn reached(&self, senders: &[usize]) -> Vec<bool> {
+        let mut reached = vec![false; self.federates.len()];
+        let mut open = senders.to_vec();
+        while let Some(from) = open.pop() {
+            for to in self.connections.iter().filter(|one| one.from.0 == from).map(|one| one.to.0) {
+                if !std::mem::replace(&mut reached[to], true) {
+                    open.push(to);
+                }
+            }
+        }
+        reached
+    }
+
     /// Connections that close a cycle get a delay, or are left out.
     fn break_cycles(&mut self, random: &mut Random) {
         let mut index = 0;
