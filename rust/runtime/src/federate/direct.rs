@@ -13,7 +13,7 @@ use lf_wire::june_2026::{Message, tag_in_header};
 use lf_wire::{InBuffer, Limits};
 
 use super::FederateLoop;
-use super::input::{Held, next_at};
+use super::input::next_at;
 use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
@@ -115,9 +115,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         };
         for inbound in self.peers.inbound.iter_mut() {
             let Some(from) = inbound.from else { continue };
-            if inbound.held.is_stale() {
-                inbound.held = Held::NONE;
-            }
+            let mut alike = inbound.held.release();
             let limits = Limits {
                 payload_bytes_max: inbound.input.capacity().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES),
                 ..Limits::NONE
@@ -130,8 +128,12 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                     self.platform.observe(Observation::Receives { port, tag: from_wire(tag) });
                 }
                 match receiver.take(from.0, &message).map_err(|refusal| refusal.of(from.0))? {
-                    None => inbound.input.remove(inbound.held.bytes(), length),
-                    Some((tag, input)) => inbound.held.hold(length, tag, Some(input)),
+                    None => {
+                        inbound.input.remove(inbound.held.bytes(), length);
+                        alike = alike.saturating_sub(length);
+                    }
+                    // With those behind it, whose tags are later.
+                    Some((tag, input)) => inbound.held.hold(length.max(core::mem::take(&mut alike)), tag, Some(input)),
                 }
             }
             // What is left is the beginning of a message that will not become whole.

@@ -33,6 +33,8 @@ pub(super) struct Held {
     earliest: Tag,
     /// The input for which the first of them is.
     input: Option<InputId>,
+    /// Some of them are for something else.
+    mixed: bool,
     /// Some of them may have room now.
     stale: bool,
     /// A grant behind them reaches their earliest tag.
@@ -41,15 +43,26 @@ pub(super) struct Held {
 
 impl Held {
     /// Nothing is held.
-    pub(super) const NONE: Self = Self { bytes: 0, earliest: Tag::FOREVER, input: None, stale: false, granted: false };
+    pub(super) const NONE: Self =
+        Self { bytes: 0, earliest: Tag::FOREVER, input: None, mixed: false, stale: false, granted: false };
 
     /// A tag has been begun, which takes its events out of their queues: there is room for others.
     ///
-    /// All that is held is then looked at from the front. As room comes about in no other way,
-    /// a message never overtakes
+    /// All that is held is then looked at from the front. As room comes about in no other way, a message never overtakes
     /// an earlier one for the same input.
     pub(super) fn look_again(&mut self) {
         self.stale = self.input.is_some();
+    }
+
+    /// Lets go what is held, if it may have room now. How many bytes at the front all are messages for one input, so that
+    /// none of them has room when the first has not: a long queue of them need not be looked at after each tag.
+    pub(super) fn release(&mut self) -> usize {
+        if !self.stale {
+            return 0;
+        }
+        let alike = if self.mixed { 0 } else { self.bytes };
+        *self = Self::NONE;
+        alike
     }
 
     /// The earliest tag of a message that is held; FOREVER if none is.
@@ -79,6 +92,7 @@ impl Held {
 
     /// The message stays where it is.
     pub(super) fn hold(&mut self, bytes: usize, tag: Tag, input: Option<InputId>) {
+        self.mixed |= self.bytes > 0 && self.input != input;
         self.bytes += bytes;
         self.earliest = self.earliest.min(tag);
         self.input = self.input.or(input);
