@@ -48,14 +48,14 @@ impl Held {
 
     /// A tag has been begun, which takes its events out of their queues: there is room for others.
     ///
-    /// All that is held is then looked at from the front. As room comes about in no other way, a message never overtakes
-    /// an earlier one for the same input.
+    /// All that is held is then looked at from the front. As room comes about in no other way, a message never
+    /// overtakes an earlier one for the same input.
     pub(super) fn look_again(&mut self) {
         self.stale = self.input.is_some();
     }
 
-    /// Lets go what is held, if it may have room now. How many bytes at the front all are messages for one input, so that
-    /// none of them has room when the first has not: a long queue of them need not be looked at after each tag.
+    /// Lets go what is held, if it may have room now. How many bytes at the front all are messages for one input, so
+    /// that none of them has room when the first has not: a long queue of them need not be looked at after each tag.
     pub(super) fn release(&mut self) -> usize {
         if !self.stale {
             return 0;
