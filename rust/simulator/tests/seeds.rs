@@ -116,3 +116,11 @@ fn a_seed_is_a_run_bit_for_bit() {
     let decentralized = || lf_simulator::try_seeds(Coordination::Decentralized, 0..40);
     assert_eq!(decentralized(), decentralized());
 }
+
+/// The RTI had closed its port for rounds of clock synchronization, and woke up for them again and again until the last
+/// connection had ended.
+#[test]
+fn the_rti_rests_while_it_waits_for_the_last_connections() {
+    let result = lf_simulator::try_seeds(Coordination::Centralized, 8793..8794);
+    result.unwrap_or_else(|violation| panic!("{violation}"));
+}

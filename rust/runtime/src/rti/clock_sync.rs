@@ -2,6 +2,7 @@
 //! Clock synchronization over UDP: datagrams are read before anything else, for the time right after that is the one
 //! that counts.
 
+use lf_coordination::Deadline;
 use lf_coordination::rti::Notice;
 
 use super::RtiLoop;
@@ -40,6 +41,11 @@ impl Port {
 }
 
 impl<P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'_, '_, P, N> {
+    /// When a round is to begin: never without a port, which is closed when the federation has ended.
+    pub(super) fn next_round(&self) -> Deadline {
+        if self.port.socket.is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }
+    }
+
     /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
     pub(super) fn synchronize(&mut self) {
         let Some(socket) = self.port.socket else { return };

@@ -406,6 +406,6 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             Some(_) => self.accept_again.into(),
             None => Deadline::Never,
         };
-        self.rti.poll_timeout().min(self.rti.poll_round_timeout()).min(self.closing).min(accept)
+        self.rti.poll_timeout().min(self.next_round()).min(self.closing).min(accept)
     }
 }
