@@ -101,19 +101,27 @@ pub fn smallest_after(applications: &Applications, runs: u32) -> Result<()> {
     println!("\nSmart grid: the smallest delay of the connections at which {runs} runs have no violation");
     let mut table = Table::new(&["", "smallest after", "violated first", "in run"]);
     for &board in &applications.boards {
-        let (mut holds, mut breaks) = (None, None);
-        // Delays before `low` hold, from `high` on they break.
+        // A few runs with each delay tell where to begin; from there it grows until all runs hold. Delays before `low`
+        // hold, from `high` on they break.
         let (mut low, mut high) = (0, DELAYS_US.len());
+        let mut breaks = None;
         while low < high {
             let middle = low.midpoint(high);
-            let delay = DELAYS_US[middle];
-            if let Some(run) = first_violation(applications, board, delay, runs)? {
+            if let Some(run) = first_violation(applications, board, DELAYS_US[middle], runs.div_ceil(20))? {
+                breaks = Some((DELAYS_US[middle], run));
                 high = middle;
-                breaks = Some((delay, run));
             } else {
                 low = middle + 1;
-                holds = Some(delay);
             }
+        }
+        let mut holds = None;
+        for delay in DELAYS_US[..low].iter().rev() {
+            let violation = first_violation(applications, board, *delay, runs)?;
+            let Some(run) = violation else {
+                holds = Some(*delay);
+                break;
+            };
+            breaks = Some((*delay, run));
         }
         let text = |delay: u32| format!("{:?}", Duration::from_micros(delay.into()));
         let (next, run) = breaks.map_or_else(Default::default, |(delay, run)| (text(delay), run.to_string()));
@@ -147,7 +155,7 @@ fn with_delay(applications: &Applications, delay_us: u32) -> String {
     for (unit, name) in ["a", "b", "c", "d"].into_iter().enumerate() {
         let open = if name == "d" { ", open_at_first = true" } else { "" };
         let upper = name.to_uppercase();
-        let _ = writeln!(text, "    {name} = new RelayUnit(name = \"{upper}\", unit = {unit}{open})");
+        let _ = writeln!(text, "    @maxwait(0)\n    {name} = new RelayUnit(name = \"{upper}\", unit = {unit}{open})");
     }
     for (from, to) in [
         ("a", "b.peer_1, c.peer_1, d.peer_1"),
