@@ -10,7 +10,7 @@ use lf_wire::{Limits, Tag};
 
 use crate::graph::{Graph, Shape};
 use crate::peer::{Load, Peer, connect};
-use crate::process::{Program, start_forwarder};
+use crate::process::{Program, start_self};
 use crate::{Result, Samples};
 
 /// In nanoseconds of logical time.
@@ -80,7 +80,7 @@ pub fn program_latency(program: &Program, exchanges: u32) -> Result<Latency> {
 /// # Errors
 /// When the forwarder cannot be started.
 pub fn forwarder_latency(exchanges: u32) -> Result<Latency> {
-    let (_child, port) = start_forwarder()?;
+    let (_child, port, _) = start_self("forward")?;
     let from = connect(port)?;
     from.set_nodelay(true)?;
     let to = connect(port)?;

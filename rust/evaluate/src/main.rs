@@ -93,16 +93,8 @@ enum Part {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
-        Some(Command::Forward) => lf_evaluate::forward(|port| {
-            println!("{port}");
-            // Whoever does not read the port will not connect either.
-            let _ = std::io::stdout().flush();
-        }),
-        Some(Command::Ping) => lf_evaluate::applications::answer_pings(|number| {
-            println!("{number}");
-            // Whoever does not read the port will not connect either.
-            let _ = std::io::stdout().flush();
-        }),
+        Some(Command::Forward) => lf_evaluate::forward(|port| tell(port.into())),
+        Some(Command::Ping) => lf_evaluate::applications::answer_pings(tell),
         None => suite::run(&arguments),
     };
     match result {
@@ -112,4 +104,11 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Prints a number for the process that started this one.
+fn tell(number: u64) {
+    println!("{number}");
+    // Whoever does not read the port will not connect either.
+    let _ = std::io::stdout().flush();
 }

@@ -2,10 +2,10 @@
 //! The programs that are measured, as child processes.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Lines};
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::{FEDERATION, Result};
@@ -33,8 +33,7 @@ impl Program {
     /// # Errors
     /// When it cannot be started.
     pub fn start(&self, federates: u16) -> Result<RunningRti> {
-        // Between here and its start somebody else could take the port; then the measurement fails and says so.
-        let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port();
+        let port = free_port()?;
         let mut command = match self {
             Self::Ours(path) => {
                 let mut command = Command::new(path);
@@ -82,14 +81,27 @@ impl RunningRti {
     }
 }
 
-/// This program as the raw forwarder. It is killed when this is dropped.
-pub(crate) fn start_forwarder() -> Result<(ChildGuard, u16)> {
-    let mut command = Command::new(std::env::current_exe()?);
-    let mut child = ChildGuard(command.arg("forward").stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
-    let mut line = String::new();
-    let output = child.0.stdout.take().ok_or("the forwarder has no output")?;
-    BufReader::new(output).read_line(&mut line)?;
-    Ok((child, line.trim().parse()?))
+/// A port on which nobody listens. Until its user does, somebody else could take it; then the measurement fails and
+/// says so.
+pub(crate) fn free_port() -> Result<u16> {
+    Ok(TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port())
+}
+
+/// What a child process prints.
+pub(crate) type Output = Lines<BufReader<ChildStdout>>;
+
+/// This program in another role, which prints its port first. It is killed when this is dropped.
+pub(crate) fn start_self(role: &str) -> Result<(ChildGuard, u16, Output)> {
+    let (child, mut output) = start(Command::new(std::env::current_exe()?).arg(role))?;
+    let port = output.next().ok_or_else(|| format!("{role} does not say its port"))??.trim().parse()?;
+    Ok((child, port, output))
+}
+
+/// Starts a program whose output is read.
+pub(crate) fn start(command: &mut Command) -> Result<(ChildGuard, Output)> {
+    let mut child = ChildGuard(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
+    let output = child.0.stdout.take().ok_or("a program has no output")?;
+    Ok((child, BufReader::new(output).lines()))
 }
 
 /// A child process that does not outlive its owner.

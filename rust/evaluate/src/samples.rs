@@ -14,8 +14,7 @@ impl Samples {
     }
 
     /// How many there are.
-    #[expect(clippy::len_without_is_empty, reason = "no one asks for that")]
-    pub fn len(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         u32::try_from(self.0.len()).unwrap_or(u32::MAX)
     }
 

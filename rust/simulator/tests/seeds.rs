@@ -3,6 +3,12 @@
 
 use lf_simulator::Coordination;
 
+fn hold(coordination: Coordination, seeds: &[u64]) {
+    for seed in seeds {
+        lf_simulator::try_seeds(coordination, *seed..*seed + 1).unwrap_or_else(|violation| panic!("{violation}"));
+    }
+}
+
 /// Whatever the program, the network, the clocks and the faults.
 #[test]
 fn the_first_seeds_violate_nothing() {
@@ -16,93 +22,86 @@ fn the_first_decentralized_seeds_violate_nothing() {
     lf_simulator::try_seeds(Coordination::Decentralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));
 }
 
-fn hold_decentralized(seeds: &[u64]) {
-    for seed in seeds {
-        lf_simulator::try_seeds(Coordination::Decentralized, *seed..*seed + 1)
-            .unwrap_or_else(|violation| panic!("{violation}"));
-    }
-}
-
 /// A federate that had left still had messages that waited for room, and its other inputs were waited for for ever; and
 /// the rest of a message was waited for that had no room behind such messages.
 #[test]
 fn messages_without_room_hold_up_nobody() {
-    hold_decentralized(&[201, 104, 332, 349, 262]);
+    hold(Coordination::Decentralized, &[201, 104, 332, 349, 262]);
 }
 
 /// A delay had given two messages one tag, and the second one was late though the microstep waited for it.
 #[test]
 fn a_second_message_for_one_tag_is_waited_for() {
-    hold_decentralized(&[283]);
+    hold(Coordination::Decentralized, &[283]);
 }
 
 /// What came in pieces after the last tag was read in part only.
 #[test]
 fn late_messages_are_reported_to_the_last() {
-    hold_decentralized(&[5, 108]);
+    hold(Coordination::Decentralized, &[5, 108]);
 }
 
 /// Several messages had come for one tag, and the last of them behind the stop.
 #[test]
 fn who_comes_behind_others_of_its_tag_may_be_late_at_a_stop() {
-    hold_decentralized(&[26145]);
+    hold(Coordination::Decentralized, &[26145]);
 }
 
 /// While a federate waited, its queues were full for so long that a sender was late elsewhere.
 #[test]
 fn queues_hold_what_comes_during_a_wait() {
-    hold_decentralized(&[25600]);
+    hold(Coordination::Decentralized, &[25600]);
 }
 
 /// A turn of many tags was longer than what any of them had to wait for.
 #[test]
 fn waits_reckon_with_long_turns() {
-    hold_decentralized(&[30353]);
+    hold(Coordination::Decentralized, &[30353]);
 }
 
 /// Federates of a circle held each other up, for their queues were too small for what was sent; in the second one they
 /// also held up another one.
 #[test]
 fn a_circle_of_full_queues_ends_with_an_error() {
-    hold_decentralized(&[27347, 40808]);
-}
-
-fn hold(seeds: &[u64]) {
-    for seed in seeds {
-        lf_simulator::try_seeds(Coordination::Centralized, *seed..*seed + 1)
-            .unwrap_or_else(|violation| panic!("{violation}"));
-    }
+    hold(Coordination::Decentralized, &[27347, 40808]);
 }
 
 /// A federate that had resigned closed its connection while the RTI had not read all, because the receiver was slow.
 #[test]
 fn who_has_resigned_waits_for_a_slow_reader() {
-    hold(&[2697, 4508]);
+    hold(Coordination::Centralized, &[2697, 4508]);
 }
 
 /// Members of a cycle without delay had been granted more than the stop tag, and did not wait for each other there;
 /// what they had been granted was looked at again behind what took it back; and a message of that tag had no room.
 #[test]
 fn the_last_words_of_a_cycle_are_heard() {
-    hold(&[118, 2234, 6404, 7584, 12863, 17537]);
+    hold(Coordination::Centralized, &[118, 2234, 6404, 7584, 12863, 17537]);
 }
 
 /// A stop was withheld from a federate for whose next event the fog stood, which held up the one that it waited for.
 #[test]
 fn what_is_unclear_does_not_hold_up_a_stop() {
-    hold(&[7901, 19770]);
+    hold(Coordination::Centralized, &[7901, 19770]);
 }
 
 /// Output waited for a federate that waited for room for its own, and a DNET for a federate that was held up.
 #[test]
 fn nobody_waits_in_a_circle() {
-    hold(&[4698, 27514]);
+    hold(Coordination::Centralized, &[4698, 27514]);
 }
 
 /// A federate was lost on which another one of its cycle waited, though its other inputs were known.
 #[test]
 fn who_waits_for_a_lost_federate_of_its_cycle_goes_on() {
-    hold(&[65362]);
+    hold(Coordination::Centralized, &[65362]);
+}
+
+/// The RTI had closed its port for rounds of clock synchronization, and woke up for them again and again until the last
+/// connection had ended.
+#[test]
+fn the_rti_rests_while_it_waits_for_the_last_connections() {
+    hold(Coordination::Centralized, &[8793]);
 }
 
 /// The hash of all that was written, when and where, and of all that reactions saw, is the same in a second run.
@@ -115,12 +114,4 @@ fn a_seed_is_a_run_bit_for_bit() {
     assert_eq!(first, second);
     let decentralized = || lf_simulator::try_seeds(Coordination::Decentralized, 0..40);
     assert_eq!(decentralized(), decentralized());
-}
-
-/// The RTI had closed its port for rounds of clock synchronization, and woke up for them again and again until the last
-/// connection had ended.
-#[test]
-fn the_rti_rests_while_it_waits_for_the_last_connections() {
-    let result = lf_simulator::try_seeds(Coordination::Centralized, 8793..8794);
-    result.unwrap_or_else(|violation| panic!("{violation}"));
 }

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A board and a computer with clock synchronization `on`, decentralized, while the board's clock drifts.
 
-use std::io::{BufRead, BufReader, Lines};
-use std::net::{Ipv4Addr, TcpListener};
-use std::process::{ChildStdout, Command, Stdio};
+use std::process::Command;
 use std::sync::mpsc;
 
 use super::Applications;
-use crate::process::ChildGuard;
+use super::run::run;
+use crate::process::{free_port, start};
 use crate::{Result, Table};
 
 /// What the board's clock gains, as a fraction: 26 µs in a second (thesis, section 6.1).
@@ -27,16 +26,11 @@ pub fn drift(applications: &Applications, seconds: u64) -> Result<()> {
     let file = applications.variant("ClockSync", &text)?;
     let deployment = applications.file("clock_sync/deployment/native_sim.yaml");
     let mut command = applications.west("lf-fed-build", &file);
-    let built = command.arg("--deployment").arg(deployment).stdin(Stdio::null()).output()?;
-    if !built.status.success() {
-        let text = String::from_utf8_lossy(&built.stdout).into_owned() + &String::from_utf8_lossy(&built.stderr);
-        return Err(text.into());
-    }
-    // Between here and the RTI's start somebody else could take the port; then the run fails and says so.
-    let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port();
-    let mut run = applications.west("lf-fed-run", &file);
-    run.args(["--no-build", "-f", "computer", "--rti-port", &port.to_string()]);
-    let (mut rti, computer) = start(&mut run)?;
+    run(command.arg("--deployment").arg(deployment))?;
+    let port = free_port()?;
+    let mut command = applications.west("lf-fed-run", &file);
+    command.args(["--no-build", "-f", "computer", "--rti-port", &port.to_string()]);
+    let (mut rti, computer) = start(&mut command)?;
     // The image tries to connect until the RTI is there.
     let image = applications.build_folder(&file).join("zephyr/ClockSync/board/zephyr/zephyr.exe");
     let mut command = Command::new(image);
@@ -67,13 +61,6 @@ pub fn drift(applications: &Applications, seconds: u64) -> Result<()> {
     }
     println!("\n{table}");
     Ok(())
-}
-
-/// Starts a program whose output is read.
-fn start(command: &mut Command) -> Result<(ChildGuard, Lines<BufReader<ChildStdout>>)> {
-    let mut child = ChildGuard(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
-    let output = child.0.stdout.take().ok_or("a program has no output")?;
-    Ok((child, BufReader::new(output).lines()))
 }
 
 /// The numbers in `sent 900, heard 900, 0 late, the slowest after 812 us`.

@@ -138,7 +138,7 @@ fn centralized(applications: &Applications) -> Result<PathBuf> {
 fn raw() -> Result<Delay> {
     let samples = ping(MESSAGES, PERIOD)?;
     let micros = |percent| i64::try_from(samples.percentile(percent).as_micros()).unwrap_or(i64::MAX);
-    Ok(Delay { count: samples.len(), median: micros(50), p99: micros(99), max: micros(100) })
+    Ok(Delay { count: samples.count(), median: micros(50), p99: micros(99), max: micros(100) })
 }
 
 /// `1000 messages, delay in us: median 120, p99 164, max 200`

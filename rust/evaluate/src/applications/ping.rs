@@ -2,12 +2,11 @@
 //! What a message between two federates is compared with: bytes over a raw TCP connection between two processes, as
 //! many and as often.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use crate::process::ChildGuard;
+use crate::process::start_self;
 use crate::{Result, Samples};
 
 /// Bytes of a tagged message with a value of 8 bytes.
@@ -19,12 +18,7 @@ const STAMP_BYTES: usize = 8;
 /// # Errors
 /// When there is no second process or no connection.
 pub(super) fn ping(count: u32, period: Duration) -> Result<Samples> {
-    let mut command = Command::new(std::env::current_exe()?);
-    command.arg("ping").stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut child = ChildGuard(command.spawn()?);
-    let output = child.0.stdout.take().ok_or("the receiver has no output")?;
-    let mut lines = BufReader::new(output).lines();
-    let port: u16 = lines.next().ok_or("the receiver does not say its port")??.parse()?;
+    let (_child, port, lines) = start_self("ping")?;
     let mut stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
     stream.set_nodelay(true)?;
     let mut next = Instant::now();

@@ -61,7 +61,7 @@ impl Applications {
     /// # Errors
     /// When the file cannot be written.
     pub fn variant(&self, name: &str, text: &str) -> Result<PathBuf> {
-        let folder = self.repository.join("target/evaluate").join(name).join("src");
+        let folder = self.folder().join(name).join("src");
         fs::create_dir_all(&folder)?;
         let file = folder.join(name).with_extension("lf");
         fs::write(&file, text)?;
@@ -104,18 +104,23 @@ impl Applications {
     pub(super) fn west(&self, name: &str, file: &Path) -> Command {
         let mut command = Command::new("python3");
         command.arg(self.repository.join("scripts/lf")).arg(name).arg(file);
-        command.env("CARGO_TARGET_DIR", self.repository.join("target/evaluate/cargo-zephyr"));
+        command.env("CARGO_TARGET_DIR", self.folder().join("cargo-zephyr"));
         command.arg("--lfc").arg(&self.lfz).arg("--build-dir").arg(self.build_folder(file));
         command
     }
 
     /// Where the images of a program are built.
     pub(super) fn build_folder(&self, file: &Path) -> PathBuf {
-        self.repository.join("target/evaluate").join(name(file)).join("build")
+        self.folder().join(name(file)).join("build")
+    }
+
+    /// Where all that is made lies.
+    fn folder(&self) -> PathBuf {
+        self.repository.join("target/evaluate")
     }
 
     fn host_folders(&self, command: &mut Command, file: &Path) {
-        let folder = self.repository.join("target/evaluate");
+        let folder = self.folder();
         command.arg("--out").arg(folder.join(name(file)).join("host"));
         command.arg("--target-dir").arg(folder.join("cargo"));
         command.arg("--home").arg(&self.repository);
@@ -128,7 +133,10 @@ fn name(file: &Path) -> PathBuf {
 }
 
 /// What a command prints, on both outputs.
-fn run(command: &mut Command) -> Result<String> {
+///
+/// # Errors
+/// When it cannot be started or fails; the error has what it printed.
+pub(super) fn run(command: &mut Command) -> Result<String> {
     let output = command.stdin(Stdio::null()).output().map_err(|error| {
         let program = command.get_program().to_string_lossy().into_owned();
         format!("{program} cannot be started: {error}")

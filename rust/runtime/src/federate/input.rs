@@ -130,9 +130,8 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// Handles the messages in the input buffer that have not been looked at; bounded by its size.
     fn handle_messages(&mut self) -> Result<(), RunError> {
-        if self.held.stale {
-            self.held = Held::NONE;
-        }
+        // What lies between the messages for inputs has to be looked at in any case.
+        self.held.release();
         let now = self.platform.now();
         while let Some((message, length)) = next_at(&self.link.buffers.input, self.held.bytes, &self.limits)? {
             match turn(&message, &self.engine, self.program, &self.held, self.machine.granted()) {
