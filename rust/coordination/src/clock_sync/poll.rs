@@ -13,31 +13,45 @@ const PATIENCE_MIN: Interval = Interval::from_millis(100);
 /// T3 does not say which T1 it answers. So while an answer may still come, no other round begins with that federate;
 /// otherwise a late T3 would be taken for a quick one. What is usual is learnt: a lost T3 then costs little on a quick
 /// network, and a slow one is given up to [`ROUND_TIME_OUT`].
+///
+/// Nor does T4 say which T1 it belongs to, but its time does: a T1 is always later than the T4 of the round before.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Poll {
-    begun: Option<Instant>,
+    stage: Stage,
     patience: Interval,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+enum Stage {
+    /// No round has begun.
+    Idle,
+    /// T1 was sent at this time, T3 is awaited.
+    Begun(Instant),
+    /// T3 was answered at this time.
+    Answered(Instant),
 }
 
 impl Poll {
     /// No round has begun.
-    pub const NONE: Self = Self { begun: None, patience: ROUND_TIME_OUT };
+    pub const NONE: Self = Self { stage: Stage::Idle, patience: ROUND_TIME_OUT };
 
     /// Begins a round, unless one is under way whose answer may still come.
     pub fn begin(&mut self, now: Instant) -> bool {
-        if let Some(begun) = self.begun {
-            if now.since(begun) < self.patience {
-                return false;
-            }
-            self.patience = self.patience.saturating_add(self.patience).min(ROUND_TIME_OUT);
+        match self.stage {
+            Stage::Begun(begun) if now.since(begun) < self.patience => return false,
+            Stage::Begun(_) => self.patience = self.patience.saturating_add(self.patience).min(ROUND_TIME_OUT),
+            // Coarse clocks can show the time of the last T4 for a while.
+            Stage::Answered(at) if now == at => return false,
+            Stage::Idle | Stage::Answered(_) => {}
         }
-        self.begun = Some(now);
+        self.stage = Stage::Begun(now);
         true
     }
 
     /// T3 has come. `true` if it was awaited, and is to be answered.
     pub fn answer(&mut self, now: Instant) -> bool {
-        let Some(begun) = self.begun.take() else { return false };
+        let Stage::Begun(begun) = self.stage else { return false };
+        self.stage = Stage::Answered(now);
         let ample = now.since(begun).as_nanos().max(0).saturating_mul(8);
         let less = self.patience.as_nanos() / 8 * 7;
         self.patience = Interval(ample.max(less)).clamp(PATIENCE_MIN, ROUND_TIME_OUT);
