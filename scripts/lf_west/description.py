@@ -32,8 +32,19 @@ class Rti:
 
 
 @dataclass(frozen=True)
+class Network:
+    """The addresses of a board, as deployed."""
+
+    ip: str
+    netmask: str
+    # None for none.
+    gateway: str | None
+    mac: str | None
+
+
+@dataclass(frozen=True)
 class Participant:
-    """A federate, or the main reactor of a program without federates."""
+    """A federate, the main reactor of a program without federates, or an RTI that is an image of its own."""
 
     name: str
     # The generated crate.
@@ -44,6 +55,15 @@ class Participant:
     overlay: Path | None = None
     # For a program of this computer, else None.
     program: Path | None = None
+    # Whether it is the RTI and no federate.
+    is_rti: bool = False
+    # Whether the RTI is part of the federate's image.
+    joint_rti: bool = False
+    # For a board that has a network of its own.
+    network: Network | None = None
+    # How the board is flashed, as far as the deployment says.
+    runner: str | None = None
+    probe: str | None = None
 
     @property
     def is_image(self) -> bool:
@@ -86,7 +106,7 @@ class Description:
         names = self.names()
         mine = {item["name"]: item for item in self.source["participants"]}
         others = [item for item in older.source["participants"] if item["name"] not in names]
-        items = sorted([*mine.values(), *others], key=lambda item: int(item["id"]))
+        items = sorted([*mine.values(), *others], key=lambda item: int(item.get("id", -1)))
         return parse({**self.source, "participants": items}, "the merged description")
 
     def with_board(self, board: str) -> Description:
@@ -153,7 +173,10 @@ def _rti(item: Any) -> Rti:
 
 def _participant(item: Any) -> Participant:
     name, crate, platform = _text(item["name"]), Path(_text(item["crate"])), _text(item["platform"])
-    _number(item["id"])
+    is_rti = _text(item["role"]) == "rti"
+    joint_rti = not is_rti and _truth(item["joint_rti"])
+    if not is_rti:
+        _number(item["id"])
     if platform == "host":
         return Participant(name, crate, program=Path(_text(item["program"])))
     return Participant(
@@ -162,6 +185,20 @@ def _participant(item: Any) -> Participant:
         board=_text(item["board"]),
         kconfig=Path(_text(item["kconfig"])),
         overlay=Path(_text(item["overlay"])),
+        is_rti=is_rti,
+        joint_rti=joint_rti,
+        network=None if item["network"] is None else _network(item["network"]),
+        runner=_optional_text(item["runner"]),
+        probe=_optional_text(item["probe"]),
+    )
+
+
+def _network(item: Any) -> Network:
+    return Network(
+        ip=_text(item["ip"]),
+        netmask=_text(item["netmask"]),
+        gateway=_optional_text(item["gateway"]),
+        mac=_optional_text(item["mac"]),
     )
 
 
@@ -175,6 +212,10 @@ def _text(value: Any) -> str:
     if not isinstance(value, str):
         raise TypeError(f"{value!r} is not a text")
     return value
+
+
+def _optional_text(value: Any) -> str | None:
+    return None if value is None else _text(value)
 
 
 def _number(value: Any) -> int:

@@ -89,10 +89,16 @@ def run(federation: Federation, limits: Limits) -> int:
     output = Output("west", federation.names())
     with Children() as children:
         supervisor = Supervisor(children, output, limits)
-        port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
+        image = federation.rti_image
+        if image is None:
+            port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
+        else:
+            command = federation.command(image, federation.port)
+            port = supervisor.start_rti(image.name, command, listening_port)
         if port is not None:
             for participant in federation.participants:
-                supervisor.start(participant.name, federation.command(participant, port))
+                if participant is not image:
+                    supervisor.start(participant.name, federation.command(participant, port))
         return supervisor.finish()
 
 

@@ -34,9 +34,15 @@ class Federation:
     participants: tuple[Participant, ...]
     application: Application
 
+    @property
+    def rti_image(self) -> Participant | None:
+        """The image with the RTI in it: one of its own or that of a federate. None where `lfz rti` is to run."""
+        return next((item for item in self.participants if item.is_rti or item.joint_rti), None)
+
     def names(self) -> list[str]:
         """The participants' names, the RTI's first."""
-        return ["RTI", *(participant.name for participant in self.participants)]
+        rti = [] if self.rti_image is not None else ["RTI"]
+        return [*rti, *(participant.name for participant in self.participants)]
 
     def rti_command(self) -> list[str]:
         """The RTI, with the options that the program asks for."""
@@ -94,6 +100,12 @@ def plan_federation(
             f"Run it as a program of this computer: lfz run {application.file}",
         )
     participants = described.select(list(federates))
+    elsewhere = [item.name for item in described.participants if item.is_rti or item.joint_rti]
+    if elsewhere and elsewhere[0] not in [item.name for item in participants]:
+        raise LfError(
+            f"the RTI is part of the image {elsewhere[0]}, which is left out.",
+            f"Run it, too: -f {' '.join([*elsewhere, *federates])}",
+        )
     boards = [item for item in participants if item.board is not None and not is_native_sim(item.board)]
     if boards:
         names = ", ".join(f"{item.name} ({item.board})" for item in boards)
@@ -111,11 +123,11 @@ def plan_federation(
                 "Build it: leave --no-build out.",
                 "Check that --build-dir is that of the build.",
             )
-    is_complete = len(participants) == rti.federates
+    here = [item.name for item in participants if not item.is_rti]
+    is_complete = len(here) == rti.federates
     if not federates and not is_complete:
         raise LfError(
-            f"{described.program} has {rti.federates} federates, but {len(participants)} are built: "
-            f"{', '.join(described.names())}.",
+            f"{described.program} has {rti.federates} federates, but {len(here)} are built: {', '.join(here)}.",
             "Build all: leave --no-build out.",
             f"Run those that are built, and start the others by hand: -f {' '.join(described.names())}",
         )

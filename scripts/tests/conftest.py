@@ -154,10 +154,12 @@ class World:
     def participant(self, index: int, name: str, platform: str) -> dict[str, Any]:
         crate = self.top / "crates" / name
         item: dict[str, Any] = {"id": index, "name": name, "package": f"grid-{name}", "crate": str(crate)}
+        item |= {"role": "federate", "joint_rti": False}
         if platform == "host":
             return {**item, "platform": "host", "program": str(self.bin / f"grid-{name}")}
         files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}
-        return {**item, "platform": "zephyr", "board": platform, **files}
+        place = {"network": None, "runner": None, "probe": None}
+        return {**item, "platform": "zephyr", "board": platform, **files, **place}
 
     def touch(self, path: str) -> Path:
         """A file of the application."""

@@ -56,7 +56,11 @@ def test_another_board_is_for_images_only(world: World) -> None:
         ({"rti": {}}, "'port' is missing"),
         ({"rti": 1}, "is no description"),
         ({"participants": [{"name": "a"}]}, "'crate' is missing"),
-        ({"participants": [{"name": "a", "crate": "c", "platform": "zephyr", "id": 0}]}, "'board' is missing"),
+        ({"participants": [{"name": "a", "crate": "c", "platform": "zephyr"}]}, "'role' is missing"),
+        (
+            {"participants": [{"name": "a", "crate": "c", "platform": "zephyr", "role": "rti"}]},
+            "'board' is missing",
+        ),
         ({"participants": 3}, "is no description"),
     ],
 )

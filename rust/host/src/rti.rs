@@ -5,12 +5,12 @@ use std::fmt;
 use std::path::PathBuf;
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
-use lf_coordination::rti::{AfterLoss, Config, Notice};
+use lf_coordination::rti::{AfterLoss, Config};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
+use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
 
 use crate::platform::Host;
 use crate::trace::Traced;
@@ -166,27 +166,4 @@ fn open_datagrams(host: &mut impl Platform, clock_sync: ClockSync) -> Result<Opt
     let usual = host.bind(RTI_UDP_PORT);
     let socket = if usual == Err(NetError::AddressInUse) { host.bind(0) } else { usual };
     socket.map(Some).map_err(RtiError::Bind)
-}
-
-/// Logs a notice at the level of its importance.
-fn log_notice(notice: Notice<'_>) {
-    match notice {
-        Notice::Lost { .. }
-        | Notice::Missing(_)
-        | Notice::Rejected { .. }
-        | Notice::RejectedBy { .. }
-        | Notice::Late { .. } => log::error!("{notice}"),
-        Notice::HandshakeAbandoned { .. }
-        | Notice::Stranger(_)
-        | Notice::UnknownType { .. }
-        | Notice::InTransitFull(_) => {
-            log::warn!("{notice}");
-        }
-        Notice::Dropped { .. } => log::debug!("{notice}"),
-        Notice::Joined(_)
-        | Notice::Started(_)
-        | Notice::Resigned(_)
-        | Notice::StopRequested(_)
-        | Notice::StopGranted(_) => log::info!("{notice}"),
-    }
 }

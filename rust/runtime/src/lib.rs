@@ -30,6 +30,6 @@ pub use federate::{Inbound, Outbound};
 pub use lf_coordination::auth::answer_rti;
 pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 pub use lf_wire::june_2026::DELAY_NONE;
-pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, run_rti};
+pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};
 pub use turn::Turn;
 pub use unfederated::{UnfederatedLoop, run_unfederated};

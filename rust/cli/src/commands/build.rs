@@ -5,8 +5,8 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::emit::Artifact;
 use lf_compiler::emit::deployment::Place;
+use lf_compiler::emit::{Artifact, Role};
 use serde_json::{Value, json};
 
 use crate::args::BuildArgs;
@@ -65,8 +65,16 @@ fn description(built: &Built) -> Value {
         .participants
         .iter()
         .map(|participant| {
-            let mut value = json!({ "id": participant.id, "name": participant.name, "package": participant.package,
+            let mut value = json!({ "name": participant.name, "package": participant.package,
                 "crate": path(&built.out.join(&participant.folder)) });
+            match participant.role {
+                Role::Rti => value["role"] = json!("rti"),
+                Role::Federate { id, joint_rti } => {
+                    value["role"] = json!("federate");
+                    value["id"] = json!(id);
+                    value["joint_rti"] = json!(joint_rti);
+                }
+            }
             match &participant.artifact {
                 Artifact::Host => {
                     value["platform"] = json!("host");
@@ -87,8 +95,11 @@ fn description(built: &Built) -> Value {
 }
 
 fn add_place(value: &mut Value, place: &Place) {
-    value["ip"] = json!(place.network.map(|network| network.ip.to_string()));
-    value["mac"] = json!(place.mac.map(|mac| mac.to_string()));
+    value["network"] = json!(place.network.map(|network| {
+        json!({ "ip": network.ip.to_string(), "netmask": network.netmask.to_string(),
+            "gateway": network.gateway.map(|gateway| gateway.to_string()),
+            "mac": place.mac.map(|mac| mac.to_string()) })
+    }));
     value["runner"] = json!(place.runner);
     value["probe"] = json!(place.probe);
 }
@@ -149,6 +160,7 @@ federated reactor at example.com:4242 {
         );
         let first = &value["participants"][0];
         assert_eq!((&first["id"], &first["name"]), (&json!(0), &json!("first")));
+        assert_eq!((&first["role"], &first["joint_rti"]), (&json!("federate"), &json!(false)));
         assert_eq!((&first["platform"], &first["board"]), (&json!("zephyr"), &json!("some_board")));
         assert_eq!(first["crate"], json!(out.join("first")));
         for file in ["kconfig", "overlay"] {
@@ -184,13 +196,15 @@ federated reactor at example.com:4242 {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let deployment = folder.path().join("deployment.yaml");
         let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
-                    federates:\n  first: { platform: some_board, ip: 10.0.0.2 }\n";
+                    federates:\n  first: { platform: some_board, ip: 10.0.0.2, runner: pyocd, probe: a1 }\n";
         fs::write(&deployment, text).expect("it can be written");
         let value = described(folder.path(), Some(&deployment));
         assert_eq!((&value["rti"]["host"], &value["rti"]["port"]), (&json!("10.0.0.1"), &json!(15099)));
         let participants = value["participants"].as_array().expect("it is a list");
         assert_eq!(participants.len(), 1, "the other federate is for this computer");
-        assert_eq!(participants[0]["ip"], "10.0.0.2");
+        let network = json!({ "ip": "10.0.0.2", "netmask": "255.255.255.0", "gateway": null, "mac": null });
+        assert_eq!(participants[0]["network"], network);
+        assert_eq!((&participants[0]["runner"], &participants[0]["probe"]), (&json!("pyocd"), &json!("a1")));
     }
 
     #[test]

@@ -30,21 +30,12 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     });
     match outcome.map_err(|error| Failure::message(error.to_string()))? {
         Outcome::Complete => Ok(ExitCode::SUCCESS),
-        Outcome::Lost { federate, cause } => {
-            Err(Failure::message(format!("the federation has failed: federate {federate} is lost: {cause}")))
-        }
-        Outcome::NotStarted { first, missing } => {
-            let others = match missing {
-                0 | 1 => String::new(),
-                more => format!(" and {} more", more - 1),
-            };
-            Err(Failure::message(format!(
-                "the federation has not started: federate {first}{others} did not come back in time after a loss; \
-                 start all federates again, or give them more time with --start-time-out"
-            )))
-        }
-        Outcome::Aborted => {
-            terminal::remark("error: the RTI was told to end before its federation was over");
+        outcome @ Outcome::Lost { .. } => Err(Failure::message(outcome.to_string())),
+        outcome @ Outcome::NotStarted { .. } => Err(Failure::message(format!(
+            "{outcome}; start all federates again, or give them more time with --start-time-out"
+        ))),
+        outcome @ Outcome::Aborted => {
+            terminal::remark(format_args!("error: {outcome}"));
             Ok(ExitCode::from(INTERRUPTED))
         }
     }

@@ -15,8 +15,8 @@ mod stored;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform, RtiPlace};
-use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit};
+use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
+use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 
 pub(crate) use source::{Program, count};
@@ -41,7 +41,7 @@ pub(crate) struct Request<'a> {
     pub(crate) platform: Option<Platform>,
     /// The board of all federates without a deployment; `None` leaves it to the program, and to [`BOARD_DEFAULT`].
     pub(crate) board: Option<&'a str>,
-    /// The federates; all when it is empty.
+    /// The federates, and an RTI that is an image of its own; all when it is empty.
     pub(crate) federates: &'a [String],
     /// The deployment file.
     pub(crate) deployment: Option<&'a Path>,
@@ -58,7 +58,7 @@ pub(crate) struct Built {
     pub(crate) rti: RtiPlace,
     /// The folder with the generated files.
     pub(crate) out: PathBuf,
-    /// The participants that were wanted, in order of id.
+    /// The participants that were wanted: an RTI that is an image of its own, then federates in order of id.
     pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
     pub(crate) programs: BTreeMap<String, PathBuf>,
@@ -73,7 +73,7 @@ impl Request<'_> {
         let program = Program::load(self.file)?;
         let deployment = self.deployment(&program.plan)?;
         let wanted = self.wanted(&program.plan, &deployment)?;
-        let platform = if wanted.iter().all(|name| deployment.place(name).platform == PlacePlatform::Host) {
+        let platform = if wanted.iter().all(|name| is_on_host(name, &program.plan, &deployment)) {
             Platform::Host
         } else {
             Platform::Zephyr
@@ -106,15 +106,17 @@ impl Request<'_> {
         Ok(deployment)
     }
 
-    /// The names of the federates that were asked for.
+    /// The names of the participants that were asked for.
     fn wanted(&self, plan: &Plan, deployment: &Deployment) -> Result<Vec<String>, Failure> {
-        let all = || plan.federates.iter().map(|federate| federate.name.clone());
+        let image = plan.rti.is_some() && matches!(deployment.rti.home, RtiHome::Image(_));
+        let rti = image.then(|| rti_name(plan));
+        let all = || rti.iter().cloned().chain(plan.federates.iter().map(|federate| federate.name.clone()));
         if let Some(unknown) = self.federates.iter().find(|name| !all().any(|known| known == **name)) {
             let known = all().collect::<Vec<_>>().join(", ");
             return Err(Failure::message(format!("there is no federate `{unknown}`; {} has {known}", plan.name)));
         }
         let is_wanted = |name: &String| {
-            let is_host = deployment.place(name).platform == PlacePlatform::Host;
+            let is_host = is_on_host(name, plan, deployment);
             (self.federates.is_empty() || self.federates.contains(name))
                 && self.platform.is_none_or(|platform| is_host == (platform == Platform::Host))
         };
@@ -174,6 +176,12 @@ impl Request<'_> {
         }
         Ok(programs)
     }
+}
+
+/// Whether a federate is a program of this computer; what is no federate is the image of the RTI.
+fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
+    let is_federate = plan.federates.iter().any(|federate| federate.name == name);
+    is_federate && deployment.place(name).platform == PlacePlatform::Host
 }
 
 /// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps lie beside them.

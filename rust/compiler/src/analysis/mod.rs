@@ -79,11 +79,11 @@ pub(crate) fn analyse(
     });
     let main = described.index[&tree.instances[0].class];
     let name = program_name(program).to_owned();
-    let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, diagnostics));
+    let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, &target, diagnostics));
     Some(Plan { files: files.collect(), target, rti, main, classes: described.classes, federates, name })
 }
 
-fn rti(main: &Class<'_>, name: &str, diagnostics: &mut Diagnostics) -> plan::Rti {
+fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Diagnostics) -> plan::Rti {
     let host = main.ast.host.as_ref();
     if let Some(host) = host.filter(|host| host.user.is_some()) {
         let message = "the user of the RTI's host has no effect";
@@ -92,14 +92,14 @@ fn rti(main: &Class<'_>, name: &str, diagnostics: &mut Diagnostics) -> plan::Rti
     }
     plan::Rti {
         host: host.map_or_else(|| "localhost".to_owned(), |host| host.address.clone()),
-        port: host.and_then(|host| host.port).unwrap_or(RTI_PORT),
-        federation_id: name.to_owned(),
+        port: target.rti_port.or(host.and_then(|host| host.port)).unwrap_or(RTI_PORT),
+        federation_id: target.federation_id.clone().unwrap_or_else(|| name.to_owned()),
     }
 }
 
 /// Properties of federations say nothing in a program that is none.
 fn idle_properties(program: &Program, parts: &Parts, diagnostics: &mut Diagnostics) {
-    const FEDERATED: [&str; 3] = ["coordination", "clock-sync", "clock-sync-options"];
+    const FEDERATED: [&str; 5] = ["coordination", "clock-sync", "clock-sync-options", "joint-rti", "joint-rti-options"];
     if parts.federated {
         return;
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which modules a federate's crate has: one per LF file, and in it one per reactor class that the federate needs.
+//! Which modules a crate has: one per LF file, and in it one per reactor class that the federate needs, or whose types
+//! the RTI needs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +11,7 @@ use super::names::{Names, ident, snake_case};
 use crate::plan::{ClassIndex, Federate, FileIndex, Plan};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
-const RESERVED: [&str; 9] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "std"];
+const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
 
 /// The modules of one crate.
 pub(super) struct Layout {
@@ -22,24 +23,29 @@ struct ClassPlace {
     file: FileIndex,
     module: String,
     name: Ident,
+    /// Whether there are reactions and state, and not only types.
+    whole: bool,
 }
 
 impl Layout {
-    /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first.
-    pub(super) fn new(plan: &Plan, federate: &Federate) -> Self {
-        let mut used: BTreeSet<ClassIndex> = federate.instances.iter().map(|instance| instance.class).collect();
-        used.insert(plan.main);
+    /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
+    /// those of classes of which only the types are needed.
+    pub(super) fn new(plan: &Plan, federate: Option<&Federate>, types: &BTreeSet<ClassIndex>) -> Self {
+        let instances = federate.iter().flat_map(|federate| &federate.instances);
+        let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
+        used.extend(instances.map(|instance| (instance.class, true)));
+        used.extend(federate.map(|_| (plan.main, true)));
         let mut file_names = Names::reserving(&RESERVED);
         let mut files = BTreeMap::new();
         let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
         let mut classes = BTreeMap::new();
-        for index in used {
+        for (index, whole) in used {
             let class = &plan.classes[index.0];
             let file = class.at.file;
             files.entry(file).or_insert_with(|| file_names.give(&module_name(stem(&plan.files[file.0].path))));
             let names = class_names.entry(file).or_insert_with(|| Names::reserving(&RESERVED));
             let module = names.give(&module_name(&class.name));
-            classes.insert(index, ClassPlace { file, module, name: ident(&class.name) });
+            classes.insert(index, ClassPlace { file, module, name: ident(&class.name), whole });
         }
         Self { files, classes }
     }
@@ -64,9 +70,9 @@ impl Layout {
         named.filter(|(_, module)| taken.insert(module)).collect()
     }
 
-    /// Whether the crate has this class.
+    /// Whether the crate has this class with its reactions and its state.
     pub(super) fn has(&self, class: ClassIndex) -> bool {
-        self.classes.contains_key(&class)
+        self.classes.get(&class).is_some_and(|place| place.whole)
     }
 
     /// The path of a class's module from anywhere in the crate; empty for a class that the crate does not have.

@@ -9,6 +9,7 @@ pub mod deployment;
 mod federate;
 mod names;
 mod reactor;
+mod rti;
 mod source_map;
 mod splice;
 #[cfg(test)]
@@ -19,7 +20,7 @@ use core::fmt;
 
 use crate::plan::{Federate, Location, Plan};
 use crates::{Crate, CrateKind};
-use deployment::{Deployment, Place, Platform};
+use deployment::{Deployment, Place, Platform, RtiHome};
 use names::{Names, kebab_case};
 
 pub use source_map::SourceMap;
@@ -40,18 +41,18 @@ pub struct Settings<'a> {
 pub struct Emitted {
     /// The files.
     pub files: Vec<File>,
-    /// The federates, or the main reactor, in order of id.
+    /// The RTI, where it is an image of its own; then the federates in order of id, or the main reactor.
     pub participants: Vec<Participant>,
     /// From generated files back to the program.
     pub source_map: SourceMap,
 }
 
-/// What was generated for one federate.
+/// What was generated for one federate, or for the RTI.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Participant {
-    /// The federate's id.
-    pub id: u16,
-    /// The federate's name.
+    /// What it does in the federation.
+    pub role: Role,
+    /// The federate's name, or one that no federate has.
     pub name: String,
     /// The crate's folder below the output folder.
     pub folder: String,
@@ -59,6 +60,20 @@ pub struct Participant {
     pub package: String,
     /// How it is built and run.
     pub artifact: Artifact,
+}
+
+/// What a participant does in the federation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// It is the RTI, and nothing else.
+    Rti,
+    /// It is a federate, or a program that is not federated.
+    Federate {
+        /// The federate's id.
+        id: u16,
+        /// Whether the RTI is part of its image.
+        joint_rti: bool,
+    },
 }
 
 /// How a participant is built and run.
@@ -97,6 +112,15 @@ pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErr
             errors.push(error);
         }
     }
+    if let (RtiHome::Image(place), Some(_)) = (&settings.deployment.rti.home, &plan.rti) {
+        let name = rti_name(plan);
+        let folder = folders.give(&name);
+        if let Err(error) = emit_rti(plan, name, place, settings, folder, &mut emitted)
+            && !errors.contains(&error)
+        {
+            errors.push(error);
+        }
+    }
     let is_host = |participant: &&Participant| participant.artifact == Artifact::Host;
     let members: Vec<String> =
         emitted.participants.iter().filter(is_host).map(|participant| participant.folder.clone()).collect();
@@ -105,6 +129,15 @@ pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitErr
         emitted.files.insert(0, File { path: "Cargo.toml".to_owned(), text });
     }
     if errors.is_empty() { Ok(emitted) } else { Err(errors) }
+}
+
+/// What the RTI is called where it is an image of its own: a name that no federate has.
+pub fn rti_name(plan: &Plan) -> String {
+    let mut name = "rti".to_owned();
+    while plan.federates.iter().any(|federate| federate.name == name) {
+        name.push('_');
+    }
+    name
 }
 
 fn package_name(plan: &Plan, federate: &Federate) -> String {
@@ -123,24 +156,62 @@ fn emit_federate(
     emitted: &mut Emitted,
 ) -> Result<(), EmitError> {
     let place = settings.deployment.place(&federate.name);
+    let name = federate.name.as_str();
+    let joint_rti = plan.rti.is_some() && settings.deployment.is_joint(name);
     let (kind, package, artifact) = match &place.platform {
         Platform::Host => (CrateKind::Host, package, Artifact::Host),
         Platform::Zephyr(board) => {
-            let (board, name) = (board.clone(), &federate.name);
-            let (kconfig, overlay) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
             let text = zephyr_config::kconfig(plan, federate, settings.deployment);
-            emitted.files.push(File { path: kconfig.clone(), text });
-            let label = place.ethernet.as_deref().or_else(|| zephyr_config::ethernet_label(&board));
-            let text = zephyr_config::overlay(plan, federate, place.mac.zip(label));
-            emitted.files.push(File { path: overlay.clone(), text });
-            let artifact = Artifact::Zephyr { board, kconfig, overlay, place: Box::new(place) };
-            // The name that Zephyr's build knows the crate by.
-            (CrateKind::Zephyr, "rustapp".to_owned(), artifact)
+            let artifact = image(plan, name, &folder, board.clone(), &place, text, emitted);
+            (CrateKind::Zephyr, ZEPHYR_PACKAGE.to_owned(), artifact)
         }
     };
-    let generated = Crate { plan, federate, kind, folder: &folder, package: &package };
+    let generated =
+        Crate { plan, name, federate: Some(federate), rti: joint_rti, kind, folder: &folder, package: &package };
     generated.emit(settings, &mut emitted.files, &mut emitted.source_map)?;
-    emitted.participants.push(Participant { id: federate.id, name: federate.name.clone(), folder, package, artifact });
+    let role = Role::Federate { id: federate.id, joint_rti };
+    emitted.participants.push(Participant { role, name: name.to_owned(), folder, package, artifact });
+    Ok(())
+}
+
+/// The name that Zephyr's build knows a crate by.
+const ZEPHYR_PACKAGE: &str = "rustapp";
+
+/// Adds what an image has beside its crate.
+fn image(
+    plan: &Plan,
+    name: &str,
+    folder: &str,
+    board: String,
+    place: &Place,
+    kconfig_text: String,
+    emitted: &mut Emitted,
+) -> Artifact {
+    let (kconfig, overlay) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
+    emitted.files.push(File { path: kconfig.clone(), text: kconfig_text });
+    let label = place.ethernet.as_deref().or_else(|| zephyr_config::ethernet_label(&board));
+    let text = zephyr_config::overlay(plan, name, place.mac.zip(label));
+    emitted.files.push(File { path: overlay.clone(), text });
+    Artifact::Zephyr { board, kconfig, overlay, place: Box::new(place.clone()) }
+}
+
+/// An image that is the RTI and nothing else. It comes first, because it is started first.
+fn emit_rti(
+    plan: &Plan,
+    name: String,
+    place: &Place,
+    settings: &Settings<'_>,
+    folder: String,
+    emitted: &mut Emitted,
+) -> Result<(), EmitError> {
+    let Platform::Zephyr(board) = &place.platform else { return Ok(()) };
+    let text = zephyr_config::rti_kconfig(plan, &name, place, settings.deployment);
+    let artifact = image(plan, &name, &folder, board.clone(), place, text, emitted);
+    let (kind, package) = (CrateKind::Zephyr, ZEPHYR_PACKAGE);
+    let generated = Crate { plan, name: &name, federate: None, rti: true, kind, folder: &folder, package };
+    generated.emit(settings, &mut emitted.files, &mut emitted.source_map)?;
+    let participant = Participant { role: Role::Rti, name, folder, package: package.to_owned(), artifact };
+    emitted.participants.insert(0, participant);
     Ok(())
 }
 

@@ -18,7 +18,8 @@ pub(super) fn emit(
     class: ClassIndex,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
-    let mut module = Module { plan, layout, class: &plan.classes[class.0], splices: Splices::new(plan) };
+    let (is_whole, splices) = (layout.has(class), Splices::new(plan));
+    let mut module = Module { plan, layout, class: &plan.classes[class.0], is_whole, splices };
     let tokens = module.tokens()?;
     module.splices.finish(path, tokens)
 }
@@ -107,6 +108,8 @@ struct Module<'p> {
     plan: &'p Plan,
     layout: &'p Layout,
     class: &'p ReactorClass,
+    /// Whether it is emitted with its reactions and its state, and not only with its types.
+    is_whole: bool,
     splices: Splices<'p>,
 }
 
@@ -124,6 +127,15 @@ impl<'p> Module<'p> {
             text => format!(" {text}"),
         });
         let types = self.types()?;
+        if !self.is_whole {
+            return Ok(quote! {
+                #![doc = #about]
+                use super::*;
+                use lf::prelude::*;
+                #(#preambles)*
+                #types
+            });
+        }
         let state_doc = self.splices.doc(&format!("An instance of `{}`", class.name), class.at);
         let fields = self.fields()?;
         let new = self.new_method()?;
@@ -372,7 +384,7 @@ fn mentions(value: &Value, name: &str) -> bool {
 }
 
 /// Whether a type is surely `Copy`, and can be named anywhere.
-fn is_copy(ty: &str) -> bool {
+pub(super) fn is_copy(ty: &str) -> bool {
     const COPY: [&str; 18] = [
         "bool",
         "char",

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Per Zephyr federate: a Kconfig fragment with what follows from the plan and the deployment, and a devicetree
+//! Per Zephyr image: a Kconfig fragment with what follows from the plan and the deployment, and a devicetree
 //! overlay with the MAC address. A user's own files are added on top of both.
 
 use core::fmt::Write;
 use core::net::Ipv4Addr;
 
 use super::deployment::{Deployment, Mac, Place, Platform};
-use crate::plan::{ClockSync, Federate, Logging, Plan, TriggerKind};
+use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
 const ETHERNET_LABELS: [(&str, &str); 9] = [
@@ -48,28 +48,84 @@ impl Fragment {
 /// The Kconfig fragment of a federate, or of an unfederated program.
 pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment) -> String {
     let place = deployment.place(&federate.name);
-    let mut fragment = Fragment(header("#", plan, federate));
-    if let Some(rti) = deployment.rti_of(plan) {
-        fragment.comment("The federation.");
-        fragment.set_text("LF_FEDERATION_ID", &rti.federation_id);
+    let is_joint = plan.rti.is_some() && deployment.is_joint(&federate.name);
+    let mut fragment = Fragment(header("#", plan, &federate.name));
+    if let Some(deployed) = deployment.rti_of(plan) {
+        federation(&mut fragment, plan, &deployed, &place);
         // The symbol takes addresses only; a name such as localhost leaves the default.
-        if rti.host.parse::<Ipv4Addr>().is_ok() {
-            fragment.set_text("LF_RTI_ADDRESS", &rti.host);
-        }
-        fragment.set("LF_RTI_PORT", rti.port);
-        if plan.target.authentication {
-            fragment.set("LF_AUTHENTICATION", "y");
-            // native_sim takes the computer's random numbers, not those of its driver for tests.
-            if !is_native_sim(&place) {
-                fragment.set("ENTROPY_GENERATOR", "y");
-            }
+        if deployed.host.parse::<Ipv4Addr>().is_ok() {
+            fragment.set_text("LF_RTI_ADDRESS", &deployed.host);
         }
     }
+    if is_joint {
+        rti(&mut fragment, plan);
+        fragment.comment("The RTI, which serves all, comes before this federate.");
+        fragment.set("MAIN_THREAD_PRIORITY", 1);
+        fragment.set("LF_USER_THREAD_PRIORITY", 2);
+    }
     network(&mut fragment, &place);
-    capacities(&mut fragment, plan, federate, &place);
+    let own = federate_sockets(plan, federate);
+    fragment.comment("What the federate needs.");
+    fragment.set("LF_SOCKETS", own);
+    sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
+    datagrams(&mut fragment, plan);
+    user_threads(&mut fragment, plan, federate);
     receive_buffer(&mut fragment, federate, &place);
     logging(&mut fragment, plan.target.logging);
     fragment.0
+}
+
+/// The Kconfig fragment of an image that is the RTI and nothing else.
+pub(super) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &Deployment) -> String {
+    let mut fragment = Fragment(header("#", plan, name));
+    if let Some(deployed) = deployment.rti_of(plan) {
+        federation(&mut fragment, plan, &deployed, place);
+    }
+    rti(&mut fragment, plan);
+    fragment.set("LF_FEDERATE", "n");
+    network(&mut fragment, place);
+    sockets(&mut fragment, 0, rti_sockets(plan), place);
+    datagrams(&mut fragment, plan);
+    fragment.set("LF_USER_THREADS", 0);
+    logging(&mut fragment, plan.target.logging);
+    fragment.0
+}
+
+fn federation(fragment: &mut Fragment, plan: &Plan, rti: &Rti, place: &Place) {
+    fragment.comment("The federation.");
+    fragment.set_text("LF_FEDERATION_ID", &rti.federation_id);
+    fragment.set("LF_RTI_PORT", rti.port);
+    if plan.target.authentication {
+        fragment.set("LF_AUTHENTICATION", "y");
+        // native_sim takes the computer's random numbers, not those of its driver for tests.
+        if !is_native_sim(place) {
+            fragment.set("ENTROPY_GENERATOR", "y");
+        }
+    }
+}
+
+/// What an RTI needs: as many places as there are federates, and as the federate with the most neighbors has.
+fn rti(fragment: &mut Fragment, plan: &Plan) {
+    let upstream = plan.federates.iter().map(|federate| federate.upstream.len()).max().unwrap_or(0);
+    fragment.comment("The RTI.");
+    fragment.set("LF_RTI", "y");
+    fragment.set("LF_RTI_FEDERATES", plan.federates.len());
+    fragment.set("LF_RTI_UPSTREAM", upstream);
+    fragment.set("LF_RTI_CONNECTIONS", rti_connections(plan));
+}
+
+/// One for each federate, and one so that who does not belong to the federation is told so.
+fn rti_connections(plan: &Plan) -> usize {
+    plan.federates.len() + 1
+}
+
+/// The connections, the listener, and a port for the datagrams of clock synchronization.
+fn rti_sockets(plan: &Plan) -> usize {
+    rti_connections(plan) + 1 + usize::from(has_datagrams(plan))
+}
+
+fn has_datagrams(plan: &Plan) -> bool {
+    plan.is_federated() && plan.target.clock_sync == ClockSync::On
 }
 
 fn is_native_sim(place: &Place) -> bool {
@@ -88,25 +144,34 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
 }
 
-fn capacities(fragment: &mut Fragment, plan: &Plan, federate: &Federate, place: &Place) {
-    // One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, and
-    // one for the datagrams of clock synchronization.
+/// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, and one
+/// for the datagrams of clock synchronization.
+fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
-    let datagrams = plan.is_federated() && plan.target.clock_sync == ClockSync::On;
-    let sockets = 1 + peers_in + usize::from(peers_in > 0) + peers_out + usize::from(datagrams);
-    fragment.comment("What the federate needs: sockets, and descriptors for them, the wake-up and the console.");
-    fragment.set("LF_SOCKETS", sockets);
-    fragment.set("ZVFS_OPEN_MAX", sockets + 3);
-    fragment.set("ZVFS_POLL_MAX", 2 * sockets + 1);
-    if datagrams {
+    1 + peers_in + usize::from(peers_in > 0) + peers_out + usize::from(has_datagrams(plan))
+}
+
+/// What Zephyr needs for the sockets of the federate and of the RTI, either of which may be none.
+fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) {
+    let all = federate + rti;
+    fragment.comment("Descriptors for the sockets, the wake-up and the console; each event loop polls its own.");
+    fragment.set("ZVFS_OPEN_MAX", all + 3);
+    fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
+    if all > 1 && !is_native_sim(place) {
+        fragment.comment("What Zephyr's own network stack keeps for them.");
+        fragment.set("NET_MAX_CONTEXTS", all + 2);
+        fragment.set("NET_MAX_CONN", all + 3);
+    }
+}
+
+fn datagrams(fragment: &mut Fragment, plan: &Plan) {
+    if has_datagrams(plan) {
         fragment.comment("Clock synchronization while the federation runs.");
         fragment.set("NET_UDP", "y");
     }
-    if sockets > 1 && !is_native_sim(place) {
-        fragment.comment("What Zephyr's own network stack keeps for them.");
-        fragment.set("NET_MAX_CONTEXTS", sockets + 2);
-        fragment.set("NET_MAX_CONN", sockets + 3);
-    }
+}
+
+fn user_threads(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
     let is_physical = |kind: &TriggerKind| matches!(kind, TriggerKind::Action { physical: true, .. });
     let threads = match plan.target.user_threads {
         0 => federate.triggers.iter().filter(|trigger| is_physical(&trigger.kind)).count(),
@@ -142,9 +207,9 @@ fn logging(fragment: &mut Fragment, logging: Logging) {
     fragment.set(&format!("LF_LOG_LEVEL_{level}"), "y");
 }
 
-/// The devicetree overlay of a federate; without a MAC address it changes nothing.
-pub(super) fn overlay(plan: &Plan, federate: &Federate, mac: Option<(Mac, &str)>) -> String {
-    let mut text = header("//", plan, federate);
+/// The devicetree overlay of an image; without a MAC address it changes nothing.
+pub(super) fn overlay(plan: &Plan, name: &str, mac: Option<(Mac, &str)>) -> String {
+    let mut text = header("//", plan, name);
     if let Some((mac, label)) = mac {
         let bytes: Vec<String> = mac.0.iter().map(|byte| format!("{byte:02x}")).collect();
         let _ = write!(
@@ -156,8 +221,7 @@ pub(super) fn overlay(plan: &Plan, federate: &Federate, mac: Option<(Mac, &str)>
     text
 }
 
-fn header(mark: &str, plan: &Plan, federate: &Federate) -> String {
-    let name = &federate.name;
+fn header(mark: &str, plan: &Plan, name: &str) -> String {
     format!(
         "{mark} SPDX-License-Identifier: Apache-2.0\n\
          {mark} Generated by lfz for {name} of {}; do not edit.\n\

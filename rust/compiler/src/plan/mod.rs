@@ -83,6 +83,12 @@ pub struct Target {
     pub dnet: bool,
     /// `auth`: the RTI and the federates prove to each other that they know the federation id.
     pub authentication: bool,
+    /// `joint-rti`: the RTI is part of the image of a federate, where one is on a board.
+    pub joint_rti: bool,
+    /// `joint-rti-options: {federation-id}`, if given.
+    pub federation_id: Option<String>,
+    /// `joint-rti-options: {port}`, if given.
+    pub rti_port: Option<u16>,
     /// `platform: {name}`, if given.
     pub platform: Option<String>,
     /// `platform: {board}`, if given.
@@ -108,6 +114,9 @@ impl Default for Target {
             advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
             dnet: true,
             authentication: false,
+            joint_rti: false,
+            federation_id: None,
+            rti_port: None,
             platform: None,
             board: None,
             user_threads: 0,

@@ -24,6 +24,8 @@ const HONOURED: &[&str] = &[
     "logging",
     "no-compile",
     "auth",
+    "joint-rti",
+    "joint-rti-options",
 ];
 
 /// Properties of LF that are not, with what to do instead.
@@ -62,8 +64,6 @@ const REFUSED: &[(&str, &str)] = &[
     ("python-version", "remove it"),
     ("ros2", "remove it"),
     ("ros2-dependencies", "remove it"),
-    ("joint-rti", "remove it; say where the RTI runs in `deployment.yaml`"),
-    ("joint-rti-options", "remove it"),
 ];
 
 /// Checks the target of the main file and gives the properties that have an effect.
@@ -159,6 +159,8 @@ impl Reader {
             "logging" => self.logging(key, value),
             "no-compile" => self.must_be_false(key, value, "use `lfz build --no-compile`"),
             "auth" => self.target.authentication = self.boolean(key, value).unwrap_or_default(),
+            "joint-rti" => self.target.joint_rti = self.boolean(key, value).unwrap_or_default(),
+            "joint-rti-options" => self.joint_rti_options(key, value),
             name => self.other(name, key),
         }
     }
@@ -305,6 +307,25 @@ impl Reader {
                     Some(ns) => self.target.advance_interval_ns = ns,
                     None => {}
                 }
+            }
+        }
+    }
+
+    fn joint_rti_options(&mut self, key: &Name, value: &PropertyValue) {
+        /// In bytes; the wire has no room for a longer one.
+        const FEDERATION_ID_MAX: usize = 255;
+        let PropertyKind::Map(properties) = &value.kind else {
+            return self.bad(key, value, "a list of options in braces");
+        };
+        self.unique(properties);
+        for Property { key, value } in properties {
+            match key.text.as_str() {
+                "port" => self.target.rti_port = self.count(key, value),
+                "federation-id" => match text_of(value) {
+                    Some(id) if (1..=FEDERATION_ID_MAX).contains(&id.len()) => self.target.federation_id = Some(id),
+                    _ => self.bad(key, value, "a text of up to 255 bytes"),
+                },
+                _ => self.unknown(key, ["federation-id", "port"].into_iter()),
             }
         }
     }

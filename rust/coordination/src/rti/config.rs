@@ -5,7 +5,7 @@ use core::fmt;
 
 use lf_model::time::Interval;
 use lf_wire::Limits;
-use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
+use lf_wire::june_2026::{FEDERATION_ID_BYTES_MAX, message_bytes_max};
 
 /// The federation id of a stock RTI that was given none.
 pub const FEDERATION_ID_DEFAULT: &[u8] = b"Unidentified Federation";
@@ -99,8 +99,13 @@ impl<'a> Config<'a> {
         }
     }
 
+    /// Bytes of the longest message in a federation of so many federates: what each buffer has to hold.
+    pub const fn message_bytes_max(&self, federates: usize) -> usize {
+        message_bytes_max(&self.limits(federates))
+    }
+
     /// What the RTI accepts from a peer in a federation of so many federates.
-    pub(super) fn limits(&self, federates: usize) -> Limits {
+    pub(super) const fn limits(&self, federates: usize) -> Limits {
         Limits {
             payload_bytes_max: self.payload_bytes_max,
             federation_id_bytes_max: FEDERATION_ID_BYTES_MAX,

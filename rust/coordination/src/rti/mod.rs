@@ -47,6 +47,8 @@ mod storage;
 mod suspend;
 mod window;
 
+use core::fmt;
+
 use lf_model::time::Instant;
 use lf_wire::Limits;
 use lf_wire::june_2026::message_bytes_max;
@@ -93,6 +95,25 @@ pub enum Outcome {
     },
     /// The owner ended it.
     Aborted,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Complete => f.write_str("all federates have resigned"),
+            Self::Lost { federate, cause } => {
+                write!(f, "the federation has failed: federate {federate} is lost: {cause}")
+            }
+            Self::NotStarted { first, missing } => {
+                write!(f, "the federation has not started: federate {first}")?;
+                if *missing > 1 {
+                    write!(f, " and {} more", missing - 1)?;
+                }
+                f.write_str(" did not come back in time after a loss")
+            }
+            Self::Aborted => f.write_str("the RTI was told to end before its federation was over"),
+        }
+    }
 }
 
 /// Whether there is still something to do.

@@ -3,6 +3,7 @@
 
 mod clock_sync;
 mod connections;
+mod notices;
 
 use core::fmt;
 
@@ -12,6 +13,7 @@ use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorag
 use lf_model::time::{Instant, Interval, Tag};
 
 pub use connections::{Inlet, Outgoing};
+pub use notices::log_notice;
 
 use crate::error::RunError;
 use crate::platform::{Interest, Platform, SocketId};

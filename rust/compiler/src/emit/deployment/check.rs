@@ -6,17 +6,18 @@ use std::collections::BTreeMap;
 
 use serde_saphyr::{Location, Spanned};
 
-use super::raw::{Raw, RawPlace, RawRti};
-use super::{Deployment, Mac, Network, Place, Platform, RtiPlace};
+use super::home::RTI;
+use super::raw::{Raw, RawPlace};
+use super::{Deployment, Mac, Network, Place, Platform, RtiHome, RtiPlace};
 use crate::diagnostics::did_you_mean;
 use crate::emit::zephyr_config::ethernet_label;
 use crate::plan::Plan;
 use crate::yaml::{FileError, place};
 
 /// Collects what is wrong, and what must not occur twice.
-struct Checker<'a> {
+pub(super) struct Checker<'a> {
     path: &'a str,
-    errors: Vec<FileError>,
+    pub(super) errors: Vec<FileError>,
     /// Who has an address or a probe, and where that is written.
     taken: BTreeMap<(&'static str, String), (String, u64)>,
 }
@@ -25,28 +26,32 @@ struct Checker<'a> {
 pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
     let mut checker = Checker { path, errors: Vec::new(), taken: BTreeMap::new() };
     let mut deployment = Deployment::default();
-    if let Some(joint) = &raw.joint_rti {
-        checker.error(joint.referenced, "joint-rti is not supported yet: the RTI runs on this computer", None);
-    }
     if let Some(rti) = &raw.rti {
         deployment.rti = checker.rti(rti);
     }
-    let rti_ip_is_wrong = deployment.rti.ip.is_none() && raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some());
     // In the order of the file, so that of two that clash the later one is wrong.
     let mut federates: Vec<_> = raw.federates.iter().collect();
     federates.sort_by_key(|(_, spanned)| spanned.as_ref().map(|spanned| place(spanned.referenced)));
-    for (name, raw_place) in federates {
+    for (name, raw_place) in &federates {
         // A name without anything behind it (`a:`) is a federate with all defaults.
         let Some(spanned) = raw_place else {
-            deployment.federates.insert(name.clone(), Place::default());
+            deployment.federates.insert((*name).clone(), Place::default());
             continue;
         };
         checker.known(name, spanned.referenced, plan);
         if let Some(place) = checker.place(name, &spanned.value) {
-            if !rti_ip_is_wrong {
-                checker.reachable(&place, &spanned.value, deployment.rti);
-            }
-            deployment.federates.insert(name.clone(), place);
+            deployment.federates.insert((*name).clone(), place);
+        }
+    }
+    checker.joint(raw, &federates, plan, &mut deployment);
+    // Where the address of the RTI is wrong, nothing follows from it.
+    let rti_ip_is_wrong = deployment.rti.ip.is_none()
+        && (deployment.rti.home != RtiHome::Program || raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some()));
+    for (name, spanned) in federates.iter().filter(|_| !rti_ip_is_wrong) {
+        if let (Some(spanned), Some(place)) = (spanned, deployment.federates.get(*name))
+            && !deployment.is_joint(name)
+        {
+            checker.reachable(place, &spanned.value, &deployment.rti);
         }
     }
     checker.errors.sort_by_key(|error| (error.line, error.column));
@@ -54,7 +59,7 @@ pub(super) fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Ve
 }
 
 impl Checker<'_> {
-    fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
+    pub(super) fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
         let (line, column) = place(at);
         let (path, hint) = (self.path.to_owned(), hint.map(str::to_owned));
         self.errors.push(FileError { path, line, column, message: message.into(), hint });
@@ -71,40 +76,30 @@ impl Checker<'_> {
         self.error(at, format!("{} has no {what} named \"{name}\"", plan.name), Some(&hint));
     }
 
-    fn rti(&mut self, raw: &RawRti) -> RtiPlace {
-        if let Some(platform) = raw.platform.as_ref().filter(|platform| platform.value != "host") {
-            let message = format!("the RTI cannot run on \"{}\" yet", platform.value);
-            self.error(platform.referenced, message, Some("write `platform: host`"));
-        }
-        let ip = self.address(raw.ip.as_ref(), "ip");
-        if let (Some(ip), Some(raw_ip)) = (ip, &raw.ip)
-            && !ip.is_loopback()
-        {
-            self.once("IP address", ip.to_string(), "the RTI", raw_ip.referenced);
-        }
-        let port = raw.port.as_ref().and_then(|port| {
-            let number = port.value.parse::<u16>().ok().filter(|number| *number != 0);
-            if number.is_none() {
-                let message = format!("`port`: \"{}\" is no TCP port", port.value);
-                self.error(port.referenced, message, Some("write a number from 1 to 65535"));
-            }
-            number
-        });
-        RtiPlace { ip, port }
-    }
-
-    fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {
+    pub(super) fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {
         let platform = self.platform(&raw.platform)?;
-        let this_computer = match &platform {
-            Platform::Host => Some("a program of this computer uses this computer's network and needs no probe"),
-            native_sim if native_sim.is_native_sim() => {
-                Some("a native_sim image uses this computer's network and needs no probe")
-            }
-            Platform::Zephyr(_) => None,
-        };
-        if let Some(reason) = this_computer {
-            self.refuse_board_keys(raw, reason);
+        let keys = [
+            ("ip", &raw.ip),
+            ("netmask", &raw.netmask),
+            ("gateway", &raw.gateway),
+            ("mac", &raw.mac),
+            ("ethernet", &raw.ethernet),
+            ("runner", &raw.runner),
+            ("probe", &raw.probe),
+        ];
+        if platform == Platform::Host {
+            let reason = "a program of this computer uses this computer's network and needs no probe";
+            self.refuse_keys(&keys, &raw.platform.value, reason);
             return Some(Place { platform, ..Place::default() });
+        }
+        if platform.is_native_sim() {
+            if raw.ip.is_none() {
+                let reason = "without `ip`, a native_sim image uses this computer's network; it needs no probe";
+                self.refuse_keys(&keys, &raw.platform.value, reason);
+                return Some(Place { platform, ..Place::default() });
+            }
+            let reason = "a native_sim image is a program of this computer, which is not flashed";
+            self.refuse_keys(&keys[4..], &raw.platform.value, reason);
         }
         let network = self.network(name, raw);
         let mac = raw.mac.as_ref().and_then(|mac| self.mac(name, mac));
@@ -113,6 +108,7 @@ impl Checker<'_> {
         }
         let ethernet = raw.ethernet.as_ref().and_then(|label| self.label(label));
         if let (Some(raw_mac), None, Platform::Zephyr(board)) = (&raw.mac, &raw.ethernet, &platform)
+            && !platform.is_native_sim()
             && ethernet_label(board).is_none()
         {
             let message = format!("`mac`: the devicetree label of the Ethernet MAC of {board} is not known");
@@ -135,20 +131,11 @@ impl Checker<'_> {
         Some(Platform::Zephyr(raw.value.clone()))
     }
 
-    /// Keys that mean something for boards only.
-    fn refuse_board_keys(&mut self, raw: &RawPlace, reason: &str) {
-        let keys = [
-            ("ip", &raw.ip),
-            ("netmask", &raw.netmask),
-            ("gateway", &raw.gateway),
-            ("mac", &raw.mac),
-            ("ethernet", &raw.ethernet),
-            ("runner", &raw.runner),
-            ("probe", &raw.probe),
-        ];
+    /// Keys that mean something for other platforms only.
+    pub(super) fn refuse_keys(&mut self, keys: &[(&str, &Option<Spanned<String>>)], platform: &str, reason: &str) {
         for (key, value) in keys {
             if let Some(value) = value {
-                let message = format!("`{key}` has no meaning for platform {}", raw.platform.value);
+                let message = format!("`{key}` has no meaning for platform {platform}");
                 self.error(value.referenced, message, Some(reason));
             }
         }
@@ -156,7 +143,7 @@ impl Checker<'_> {
 
     fn network(&mut self, name: &str, raw: &RawPlace) -> Option<Network> {
         let Some(raw_ip) = &raw.ip else {
-            let message = format!("\"{name}\" runs on a board, so it needs an `ip`");
+            let message = format!("{} runs on a board, so it needs an `ip`", called(name));
             self.error(raw.platform.referenced, message, None);
             return None;
         };
@@ -178,7 +165,7 @@ impl Checker<'_> {
         Some(Network { ip, netmask, gateway })
     }
 
-    fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {
+    pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {
         let raw = raw?;
         match raw.value.parse::<Ipv4Addr>() {
             Ok(ip) if key == "netmask" || !(ip.is_unspecified() || ip.is_broadcast() || ip.is_multicast()) => Some(ip),
@@ -220,33 +207,43 @@ impl Checker<'_> {
         None
     }
 
-    fn once(&mut self, what: &'static str, value: String, owner: &str, at: Location) {
+    pub(super) fn once(&mut self, what: &'static str, value: String, owner: &str, at: Location) {
         let (line, _) = place(at);
         if let Some((other, other_line)) = self.taken.get(&(what, value.clone())) {
-            let message = format!("the {what} {value} of \"{owner}\" is already that of {other} (line {other_line})");
+            let message =
+                format!("the {what} {value} of {} is already that of {other} (line {other_line})", called(owner));
             self.error(at, message, None);
             return;
         }
-        let owner = if owner == "the RTI" { owner.to_owned() } else { format!("\"{owner}\"") };
-        self.taken.insert((what, value), (owner, line));
+        self.taken.insert((what, value), (called(owner), line));
     }
 
     /// A board cannot reach an RTI on this computer's loopback, nor one that no route leads to.
-    fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: RtiPlace) {
+    fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: &RtiPlace) {
         let (Some(network), Some(raw_ip)) = (federate.network, &raw.ip) else { return };
-        let hint = Some("give `rti` the `ip` under which the boards reach this computer");
+        let hint = match rti.home {
+            RtiHome::Program => "give `rti` the `ip` under which the boards reach this computer",
+            RtiHome::Image(_) => "give `rti` an `ip` of its own, or another platform",
+            RtiHome::Joint(_) => "give the federate with the RTI an `ip`",
+        };
         match rti.ip {
             Some(ip) if ip.is_loopback() => {
-                self.error(raw_ip.referenced, format!("the RTI's address {ip} cannot be reached from a board"), hint);
+                let message = format!("the RTI's address {ip} cannot be reached from a board");
+                self.error(raw_ip.referenced, message, Some(hint));
             }
             Some(ip) if network.gateway.is_none() && !same_network(network.ip, ip, network.netmask) => {
                 let message = format!("the RTI's address {ip} is in another network than {}", network.ip);
                 self.error(raw_ip.referenced, message, Some("add a `gateway`, or correct `ip` or `netmask`"));
             }
             Some(_) => {}
-            None => self.error(raw_ip.referenced, "a board needs to know the RTI's address", hint),
+            None => self.error(raw_ip.referenced, "a board needs to know the RTI's address", Some(hint)),
         }
     }
+}
+
+/// How messages call a participant; the RTI has no name.
+fn called(name: &str) -> String {
+    if name == RTI { name.to_owned() } else { format!("\"{name}\"") }
 }
 
 fn same_network(a: Ipv4Addr, b: Ipv4Addr, netmask: Ipv4Addr) -> bool {

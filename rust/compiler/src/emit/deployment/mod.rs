@@ -2,9 +2,11 @@
 //! `deployment.yaml`: where each federate and the RTI run.
 //!
 //! ```yaml
-//! rti: { platform: host, ip: 10.0.0.1, port: 15045 }
+//! rti: { platform: host, ip: 10.0.0.1, port: 15045 }   # `lfz rti` on this computer, which is the default
 //! federates:
 //!   sender: { platform: host }
+//!   simulated: { platform: native_sim/native/64 }      # with the sockets of this computer
+//!   bridged: { platform: native_sim/native/64, ip: 10.0.0.3 }   # with Zephyr's own network stack, over TAP
 //!   receiver:
 //!     platform: qemu_cortex_m3
 //!     ip: 10.0.0.2
@@ -16,10 +18,22 @@
 //!     probe: "0240000034544e45"     # optional; which of several probes
 //! ```
 //!
+//! The RTI can be an image, too: alone on a board, for which it has the keys of a federate beside its port, or jointly
+//! with a federate, which says `joint-rti: true`. Then the RTI's address is that of the federate.
+//!
+//! ```yaml
+//! rti: { platform: qemu_cortex_m3, ip: 10.0.0.9, port: 15045 }
+//! ```
+//! ```yaml
+//! federates:
+//!   sender: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }
+//! ```
+//!
 //! A federate that is not listed runs on this computer. Keys that are not listed above are errors, and so are
 //! addresses and probes that occur twice.
 
 mod check;
+mod home;
 mod raw;
 
 use core::fmt;
@@ -38,16 +52,31 @@ pub struct Deployment {
     pub federates: BTreeMap<String, Place>,
 }
 
-/// Where the RTI is reached; it runs on this computer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Where the RTI runs, and where it is reached.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RtiPlace {
-    /// The address that federates connect to; the program's own `at` when it is missing.
+    /// What it is part of.
+    pub home: RtiHome,
+    /// The address that federates connect to, which for an image is that of its board; the program's own `at` when it
+    /// is missing.
     pub ip: Option<Ipv4Addr>,
     /// The TCP port; the program's own when it is missing.
     pub port: Option<u16>,
 }
 
-/// Where a federate runs.
+/// What the RTI is part of.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum RtiHome {
+    /// A program of this computer.
+    #[default]
+    Program,
+    /// A Zephyr image of its own.
+    Image(Box<Place>),
+    /// The Zephyr image of this federate.
+    Joint(String),
+}
+
+/// Where a federate runs, or an RTI that is an image of its own.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// This computer, or a Zephyr board.
@@ -64,6 +93,13 @@ pub struct Place {
     pub probe: Option<String>,
 }
 
+impl Place {
+    /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
+    pub fn is_offloaded(&self) -> bool {
+        self.platform.is_native_sim() && self.network.is_none()
+    }
+}
+
 /// This computer, or a Zephyr board.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Platform {
@@ -75,7 +111,7 @@ pub enum Platform {
 }
 
 impl Platform {
-    /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's network.
+    /// Whether it is a Zephyr image that runs as a program of this computer.
     pub fn is_native_sim(&self) -> bool {
         matches!(self, Self::Zephyr(board) if board.split(['/', '@']).next() == Some("native_sim"))
     }
@@ -131,6 +167,11 @@ impl Deployment {
         }
         rti.port = self.rti.port.unwrap_or(rti.port);
         Some(rti)
+    }
+
+    /// Whether the RTI is in the image of this federate.
+    pub fn is_joint(&self, federate: &str) -> bool {
+        matches!(&self.rti.home, RtiHome::Joint(name) if name == federate)
     }
 
     /// The place of a federate; this computer when it is not listed.

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use serde_saphyr::Spanned;
 
 #[derive(Debug, Default, Deserialize)]
@@ -13,7 +12,6 @@ pub(super) struct Raw {
     pub(super) rti: Option<RawRti>,
     #[serde(default)]
     pub(super) federates: BTreeMap<String, Option<Spanned<RawPlace>>>,
-    pub(super) joint_rti: Option<Spanned<IgnoredAny>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -22,10 +20,33 @@ pub(super) struct RawRti {
     pub(super) platform: Option<Spanned<String>>,
     pub(super) ip: Option<Spanned<String>>,
     pub(super) port: Option<Spanned<String>>,
+    pub(super) netmask: Option<Spanned<String>>,
+    pub(super) gateway: Option<Spanned<String>>,
+    pub(super) mac: Option<Spanned<String>>,
+    pub(super) ethernet: Option<Spanned<String>>,
+    pub(super) runner: Option<Spanned<String>>,
+    pub(super) probe: Option<Spanned<String>>,
+}
+
+impl RawRti {
+    /// What is said about its place, on a platform.
+    pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
+        RawPlace {
+            platform,
+            ip: self.ip.clone(),
+            netmask: self.netmask.clone(),
+            gateway: self.gateway.clone(),
+            mac: self.mac.clone(),
+            ethernet: self.ethernet.clone(),
+            runner: self.runner.clone(),
+            probe: self.probe.clone(),
+            joint_rti: None,
+        }
+    }
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct RawPlace {
     pub(super) platform: Spanned<String>,
     pub(super) ip: Option<Spanned<String>>,
@@ -35,4 +56,5 @@ pub(super) struct RawPlace {
     pub(super) ethernet: Option<Spanned<String>>,
     pub(super) runner: Option<Spanned<String>>,
     pub(super) probe: Option<Spanned<String>>,
+    pub(super) joint_rti: Option<Spanned<bool>>,
 }

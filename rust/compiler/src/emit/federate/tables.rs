@@ -8,8 +8,8 @@ use super::Module;
 use crate::emit::EmitError;
 use crate::emit::reactor::integer;
 use crate::plan::{
-    Argument, ClockSync, Coordination, InputIndex, Logging, OutputIndex, PortIndex, ReactionIndex, ReactionKind, Rti,
-    SpacingPolicy, Trigger, TriggerIndex, TriggerKind,
+    Argument, ClockSync, Coordination, InputIndex, Logging, OutputIndex, Plan, PortIndex, ReactionIndex, ReactionKind,
+    Rti, SpacingPolicy, Trigger, TriggerIndex, TriggerKind,
 };
 
 impl Module<'_> {
@@ -226,13 +226,7 @@ impl Module<'_> {
         let target = &self.plan.target;
         let timeout = optional_interval(target.timeout_ns);
         let (keepalive, fast) = (target.keepalive, target.fast);
-        let logging = match target.logging {
-            Logging::Error => quote!(Error),
-            Logging::Warn => quote!(Warn),
-            Logging::Info => quote!(Info),
-            Logging::Log => quote!(Debug),
-            Logging::Debug => quote!(Trace),
-        };
+        let logging = log_level(target.logging);
         let federation = match self.rti {
             None => quote!(None),
             Some(rti) => self.federation(rti),
@@ -275,11 +269,11 @@ impl Module<'_> {
         let clock_sync = match self.plan.target.clock_sync {
             ClockSync::Off => quote!(lf::runtime::ClockSync::Off),
             ClockSync::Init => {
-                let trials = Literal::u16_unsuffixed(self.plan.target.clock_sync_trials);
+                let trials = clock_sync_trials(self.plan);
                 quote!(lf::runtime::ClockSync::Init { trials: #trials })
             }
             ClockSync::On => {
-                let trials = Literal::u16_unsuffixed(self.plan.target.clock_sync_trials);
+                let trials = clock_sync_trials(self.plan);
                 let attenuation = Literal::u16_unsuffixed(self.plan.target.clock_sync_attenuation);
                 quote!(lf::runtime::ClockSync::On { trials: #trials, attenuation: #attenuation })
             }
@@ -370,8 +364,24 @@ impl Module<'_> {
     }
 }
 
+/// The log level, as the `log` crate calls it.
+pub(in crate::emit) fn log_level(logging: Logging) -> TokenStream {
+    match logging {
+        Logging::Error => quote!(Error),
+        Logging::Warn => quote!(Warn),
+        Logging::Info => quote!(Info),
+        Logging::Log => quote!(Debug),
+        Logging::Debug => quote!(Trace),
+    }
+}
+
+/// How many exchanges there are before the start.
+pub(in crate::emit) fn clock_sync_trials(plan: &Plan) -> Literal {
+    Literal::u16_unsuffixed(plan.target.clock_sync_trials)
+}
+
 /// An interval as a constant expression.
-fn interval(ns: i64) -> TokenStream {
+pub(in crate::emit) fn interval(ns: i64) -> TokenStream {
     match ns {
         0 => quote!(Interval::ZERO),
         i64::MAX => quote!(Interval::FOREVER),

@@ -2,7 +2,7 @@
 //! Deployment files: what is read from them, and what is refused with its place.
 
 use super::fixture;
-use crate::emit::deployment::{Deployment, Mac, Platform};
+use crate::emit::deployment::{Deployment, Mac, Platform, RtiHome, RtiPlace};
 
 fn parse(text: &str) -> Result<Deployment, Vec<crate::FileError>> {
     Deployment::parse("deployment.yaml", text, &fixture::plan())
@@ -44,10 +44,73 @@ fn native_sim_is_recognised_with_and_without_qualifiers() {
     assert_eq!(Mac([2, 0, 0, 0xab, 0, 1]).to_string(), "02:00:00:ab:00:01");
 }
 
+fn home_of(properties: &str, text: &str) -> Result<RtiPlace, Vec<crate::FileError>> {
+    let mut plan = fixture::plan();
+    plan.target.joint_rti = properties.contains("joint-rti");
+    if let (Some(rti), Some((_, at))) = (plan.rti.as_mut(), properties.split_once("at ")) {
+        rti.host = at.to_owned();
+    }
+    Deployment::parse("deployment.yaml", text, &plan).map(|deployment| deployment.rti)
+}
+
+const FIRST: &str = "unit: { platform: qemu_cortex_m3, ip: 10.0.0.2";
+const SECOND: &str = "other: { platform: qemu_cortex_m3, ip: 10.0.0.3";
+
+/// An image with the RTI in it is where its address is, whoever has asked for it.
+#[test]
+fn the_rti_is_where_its_image_is() {
+    let joint = |name: &str| RtiHome::Joint(name.to_owned());
+    let both = format!("federates:\n  {FIRST} }}\n  {SECOND} }}\n");
+    let chosen = format!("rti: {{ port: 15099 }}\nfederates:\n  {FIRST} }}\n  {SECOND}, joint-rti: true }}\n");
+    let only = format!("federates:\n  {FIRST} }}\n  other: {{ platform: host }}\n");
+    let simulated = "federates:\n  other: { platform: native_sim/native/64, joint-rti: true }\n";
+    let here = "federates:\n  other: { platform: native_sim/native/64 }\n";
+    let own = format!("rti: {{ platform: host, ip: 10.0.0.1 }}\n{only}");
+    for (properties, text, home, ip) in [
+        ("", chosen.as_str(), joint("other"), Some([10, 0, 0, 3])),
+        ("joint-rti", &chosen, joint("other"), Some([10, 0, 0, 3])),
+        ("joint-rti at 10.0.0.2", &both, joint("unit"), Some([10, 0, 0, 2])),
+        ("joint-rti", &only, joint("unit"), Some([10, 0, 0, 2])),
+        ("", simulated, joint("other"), Some([127, 0, 0, 1])),
+        ("joint-rti", here, RtiHome::Program, None),
+        ("joint-rti", &own, RtiHome::Program, Some([10, 0, 0, 1])),
+    ] {
+        let rti = home_of(properties, text).expect(text);
+        assert_eq!((rti.home, rti.ip), (home, ip.map(core::net::Ipv4Addr::from)), "{properties} {text}");
+    }
+    assert_eq!(home_of("", &chosen).expect("it is right").port, Some(15099));
+    let errors = home_of("joint-rti", &both).expect_err("it does not say which");
+    assert_eq!(errors.len(), 3, "and no board knows the RTI");
+    assert!(errors.iter().any(|error| error.to_string().contains("to one of other, unit")), "{errors:?}");
+}
+
+#[test]
+fn an_rti_of_its_own_has_the_keys_of_a_federate() {
+    let board = "rti: { platform: qemu_cortex_m3, ip: 10.0.0.9, mac: 02:00:00:00:00:09, runner: pyocd, probe: a }";
+    let rti = home_of("joint-rti", board).expect("it is right");
+    assert_eq!(rti.ip, Some([10, 0, 0, 9].into()));
+    let RtiHome::Image(place) = rti.home else { panic!("{rti:?}") };
+    assert_eq!((place.runner.as_deref(), place.probe.as_deref()), (Some("pyocd"), Some("a")));
+    assert_eq!(place.mac, Some(Mac([2, 0, 0, 0, 0, 9])));
+    let here = home_of("", "rti: { platform: native_sim/native/64 }").expect("it is right");
+    assert_eq!(here.ip, Some([127, 0, 0, 1].into()));
+}
+
+/// With an address, an image for `native_sim` has a network stack of its own.
+#[test]
+fn a_simulated_board_with_an_address_is_not_offloaded() {
+    let text = "rti: { ip: 10.0.0.1 }\nfederates:\n  \
+                unit: { platform: native_sim/native/64, ip: 10.0.0.2, mac: 02:00:00:00:00:02 }\n  \
+                other: { platform: native_sim/native/64 }\n";
+    let deployment = parse(text).expect("it is right");
+    assert!(!deployment.place("unit").is_offloaded() && deployment.place("other").is_offloaded());
+}
+
+const BOARD: &str = "platform: qemu_cortex_m3, ip: 10.0.0.2";
+
 /// Each wrong file with all that is said about it.
 #[test]
 fn wrong_files() {
-    const BOARD: &str = "platform: qemu_cortex_m3, ip: 10.0.0.2";
     let rti = "rti: { ip: 10.0.0.1 }\n";
     let files = [
         ("no YAML", "federates: [".to_owned()),
@@ -60,8 +123,8 @@ fn wrong_files() {
         ("no platform", "federates:\n  unit: { ip: 10.0.0.2 }\n".to_owned()),
         ("the same federate twice", "federates:\n  unit: { platform: host }\n  unit: { platform: host }\n".to_owned()),
         ("an unknown federate", "federates:\n  unti: { platform: host }\n".to_owned()),
-        ("joint-rti", "joint-rti: true\n".to_owned()),
-        ("an RTI on a board", "rti: { platform: qemu_cortex_m3 }\n".to_owned()),
+        ("joint-rti at the top", "joint-rti: true\n".to_owned()),
+        ("an RTI on a board without an address", "rti: { platform: qemu_cortex_m3 }\n".to_owned()),
         ("no name of a platform", "federates:\n  unit: { platform: \"my board\" }\n".to_owned()),
         ("a board without an address", format!("{rti}federates:\n  unit: {{ platform: qemu_cortex_m3 }}\n")),
         (
@@ -104,13 +167,51 @@ fn wrong_files() {
         ),
         ("no devicetree label", format!("{rti}federates:\n  unit: {{ {BOARD}, ethernet: \"&eth\" }}\n")),
     ];
+    insta::assert_snapshot!("wrong_deployments", errors_of(&files));
+}
+
+/// The same for where the RTI is.
+#[test]
+fn wrong_places_of_the_rti() {
+    let rti = "rti: { ip: 10.0.0.1 }\n";
+    let files = [
+        ("a board for an RTI that is none", "rti: { ip: 10.0.0.1, mac: 02:00:00:00:00:02, probe: a }\n".to_owned()),
+        (
+            "an RTI's image on this computer, which boards do not reach",
+            format!("rti: {{ platform: native_sim/native/64 }}\nfederates:\n  unit: {{ {BOARD} }}\n"),
+        ),
+        (
+            "a joint RTI on this computer, which boards do not reach",
+            format!(
+                "federates:\n  unit: {{ {BOARD} }}\n  other: {{ platform: native_sim/native/64, joint-rti: true }}\n"
+            ),
+        ),
+        (
+            "a joint RTI that is somewhere else",
+            format!(
+                "rti: {{ platform: host, ip: 10.0.0.1 }}\nfederates:\n  unit: {{ {BOARD}, joint-rti: true }}\n  \
+                 other: {{ platform: host, joint-rti: true }}\n"
+            ),
+        ),
+        (
+            "two joint RTIs with an address of their own",
+            format!(
+                "{rti}federates:\n  unit: {{ {BOARD}, joint-rti: true }}\n  \
+                 other: {{ platform: qemu_cortex_m3, ip: 10.0.0.3, joint-rti: true }}\n"
+            ),
+        ),
+    ];
+    insta::assert_snapshot!("wrong_places_of_the_rti", errors_of(&files));
+}
+
+fn errors_of(files: &[(&str, String)]) -> String {
     let mut text = String::new();
     for (what, file) in files {
-        let errors = parse(&file).expect_err(what);
-        text = text + "==== " + what + "\n" + &file + "----\n";
+        let errors = parse(file).expect_err(what);
+        text = text + "==== " + what + "\n" + file + "----\n";
         for error in errors {
             text = text + &error.to_string() + "\n";
         }
     }
-    insta::assert_snapshot!("wrong_deployments", text);
+    text
 }

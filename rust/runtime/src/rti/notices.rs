@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What people are told of a federation by its RTI.
+
+use lf_coordination::rti::Notice;
+
+/// Logs a notice at the level of its importance.
+pub fn log_notice(notice: Notice<'_>) {
+    match notice {
+        Notice::Lost { .. }
+        | Notice::Missing(_)
+        | Notice::Rejected { .. }
+        | Notice::RejectedBy { .. }
+        | Notice::Late { .. } => log::error!("{notice}"),
+        Notice::HandshakeAbandoned { .. }
+        | Notice::Stranger(_)
+        | Notice::UnknownType { .. }
+        | Notice::InTransitFull(_) => {
+            log::warn!("{notice}");
+        }
+        Notice::Dropped { .. } => log::debug!("{notice}"),
+        Notice::Joined(_)
+        | Notice::Started(_)
+        | Notice::Resigned(_)
+        | Notice::StopRequested(_)
+        | Notice::StopGranted(_) => log::info!("{notice}"),
+    }
+}
