@@ -4,6 +4,7 @@ can be imported from here, but not from inside of itself."""
 
 from lf_west.build_command import LfBuild
 from lf_west.fed_build_command import LfFedBuild
+from lf_west.fed_flash_command import LfFedFlash
 from lf_west.fed_run_command import LfFedRun
 
-__all__ = ["LfBuild", "LfFedBuild", "LfFedRun"]
+__all__ = ["LfBuild", "LfFedBuild", "LfFedFlash", "LfFedRun"]

@@ -66,6 +66,11 @@ class Participant:
     probe: str | None = None
 
     @property
+    def has_rti(self) -> bool:
+        """Whether the federation's RTI is in its image."""
+        return self.is_rti or self.joint_rti
+
+    @property
     def is_image(self) -> bool:
         """Whether it is a Zephyr image."""
         return self.board is not None
@@ -85,6 +90,11 @@ class Description:
     def is_federated(self) -> bool:
         """Whether there are federates and an RTI."""
         return self.rti is not None
+
+    @property
+    def has_rti_image(self) -> bool:
+        """Whether the RTI is an image, or part of one."""
+        return any(item.has_rti for item in self.participants)
 
     def names(self) -> list[str]:
         """The participants' names."""

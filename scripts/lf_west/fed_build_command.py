@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
 
 from lf_west import west_arguments
 from lf_west.application import Application, open_application
@@ -58,8 +59,13 @@ class LfFedBuild(LfCommand):
         build_federation(self, request, args.jobs)
 
 
-def build_federation(command: LfCommand, request: Request, parallel: int) -> Description:
-    """Build what was requested and print the summary; what the compiler said about all of it is returned."""
+def build_federation(
+    command: LfCommand, request: Request, parallel: int, check: Callable[[Description], object] = lambda _: None
+) -> Description:
+    """Build what was requested and print the summary; what the compiler said about all of it is returned.
+
+    `check` can refuse it before the images are built, which takes long.
+    """
     surroundings = Surroundings(os.environ, command.config.get("build.board"), command.inf)
     described = generate(request, surroundings)
     if not described.is_federated:
@@ -68,6 +74,7 @@ def build_federation(command: LfCommand, request: Request, parallel: int) -> Des
             f"Build it: west lf-build {request.application.file}",
             "Write `federated reactor` instead of `main reactor`.",
         )
+    check(described)
     participants = described.select(list(request.federates))
     planned = images(request, participants, described.is_federated, cargo_folder(os.environ))
     if planned:

@@ -14,7 +14,7 @@ from lf_west.command import LfCommand
 from lf_west.durations import seconds
 from lf_west.fed_build_command import build_federation, fed_request
 from lf_west.federation import Federation, listening_port, plan_federation
-from lf_west.options import add_build_options
+from lf_west.options import add_build_options, build_options_given
 from lf_west.output import Output
 from lf_west.supervisor import Limits, Supervisor
 
@@ -58,7 +58,9 @@ class LfFedRun(LfCommand):
         application = open_application(file, args.build_dir)
         lfz = compiler.find(args.lfc, os.environ, self.inf)
         if args.no_build:
-            self._warn_of_build_options(args, cmake_arguments)
+            without_effect = build_options_given(args, cmake_arguments)
+            if without_effect:
+                self.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
             described = description.load(application.description)
         else:
             args.lfc = str(lfz.path)
@@ -69,19 +71,6 @@ class LfFedRun(LfCommand):
         if status != 0:
             # What happened has been said.
             sys.exit(status)
-
-    def _warn_of_build_options(self, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
-        """Options that would change the build do not change what was built before."""
-        given = {
-            "--west-commands": args.west_commands,
-            "--conf-overlays": args.conf_overlays,
-            "--deployment": args.deployment,
-            "--no-lfc": args.no_lfc,
-            "-- CMAKE_ARGUMENT": cmake_arguments,
-        }
-        without_effect = [name for name, value in given.items() if value]
-        if without_effect:
-            self.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
 
 
 def run(federation: Federation, limits: Limits) -> int:

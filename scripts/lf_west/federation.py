@@ -46,18 +46,7 @@ class Federation:
 
     def rti_command(self) -> list[str]:
         """The RTI, with the options that the program asks for."""
-        words = [str(self.lfz), "rti", "--id", self.federation_id, "--port", str(self.port)]
-        words += ["--number_of_federates", str(self.rti.federates)]
-        if not self.rti.dnet:
-            words.append("--dnet_disabled")
-        if self.rti.auth:
-            words.append("--auth")
-        words += ["--clock_sync", self.rti.clock_sync]
-        if self.rti.clock_sync == "on":
-            words += ["period", str(self.rti.clock_sync_period_ns)]
-        if self.rti.clock_sync != "off":
-            words += ["exchanges-per-interval", str(self.rti.clock_sync_trials)]
-        return self._guarded(words)
+        return self._guarded(rti_words(self.rti, str(self.lfz), self.federation_id, self.port))
 
     def command(self, participant: Participant, port: int) -> list[str]:
         """A federate that joins this federation, whatever it was built for."""
@@ -70,6 +59,22 @@ class Federation:
     def _guarded(self, words: list[str]) -> list[str]:
         """Lets the kernel end the program when this one is killed, which no code here could do."""
         return [str(self.lfz), "guard", "--parent", str(os.getpid()), "--", *words]
+
+
+def rti_words(rti: Rti, lfz: str, federation_id: str, port: int) -> list[str]:
+    """The command line of an RTI on this computer, with the options that the program asks for."""
+    words = [lfz, "rti", "--id", federation_id, "--port", str(port)]
+    words += ["--number_of_federates", str(rti.federates)]
+    if not rti.dnet:
+        words.append("--dnet_disabled")
+    if rti.auth:
+        words.append("--auth")
+    words += ["--clock_sync", rti.clock_sync]
+    if rti.clock_sync == "on":
+        words += ["period", str(rti.clock_sync_period_ns)]
+    if rti.clock_sync != "off":
+        words += ["exchanges-per-interval", str(rti.clock_sync_trials)]
+    return words
 
 
 def listening_port(line: str) -> int | None:

@@ -16,12 +16,13 @@ from west.configuration import Configuration
 from lf_west.build_command import LfBuild
 from lf_west.command import LfCommand
 from lf_west.fed_build_command import LfFedBuild
+from lf_west.fed_flash_command import LfFedFlash
 from lf_west.fed_run_command import LfFedRun
 
 
 def all_commands() -> list[LfCommand]:
     """One of each command."""
-    return [LfBuild(), LfFedBuild(), LfFedRun()]
+    return [LfBuild(), LfFedBuild(), LfFedFlash(), LfFedRun()]
 
 
 def main(arguments: Sequence[str]) -> int:

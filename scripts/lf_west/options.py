@@ -7,8 +7,8 @@ import argparse
 import os
 
 
-def add_build_options(parser: argparse.ArgumentParser, *, federated: bool) -> None:
-    """How an LF file is compiled."""
+def add_build_options(parser: argparse.ArgumentParser, *, federated: bool, short_no_lfc: bool = True) -> None:
+    """How an LF file is compiled; `short_no_lfc` is whether -n says not to generate anew."""
     parser.add_argument(
         "-w",
         "--west-commands",
@@ -35,7 +35,7 @@ def add_build_options(parser: argparse.ArgumentParser, *, federated: bool) -> No
     )
     if federated:
         parser.add_argument(
-            "-n",
+            *(["-n"] if short_no_lfc else []),
             "--no-lfc",
             action="store_true",
             help="do not run the compiler: build the images from what it generated before, changed by hand perhaps",
@@ -59,13 +59,26 @@ def add_build_options(parser: argparse.ArgumentParser, *, federated: bool) -> No
             "-j",
             "--jobs",
             metavar="N",
-            type=_positive,
+            type=positive,
             default=os.cpu_count() or 1,
             help="how many images are built at once; default: one per processor (%(default)s)",
         )
 
 
-def _positive(text: str) -> int:
+def build_options_given(args: argparse.Namespace, cmake_arguments: list[str]) -> list[str]:
+    """The options that would change a build, which do not change what was built before."""
+    given = {
+        "--west-commands": args.west_commands,
+        "--conf-overlays": args.conf_overlays,
+        "--deployment": args.deployment,
+        "--no-lfc": args.no_lfc,
+        "-- CMAKE_ARGUMENT": cmake_arguments,
+    }
+    return [name for name, value in given.items() if value]
+
+
+def positive(text: str) -> int:
+    """A number from 1 on."""
     number = int(text) if text.isascii() and text.isdigit() else 0
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 on")

@@ -47,6 +47,10 @@ print(json.dumps(description))
 """
 
 WEST = """
+if words[0] == "flash":
+    folder = pathlib.Path(words[words.index("--build-dir") + 1])
+    print("flashing", folder.name)
+    sys.exit(4 if folder.name in os.environ.get("STAND_IN_FLASH_FAILS", "").split() else 0)
 folder = pathlib.Path(words[words.index("--build-dir") + 1])
 messages = [word.split("=")[1] for word in words if word.startswith("-DLF_CARGO_MESSAGES=")]
 if messages and "STAND_IN_MESSAGES" in os.environ:
@@ -57,6 +61,10 @@ if folder.name in os.environ.get("STAND_IN_WEST_FAILS", "").split():
     sys.exit(3)
 (folder / "zephyr").mkdir(parents=True, exist_ok=True)
 (folder / "build.ninja").write_text("")
+default = os.environ.get("STAND_IN_RUNNER", "")
+runners = {"runners": [default or "qemu", "jlink", "mdb", "ghost", "debugs"]}
+(folder / "zephyr" / "runners.yaml").write_text(json.dumps(runners | ({"flash-runner": default} if default else {})))
+(folder / "zephyr" / ".config").write_text(os.environ.get("STAND_IN_CONFIG", "") + os.linesep)
 image = folder / "zephyr" / "zephyr.exe"
 image.write_text("#!" + sys.executable + os.linesep + os.environ.get("STAND_IN_IMAGE", ""))
 image.chmod(0o755)

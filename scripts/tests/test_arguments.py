@@ -92,7 +92,9 @@ def test_what_is_no_time_is_refused(text: str) -> None:
         (["lf-build", "a.lf", "--federate", "x"], "unknown option: --federate"),
         (["lf-fed-run", "a.lf", "--timeout", "soon"], "'soon' is no time"),
         (["lf-fed-run", "a.lf", "--rti-port", "65536"], "'65536' is not a port"),
-        (["lf-fed-flash"], "invalid choice"),
+        (["lf-fed-flash", "a.lf", "-n"], "-n/--number: expected one argument"),
+        (["lf-fed-flash", "a.lf", "-n", "all"], "'all' is not a number from 1 on"),
+        (["lf-fed-sing"], "invalid choice"),
     ],
 )
 def test_wrong_command_lines_are_named(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
