@@ -45,13 +45,18 @@ const NUMBERS: &[&str] = &[
     "LF_SEND_BUFFER_SIZE",
     "LF_USER_THREADS",
     "LF_USER_THREAD_CLOSURE_SIZE",
+    "LF_RTI_FEDERATES",
+    "LF_RTI_UPSTREAM",
+    "LF_RTI_CONNECTIONS",
+    "LF_RTI_IN_TRANSIT",
+    "LF_RTI_BUFFER_SIZE",
     "LF_LINE_SIZE",
     "LF_LOG_LEVEL",
     "SYS_CLOCK_TICKS_PER_SEC",
 ];
 
 /// The switches of Kconfig that Rust code is conditional on.
-const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP"];
+const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP", "LF_FEDERATE", "LF_RTI"];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -174,7 +179,12 @@ fn write_header() -> Outcome<()> {
     println!("cargo::rerun-if-changed={header}");
     println!("cargo::rerun-if-changed=src/c_api.rs");
     println!("cargo::rerun-if-changed=build.rs");
+    let mut config = cbindgen::Config::default();
+    for symbol in ["CONFIG_LF_FEDERATE", "CONFIG_LF_RTI"] {
+        config.defines.insert(symbol.to_owned(), symbol.to_owned());
+    }
     cbindgen::Builder::new()
+        .with_config(config)
         .with_src("src/c_api.rs")
         .with_language(cbindgen::Language::C)
         .with_style(cbindgen::Style::Tag)

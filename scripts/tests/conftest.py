@@ -144,13 +144,20 @@ class World:
     def set(self, name: str, value: str) -> None:
         self.monkeypatch.setenv(name, value)
 
-    def describe(self, **platforms: str) -> None:
-        """Let the compiler say that the program has these federates, on these boards or on `host`."""
+    def describe(self, *, rti: str | None = None, **platforms: str) -> None:
+        """Let the compiler say that the program has these federates, on these boards or on `host`, and its RTI in the
+        image of one of them, or, where no federate has that name, as an image of its own."""
         participants = [self.participant(index, *item) for index, item in enumerate(platforms.items())]
-        rti = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
-        rti |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000}
-        rti |= {"dnet": True, "auth": False}
-        self.write({"program": "Grid", "rti": rti, "participants": participants})
+        for item in participants:
+            item["joint_rti"] = item["name"] == rti
+        said = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
+        said |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000}
+        said |= {"dnet": True, "auth": False}
+        if rti is not None and rti not in platforms:
+            image = self.participant(0, rti, "native_sim/native/64")
+            del image["id"], image["joint_rti"]
+            participants.insert(0, {**image, "role": "rti"})
+        self.write({"program": "Grid", "rti": said, "participants": participants})
 
     def describe_unfederated(self) -> None:
         item = self.participant(0, "main", "native_sim/native/64")

@@ -68,6 +68,32 @@ def test_a_federation_is_built_and_run(grid: World, capfd: pytest.CaptureFixture
     assert "listening" not in output
 
 
+@pytest.mark.parametrize("rti", ["rti", "b"])
+def test_the_image_with_the_rti_is_started_first_and_says_the_port(
+    rti: str, grid: World, capfd: pytest.CaptureFixture[str]
+) -> None:
+    grid.describe(rti=rti, a="host", b=BOARD, c=BOARD)
+    grid.set("STAND_IN_IMAGE", f"import sys\n{SAY}\nif sys.argv[-1][-2:] == '=0': print('listening on TCP port 4711')")
+    assert main(["lf-fed-run", grid.file, "--timeout", "10min"]) == 0
+    assert not any(call[0] == "rti" or "rti" in call[4:6] for call in grid.calls("lfz"))
+    lines = capfd.readouterr().out.split("\n")
+    runs = [line for line in lines if "-lf-rti-port=" in line or "--rti " in line]
+    assert runs[0].split()[0] == rti
+    assert runs[0].endswith("-lf-rti-port=0")
+    assert len(runs) == (4 if rti == "rti" else 3)
+    assert all(run.endswith("-lf-rti-port=4711") or "--rti 127.0.0.1:4711 " in run for run in runs[1:])
+    assert not any("listening" in line for line in lines)
+
+
+def test_the_image_with_the_rti_cannot_be_left_out(world: World) -> None:
+    world.describe(rti="b", a="host", b=BOARD)
+    with pytest.raises(LfError, match="the RTI is part of the image b, which is left out") as raised:
+        planned(world, federates=("a",))
+    assert "-f b a" in str(raised.value)
+    world.describe(rti="rti", a="host", b=BOARD)
+    assert planned(world, federates=("rti", "a")).names() == ["rti", "a"]
+
+
 def test_what_was_built_is_run_without_building(grid: World) -> None:
     assert main(["lf-fed-build", grid.file]) == 0
     grid.forget_calls()

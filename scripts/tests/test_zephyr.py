@@ -175,6 +175,24 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     assert [name for name in linked if UNUSED.search(name)] == []
 
 
+@pytest.mark.parametrize("rti", ["a", "rti"])
+def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
+    rti: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    build = BUILD / f"arm-{rti}"
+    deployment = ("--deployment", str(PROGRAMS / f"smart_grid_boards_{rti}.yaml"))
+    file = "smart_grid/src/SmartGrid.lf"
+    output = lf("lf-fed-build", file, "-f", rti, *deployment, build=build, **arm_toolchain())
+    sizes = re.search(rf"^{rti} +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
+    assert sizes is not None, output
+    with capsys.disabled():
+        print(f"\nthe RTI of the smart grid in {rti} on qemu_cortex_m3: {sizes[1]} of flash, {sizes[2]} of RAM")
+    linked = symbols(build / "zephyr/SmartGrid" / rti)
+    assert ("lf_rti_main" in linked, "lf_main" in linked) == (True, rti == "a")
+    assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
+    assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
+
+
 def test_all_messages_arrive_in_order() -> None:
     deployment = ("--deployment", "deployment/native_sim.yaml")
     lf("lf-fed-build", "message_test/src/MessageTest.lf", *deployment)
@@ -198,6 +216,33 @@ def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> 
     assert re.search(r"^a +host ", output, re.MULTILINE), output
     assert re.search(r"^b +native_sim/native/64 ", output, re.MULTILINE), output
     assert circuits(output) == GRID_RESULT, output
+
+
+def test_the_smart_grid_heals_itself_with_the_rti_in_the_image_of_a_unit() -> None:
+    output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/joint_rti.yaml")
+    assert circuits(output) == GRID_RESULT, output
+    assert not re.search(r"^RTI +\|", output, re.MULTILINE), output
+    assert "CONFIG_LF_RTI_FEDERATES=4\n" in (BUILD / "zephyr/SmartGrid/a/zephyr/.config").read_text()
+
+
+def test_the_smart_grid_heals_itself_with_the_rti_as_an_image_of_its_own() -> None:
+    output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/rti_alone.yaml")
+    assert re.search(r"^rti +native_sim/native/64 ", output, re.MULTILINE), output
+    assert circuits(output) == GRID_RESULT, output
+
+
+def test_an_rti_that_is_an_image_authenticates_and_tells_federates_where_others_are() -> None:
+    output = run(PROGRAMS / "Squares.lf", "--deployment", str(PROGRAMS / "rti_alone.yaml"))
+    assert re.search(r"^computer +\| 50 squares add up to 42925$", output, re.MULTILINE), output
+
+
+def test_a_joint_rti_without_a_port_ends_the_federate_too() -> None:
+    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", "--deployment", "deployment/joint_rti.yaml")
+    image = BUILD / "zephyr/SmartGrid/a/zephyr/zephyr.exe"
+    with rti("-n", "1") as (_, port), board(image, "joint", port) as joint:
+        output = joint.communicate()[0]
+    assert joint.returncode == 1, output
+    assert f"the RTI cannot listen on TCP port {port}: the port is in use by another program" in output
 
 
 def test_the_decentralized_smart_grid_heals_itself_or_says_which_message_was_late() -> None:

@@ -11,7 +11,7 @@ use log::LevelFilter;
 use crate::image::ImageError;
 use crate::platform::ZephyrPlatform;
 
-/// Called with a zero-terminated sentence when the federate ends early, before the program stops.
+/// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
 #[expect(non_camel_case_types, reason = "the name is the one that C sees")]
 pub type lf_fatal_hook = Option<extern "C" fn(reason: *const c_char)>;
 
@@ -34,20 +34,49 @@ impl Federate<'_> {
         run: impl FnOnce(&mut ZephyrPlatform<PEERS>) -> Result<(), E>,
     ) {
         crate::logger::install(logging);
-        let outcome = match ZephyrPlatform::new() {
-            Ok(mut platform) => run(&mut platform).inspect_err(|error| report(format_args!("{error}"))).is_ok(),
-            Err(error) => {
-                report(format_args!("{}", ImageError::Platform(error)));
-                false
-            }
+        *self.status = match ZephyrPlatform::new() {
+            Ok(mut platform) => status(run(&mut platform)),
+            Err(error) => status(Err(ImageError::Platform(error))),
         };
-        *self.status = c_int::from(!outcome);
     }
+}
+
+/// Lets federates connect to the RTI of the image. Returns 0 if they can, else 1; the log then has the reason.
+///
+/// To be called once, before `lf_rti_main()`.
+#[cfg(CONFIG_LF_RTI)]
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_rti_listen() -> c_int {
+    let rti = rti_of_image();
+    crate::logger::install(rti.logging());
+    status(rti.listen())
+}
+
+/// Runs the RTI until all federates have left. Returns 0 if the federation ended as its program says, else 1; the log
+/// then has the reason.
+///
+/// To be called once, from a thread whose stack the event loop can use.
+#[cfg(CONFIG_LF_RTI)]
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_rti_main() -> c_int {
+    status(rti_of_image().run())
+}
+
+#[cfg(CONFIG_LF_RTI)]
+fn rti_of_image() -> &'static dyn crate::rti::ImageRti {
+    // SAFETY: the symbol is defined by `rti!` in the crate that is linked, with this signature.
+    unsafe { lf_rti_of_image() }
+}
+
+/// What C is told of an outcome; an error is logged, and given to the fatal hook.
+fn status<E: fmt::Display>(outcome: Result<(), E>) -> c_int {
+    c_int::from(outcome.inspect_err(|error| report(format_args!("{error}"))).is_err())
 }
 
 /// Runs the federate until it ends. Returns 0 if it ended as its program says, else 1; the log then has the reason.
 ///
 /// To be called once, from a thread whose stack the event loop and the reactions can use.
+#[cfg(CONFIG_LF_FEDERATE)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_main() -> c_int {
     let mut status = 1;
@@ -74,10 +103,13 @@ pub extern "C" fn lf_set_fatal_hook(hook: lf_fatal_hook) {
 }
 
 unsafe extern "Rust" {
+    #[cfg(CONFIG_LF_FEDERATE)]
     fn lf_federate_of_image(federate: Federate<'_>);
+    #[cfg(CONFIG_LF_RTI)]
+    fn lf_rti_of_image() -> &'static dyn crate::rti::ImageRti;
 }
 
-/// Logs why the federate ends early, and tells the hook.
+/// Logs why the federate or the RTI ends early, and tells the hook.
 fn report(reason: fmt::Arguments<'_>) {
     if cfg!(CONFIG_LOG) {
         log::error!("{reason}");

@@ -6,7 +6,7 @@
 //! numbers Kconfig sets.
 //!
 //! A generated crate names this one `lf`. It is linked as a static library, and says with [`main!`] which program it
-//! has; the application's `main()` runs that through the C API of `c_api`.
+//! has, and with [`rti!`] which RTI; the application's `main()` runs both through the C API of `c_api`.
 #![no_std]
 
 mod c_api;
@@ -22,6 +22,9 @@ mod outside;
 mod panic;
 mod platform;
 mod raw;
+#[cfg(CONFIG_LF_RTI)]
+#[doc(hidden)]
+pub mod rti;
 pub mod settings;
 pub mod thread;
 mod turn;
@@ -80,6 +83,19 @@ macro_rules! main {
         #[unsafe(no_mangle)]
         fn lf_federate_of_image(federate: $crate::Federate<'_>) {
             federate.run($logging, $run)
+        }
+    };
+}
+
+/// Makes an RTI that of the image, by its description in a module: with `CONFIG_LF_RTI`.
+#[macro_export]
+macro_rules! rti {
+    (&$module:ident::RTI) => {
+        #[unsafe(no_mangle)]
+        fn lf_rti_of_image() -> &'static dyn $crate::rti::ImageRti {
+            static MEMORY: $crate::rti::Memory<{ $crate::rti::buffer_bytes(&$module::RTI) }> =
+                $crate::rti::Memory::new(&$module::RTI);
+            &MEMORY
         }
     };
 }

@@ -76,9 +76,9 @@ impl Descriptor {
         if outcome == 0 { Ok(()) } else { Err(error_of(outcome)) }
     }
 
-    /// Listens on a port, or on any for 0; returns which one it is.
-    pub(crate) fn listen(port: u16) -> Result<(Self, u16), NetError> {
-        Self::on_port(port, Self::listen_on)
+    /// Listens on a port, or on any for 0, for so many connections that wait; returns which port it is.
+    pub(crate) fn listen(port: u16, waiting: usize) -> Result<(Self, u16), NetError> {
+        Self::on_port(port, |port| Self::listen_on(port, waiting))
     }
 
     /// Opens a UDP port, or any for 0; returns which one it is.
@@ -146,14 +146,14 @@ impl Descriptor {
         if count < 0 { Err(last_error()) } else { Ok(()) }
     }
 
-    fn listen_on(port: u16) -> Result<Self, NetError> {
+    fn listen_on(port: u16, waiting: usize) -> Result<Self, NetError> {
         let descriptor = Self::stream()?;
         // A port must be free again as soon as the program before has ended; a stack without the option is like that.
         descriptor.switch_on(raw::SOL_SOCKET, raw::SO_REUSEADDR);
         let (address, length) = system_address(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
         // SAFETY: pointer and length are those of a local that holds an IPv4 address.
         check(unsafe { raw::zsock_bind(descriptor.0, (&raw const address).cast(), length) })?;
-        let waiting = c_int::try_from(crate::kconfig::LF_SOCKETS).unwrap_or(c_int::MAX);
+        let waiting = c_int::try_from(waiting).unwrap_or(c_int::MAX);
         // SAFETY: it takes any descriptor.
         check(unsafe { raw::zsock_listen(descriptor.0, waiting) })?;
         Ok(descriptor)

@@ -10,12 +10,9 @@ use lf_model::{Mailbox, Outside};
 
 use crate::{clock, wake};
 
-static PROGRAM: ZephyrOutside = ZephyrOutside {
-    physical: Mutex::new(Cell::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER })),
-    mailbox: Mailbox::new(),
-};
+static PROGRAM: ZephyrOutside = ZephyrOutside::new();
 
-/// The federation's clock, the wake-up of the event loop and the mailbox of this image.
+/// The federation's clock, the wake-up of the event loop and the mailbox of the program.
 #[derive(Debug)]
 pub(crate) struct ZephyrOutside {
     physical: Mutex<Cell<Physical>>,
@@ -32,7 +29,14 @@ struct Physical {
 }
 
 impl ZephyrOutside {
-    /// The one of this image.
+    const fn new() -> Self {
+        Self {
+            physical: Mutex::new(Cell::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER })),
+            mailbox: Mailbox::new(),
+        }
+    }
+
+    /// That of the program of this image.
     pub(crate) fn of_program() -> &'static Self {
         &PROGRAM
     }

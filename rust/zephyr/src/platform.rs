@@ -19,12 +19,14 @@ const READABLE: u32 = raw::ZSOCK_POLLIN;
 const WRITABLE: u32 = raw::ZSOCK_POLLOUT;
 const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVAL;
 
-/// [`Platform`] for Zephyr: `CONFIG_LF_SOCKETS` sockets, and the program's wake-up.
+/// [`Platform`] for Zephyr: `SOCKETS` sockets, and the program's wake-up.
 ///
-/// One program has one; a second one would share the wake-up. `PEERS` is [`Platform::PEERS`].
+/// One program has one; a second one would share the wake-up. An RTI has one beside it that nobody wakes. `PEERS` is
+/// [`Platform::PEERS`].
 #[derive(Debug)]
-pub struct ZephyrPlatform<const PEERS: bool = true> {
-    places: [Place; LF_SOCKETS],
+pub struct ZephyrPlatform<const PEERS: bool = true, const SOCKETS: usize = LF_SOCKETS> {
+    places: [Place; SOCKETS],
+    /// The descriptor of the wake-up; negative where there is none, which a poll ignores.
     wake: c_int,
 }
 
@@ -42,13 +44,18 @@ struct Socket {
     port: Option<u16>,
 }
 
-impl<const PEERS: bool> ZephyrPlatform<PEERS> {
-    /// A platform without sockets.
+impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
+    /// The platform of the program, without sockets.
     ///
     /// # Errors
     /// When there is no descriptor left for the wake-up.
     pub fn new() -> Result<Self, NetError> {
-        Ok(Self { places: [const { Place { generation: 0, socket: None } }; LF_SOCKETS], wake: wake::descriptor()? })
+        Ok(Self { wake: wake::descriptor()?, ..Self::without_wake() })
+    }
+
+    /// A platform without sockets that only its sockets and the time wake.
+    pub(crate) const fn without_wake() -> Self {
+        Self { places: [const { Place { generation: 0, socket: None } }; SOCKETS], wake: -1 }
     }
 
     fn has_place(&self) -> bool {
@@ -72,10 +79,11 @@ impl<const PEERS: bool> ZephyrPlatform<PEERS> {
 
     /// Calls `ready` for each socket that is, after waiting for so many ticks; returns whether anything was.
     fn poll(&self, timeout_ticks: i64, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
-        // The last entry is the wake-up; negative descriptors are ignored.
-        let mut set = [const { raw::zvfs_pollfd { fd: -1, events: 0, revents: 0 } }; LF_SOCKETS + 1];
-        set[LF_SOCKETS] = raw::zvfs_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
-        for (entry, place) in set.iter_mut().zip(&self.places) {
+        // Negative descriptors are ignored.
+        const NOTHING: raw::zvfs_pollfd = raw::zvfs_pollfd { fd: -1, events: 0, revents: 0 };
+        let wake = raw::zvfs_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
+        let mut set = Set { sockets: [NOTHING; SOCKETS], wake };
+        for (entry, place) in set.sockets.iter_mut().zip(&self.places) {
             if let Some(Socket { descriptor, interest, .. }) = &place.socket
                 && *interest != Interest::NONE
             {
@@ -85,13 +93,13 @@ impl<const PEERS: bool> ZephyrPlatform<PEERS> {
                 entry.events = bits(readable | writable);
             }
         }
-        if net::poll(&mut set, timeout_ticks) == 0 {
+        if net::poll(set.entries(), timeout_ticks) == 0 {
             return false;
         }
-        if set[LF_SOCKETS].revents != 0 {
+        if set.wake.revents != 0 {
             wake::clear(self.wake);
         }
-        for (index, (entry, place)) in (0..).zip(set.iter().zip(&self.places)) {
+        for (index, (entry, place)) in (0..).zip(set.sockets.iter().zip(&self.places)) {
             let shows = |condition: u32| entry.revents & bits(condition | BROKEN) != 0;
             let is = Interest { readable: shows(READABLE), writable: shows(WRITABLE) };
             if entry.fd >= 0 && is != Interest::NONE {
@@ -102,7 +110,23 @@ impl<const PEERS: bool> ZephyrPlatform<PEERS> {
     }
 }
 
-impl<const PEERS: bool> Platform for ZephyrPlatform<PEERS> {
+/// What is polled at once.
+#[repr(C)]
+struct Set<const SOCKETS: usize> {
+    sockets: [raw::zvfs_pollfd; SOCKETS],
+    wake: raw::zvfs_pollfd,
+}
+
+impl<const SOCKETS: usize> Set<SOCKETS> {
+    /// All entries in a row; their number is no constant expression, so they cannot be one array.
+    fn entries(&mut self) -> &mut [raw::zvfs_pollfd] {
+        // SAFETY: the layout is that of C, and all of it is entries of one type, so nothing is between them. The slice
+        // borrows the whole structure.
+        unsafe { core::slice::from_raw_parts_mut((&raw mut *self).cast(), SOCKETS + 1) }
+    }
+}
+
+impl<const PEERS: bool, const SOCKETS: usize> Platform for ZephyrPlatform<PEERS, SOCKETS> {
     const PEERS: bool = PEERS;
     const DATAGRAMS: bool = cfg!(CONFIG_NET_UDP);
 
@@ -141,7 +165,7 @@ impl<const PEERS: bool> Platform for ZephyrPlatform<PEERS> {
         if !self.has_place() {
             return Err(NetError::NoSocketLeft);
         }
-        let (descriptor, port) = Descriptor::listen(port)?;
+        let (descriptor, port) = Descriptor::listen(port, SOCKETS)?;
         self.insert(descriptor, Some(port))
     }
 

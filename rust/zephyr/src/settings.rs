@@ -4,6 +4,7 @@
 use core::ffi::{CStr, c_char};
 use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
+use core::sync::atomic::{AtomicU16, Ordering};
 
 use crate::raw;
 
@@ -46,14 +47,33 @@ pub fn federation_id() -> Result<&'static str, SettingsError> {
 /// # Errors
 /// When the address is not an IPv4 address, or the port not a port.
 pub fn rti_address() -> Result<SocketAddrV4, SettingsError> {
-    // SAFETY: neither has a precondition.
-    let (address, port) = unsafe { (raw::lf_rti_address(), raw::lf_rti_port()) };
-    let address = text(address).unwrap_or("not UTF-8");
+    // SAFETY: it has no precondition.
+    let address = text(unsafe { raw::lf_rti_address() }).unwrap_or("not UTF-8");
     let address: Ipv4Addr = address.parse().map_err(|_| SettingsError::RtiAddress(address))?;
-    match u16::try_from(port) {
-        Ok(port) if port != 0 => Ok(SocketAddrV4::new(address, port)),
-        _ => Err(SettingsError::RtiPort(port)),
-    }
+    let port = match OWN_RTI_PORT.load(Ordering::Acquire) {
+        0 => own_rti_port()?,
+        own => own,
+    };
+    if port == 0 { Err(SettingsError::RtiPort(0)) } else { Ok(SocketAddrV4::new(address, port)) }
+}
+
+/// Where an RTI that is part of this image listens; 0 before it does.
+static OWN_RTI_PORT: AtomicU16 = AtomicU16::new(0);
+
+/// The port on which an RTI that is part of this image is to listen; on `native_sim` it may be 0, for any.
+///
+/// # Errors
+/// When it is none.
+pub(crate) fn own_rti_port() -> Result<u16, SettingsError> {
+    // SAFETY: it has no precondition.
+    let port = unsafe { raw::lf_rti_port() };
+    u16::try_from(port).map_err(|_| SettingsError::RtiPort(port))
+}
+
+/// An RTI that is part of this image listens on this port.
+#[cfg(CONFIG_LF_RTI)]
+pub(crate) fn set_own_rti_port(port: u16) {
+    OWN_RTI_PORT.store(port, Ordering::Release);
 }
 
 /// A text of C that lives as long as the program.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The wake-up of the event loop: an event descriptor, which is polled together with the sockets.
+//! The wake-up of the program's event loop: an event descriptor, which is polled together with the sockets. An RTI has
+//! none, for nobody has anything to tell it but over its sockets.
 
 use core::ffi::c_int;
 use core::sync::atomic::{AtomicI32, Ordering};

@@ -59,7 +59,7 @@ impl Crate<'_> {
                 generated.push(self.main(federate)?);
             }
             let path = format!("{}/src/federate.rs", self.folder);
-            generated.push(federate::emit(self.plan, federate, &layout, deployed.as_ref(), path)?);
+            generated.push(federate::emit(self.plan, federate, &layout, settings.deployment, path)?);
         }
         if let (Some(payloads), Some(deployed)) = (&payloads, &deployed) {
             let path = format!("{}/src/rti.rs", self.folder);

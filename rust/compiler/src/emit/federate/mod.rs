@@ -10,6 +10,7 @@ use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::crate_layout::Layout;
+use super::deployment::{Deployment, RtiHome};
 use super::names::pascal_case;
 use super::reactor::{child_method, type_path, type_tokens};
 use super::source_map::FileMap;
@@ -26,11 +27,13 @@ pub(super) fn emit(
     plan: &Plan,
     federate: &Federate,
     layout: &Layout,
-    rti: Option<&Rti>,
+    deployment: &Deployment,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
-    let symbols = Symbols::new(federate);
-    let mut module = Module { plan, federate, layout, rti, symbols, splices: Splices::new(plan) };
+    let (symbols, splices) = (Symbols::new(federate), Splices::new(plan));
+    let rti = deployment.rti_of(plan);
+    let rti_is_image = deployment.rti.home != RtiHome::Program;
+    let mut module = Module { plan, federate, layout, rti, rti_is_image, symbols, splices };
     let tokens = module.tokens()?;
     module.splices.finish(path, tokens)
 }
@@ -46,7 +49,9 @@ struct Module<'p> {
     federate: &'p Federate,
     layout: &'p Layout,
     /// Where the RTI is, as deployed.
-    rti: Option<&'p Rti>,
+    rti: Option<Rti>,
+    /// Whether the RTI's clock is that of an image, which no program of this computer has.
+    rti_is_image: bool,
     symbols: Symbols,
     splices: Splices<'p>,
 }

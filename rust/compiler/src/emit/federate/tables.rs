@@ -227,7 +227,7 @@ impl Module<'_> {
         let timeout = optional_interval(target.timeout_ns);
         let (keepalive, fast) = (target.keepalive, target.fast);
         let logging = log_level(target.logging);
-        let federation = match self.rti {
+        let federation = match &self.rti {
             None => quote!(None),
             Some(rti) => self.federation(rti),
         };
@@ -282,7 +282,7 @@ impl Module<'_> {
             Coordination::Centralized => quote!(Centralized),
             Coordination::Decentralized => quote!(Decentralized),
         };
-        let local_clock_sync = self.plan.target.clock_sync_local;
+        let local_clock_sync = self.plan.target.clock_sync_local || self.rti_is_image;
         // As in LF, each federate's clock is wrong by another time.
         let times = i64::from(federate.id) + 1;
         let test_offset = interval(self.plan.target.clock_sync_test_offset_ns.saturating_mul(times));
