@@ -37,7 +37,7 @@ class Federation:
     @property
     def rti_image(self) -> Participant | None:
         """The image with the RTI in it: one of its own or that of a federate. None where `lfz rti` is to run."""
-        return next((item for item in self.participants if item.is_rti or item.joint_rti), None)
+        return next((item for item in self.participants if item.has_rti), None)
 
     def names(self) -> list[str]:
         """The participants' names, the RTI's first."""
@@ -105,7 +105,7 @@ def plan_federation(
             f"Run it as a program of this computer: lfz run {application.file}",
         )
     participants = described.select(list(federates))
-    elsewhere = [item.name for item in described.participants if item.is_rti or item.joint_rti]
+    elsewhere = [item.name for item in described.participants if item.has_rti]
     if elsewhere and elsewhere[0] not in [item.name for item in participants]:
         raise LfError(
             f"the RTI is part of the image {elsewhere[0]}, which is left out.",

@@ -85,13 +85,13 @@ def test_the_image_with_the_rti_is_started_first_and_says_the_port(
     assert not any("listening" in line for line in lines)
 
 
-def test_the_image_with_the_rti_cannot_be_left_out(world: World) -> None:
-    world.describe(rti="b", a="host", b=BOARD)
+def test_the_image_with_the_rti_cannot_be_left_out(grid: World) -> None:
+    grid.describe(rti="b", a="host", b=BOARD)
     with pytest.raises(LfError, match="the RTI is part of the image b, which is left out") as raised:
-        planned(world, federates=("a",))
+        planned(grid, federates=("a",))
     assert "-f b a" in str(raised.value)
-    world.describe(rti="rti", a="host", b=BOARD)
-    assert planned(world, federates=("rti", "a")).names() == ["rti", "a"]
+    grid.describe(rti="rti", a="host", b=BOARD)
+    assert planned(grid, federates=("rti", "a")).names() == ["rti", "a"]
 
 
 def test_what_was_built_is_run_without_building(grid: World) -> None:

@@ -177,11 +177,7 @@ impl<const PEERS: bool, const SOCKETS: usize> Platform for ZephyrPlatform<PEERS,
         self.insert(descriptor, Some(port))
     }
 
-    fn receive_from(
-        &mut self,
-        socket: SocketId,
-        buffer: &mut [u8],
-    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
         self.socket(socket)?.descriptor.receive_from(buffer)
     }
 

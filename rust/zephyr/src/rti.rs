@@ -9,17 +9,15 @@ use core::fmt;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicU8, Ordering};
 
-pub use lf_coordination::rti::ClockSync;
 use lf_coordination::clock_sync::RTI_UDP_PORT;
+pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, Slot};
 use lf_model::time::Tag;
 use lf_runtime::platform::{NetError, Platform, SocketId};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
 use log::LevelFilter;
 
-use crate::kconfig::{
-    LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_UPSTREAM,
-};
+use crate::kconfig::{LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_UPSTREAM};
 use crate::platform::ZephyrPlatform;
 use crate::settings::{self, SettingsError};
 
@@ -210,7 +208,7 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
 
     fn listen(&'static self) -> Result<(), RtiError> {
         self.go_on(FRESH, OPENING)?;
-        // SAFETY: this call alone has found the stage to be the first, and nobody else accesses the cell until the next.
+        // SAFETY: this call alone has found the stage to be `FRESH`, and nobody else accesses the cell meanwhile.
         let Parts { listening, .. } = unsafe { &mut *self.parts.get() };
         let federation_id = match settings::federation_id().map_err(RtiError::Settings)? {
             "" => self.description.federation_id,

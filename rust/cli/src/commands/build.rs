@@ -208,6 +208,27 @@ federated reactor at example.com:4242 {
     }
 
     #[test]
+    fn an_rti_in_an_image_is_a_participant_or_part_of_one() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let deployment = folder.path().join("deployment.yaml");
+        let participants_of = |text: &str| {
+            fs::write(&deployment, text).expect("it can be written");
+            let value = described(folder.path(), Some(&deployment));
+            (value["participants"].as_array().expect("it is a list").clone(), value["rti"]["host"].clone())
+        };
+        let (alone, host) = participants_of("rti: { platform: some_board, ip: 10.0.0.9, probe: a1 }\n");
+        assert_eq!((alone.len(), host), (1, json!("10.0.0.9")));
+        let rti = &alone[0];
+        assert_eq!((&rti["role"], &rti["name"], &rti["id"]), (&json!("rti"), &json!("rti"), &Value::Null));
+        assert_eq!((&rti["network"]["ip"], &rti["probe"]), (&json!("10.0.0.9"), &json!("a1")));
+        assert!(folder.path().join("out/rti/src/rti.rs").is_file());
+        let (joint, host) =
+            participants_of("federates:\n  second: { platform: some_board, ip: 10.0.0.2, joint-rti: true }\n");
+        assert_eq!((joint.len(), host), (1, json!("10.0.0.2")));
+        assert_eq!((&joint[0]["name"], &joint[0]["joint_rti"]), (&json!("second"), &json!(true)));
+    }
+
+    #[test]
     fn a_program_without_federates_has_no_rti() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("Alone.lf");

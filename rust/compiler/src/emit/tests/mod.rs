@@ -67,6 +67,35 @@ fn a_board_and_a_host_federate() {
     insta::assert_debug_snapshot!("board_participants", emitted.participants);
 }
 
+/// The RTI with the federate that shares its image, and by itself: what it needs, and the types that it passes on.
+#[test]
+fn an_rti_in_an_image() {
+    let plan = fixture::plan();
+    let joint = "federates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }\n";
+    let alone = "rti: { platform: qemu_cortex_m3, ip: 10.0.0.9 }\n";
+    let mut text = String::new();
+    for (folder, deployment) in [("unit", joint), ("rti", alone)] {
+        let deployment = Deployment::parse("deployment.yaml", deployment, &plan).expect("it is right");
+        let emitted = emit_on(&plan, &deployment);
+        let is_shown = |file: &&File| {
+            let path = Path::new(&file.path);
+            path.starts_with(folder)
+                && (["rti.rs", "lib.rs"].iter().any(|name| path.ends_with(name))
+                    || path.extension().is_some_and(|extension| extension == "conf")
+                    || folder == "rti" && path.extension().is_some_and(|extension| extension == "rs"))
+        };
+        let files = emitted.files.iter().filter(is_shown).cloned().collect();
+        text += &listing(&Emitted { files, ..emitted.clone() });
+        for file in rust_files(&emitted) {
+            assert!(syn::parse_file(&file.text).is_ok(), "{}", file.text);
+        }
+        // Programs of this computer have another clock than an image, even beside it.
+        let federate = emitted.files.iter().find(|file| file.path == "other/src/federate.rs").expect("it is emitted");
+        assert!(federate.text.contains("local_clock_sync: true"), "{}", federate.text);
+    }
+    insta::assert_snapshot!("rti", text);
+}
+
 #[test]
 fn all_federates_look_for_the_rti_where_it_is_deployed() {
     let plan = fixture::plan();
