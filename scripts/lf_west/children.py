@@ -12,7 +12,7 @@ import os
 import selectors
 import signal
 import subprocess
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -68,6 +68,9 @@ class Child:
     streams: dict[IO[bytes], bool] = field(default_factory=dict)
     partial: dict[IO[bytes], bytes] = field(default_factory=dict)
     running: bool = True
+    # For a simulator, which goes on when the program in it has ended: the status that a line of its output tells.
+    status_in: Callable[[str], int | None] | None = None
+    told: int | None = None
 
     def send(self, number: signal.Signals) -> None:
         """Signal the whole process group, if it still runs."""
@@ -123,8 +126,10 @@ class Children:
         *,
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
+        status_in: Callable[[str], int | None] | None = None,
     ) -> Child:
-        """Start a process without input."""
+        """Start a process without input. With `status_in` it is a simulator: it is ended when a line of its standard
+        output tells the status of the program in it, which then counts as its own."""
         try:
             process = subprocess.Popen(
                 command,
@@ -146,7 +151,7 @@ class Children:
             process.kill()
             process.communicate()
             raise LfError(f"{name} cannot be watched: {error.strerror}.", "Start fewer federates at once.") from error
-        child = Child(name, process, end)
+        child = Child(name, process, end, status_in=status_in)
         self._all.append(child)
         self._selector.register(child.end, selectors.EVENT_READ, (child, None))
         for stream, is_error in ((process.stdout, False), (process.stderr, True)):
@@ -189,8 +194,17 @@ class Children:
         if len(rest) > _LINE_LENGTH_MAX:
             lines, rest = [*lines, rest], b""
         child.partial[stream] = rest
-        for line in lines:
-            yield _line(child, child.streams[stream], line)
+        for data in lines:
+            line = _line(child, child.streams[stream], data)
+            yield line
+            self._listen(child, line)
+
+    def _listen(self, child: Child, line: Line) -> None:
+        """End a simulator whose program has ended."""
+        if child.status_in is not None and child.told is None and not line.is_error:
+            child.told = child.status_in(line.text)
+            if child.told is not None:
+                child.send(signal.SIGKILL)
 
     def _close(self, child: Child, stream: IO[bytes]) -> Iterator[Line]:
         """Stop reading a stream; a last line without an end counts, too."""
@@ -213,7 +227,12 @@ class Children:
             if stream in child.streams:
                 yield from self._close(child, stream)
         status = self._reap(child)
-        yield Ended(child, *_ending(status))
+        if child.told is not None:
+            yield Ended(child, *_ending(child.told))
+        elif child.status_in is not None and status == 0:
+            yield Ended(child, 1, "ended before the program in it")
+        else:
+            yield Ended(child, *_ending(status))
 
     def _reap(self, child: Child) -> int:
         """Wait for a child that has ended or been killed; what is left of its group ends with it."""

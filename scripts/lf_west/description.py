@@ -7,6 +7,7 @@ compiler.
 
 from __future__ import annotations
 
+import ipaddress
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +20,8 @@ from lf_west.errors import LfError
 class Rti:
     """What the federates expect of their RTI."""
 
+    # The address that they connect to.
+    host: str
     port: int
     federation_id: str
     federates: int
@@ -35,10 +38,9 @@ class Rti:
 class Network:
     """The addresses of a board, as deployed."""
 
-    ip: str
-    netmask: str
-    # None for none.
-    gateway: str | None
+    ip: ipaddress.IPv4Interface
+    gateway: ipaddress.IPv4Address | None
+    # None where the board has one of its own.
     mac: str | None
 
 
@@ -170,6 +172,7 @@ def parse(source: Any, origin: str) -> Description:
 
 def _rti(item: Any) -> Rti:
     return Rti(
+        host=_text(item["host"]),
         port=_number(item["port"]),
         federation_id=_text(item["federation_id"]),
         federates=_number(item["federates"]),
@@ -204,10 +207,10 @@ def _participant(item: Any) -> Participant:
 
 
 def _network(item: Any) -> Network:
+    gateway = _optional_text(item["gateway"])
     return Network(
-        ip=_text(item["ip"]),
-        netmask=_text(item["netmask"]),
-        gateway=_optional_text(item["gateway"]),
+        ip=ipaddress.IPv4Interface(f"{_text(item['ip'])}/{_text(item['netmask'])}"),
+        gateway=None if gateway is None else ipaddress.IPv4Address(gateway),
         mac=_optional_text(item["mac"]),
     )
 

@@ -20,7 +20,11 @@ from lf_west.supervisor import Limits, Supervisor
 
 _DESCRIPTION = """\
 Build a federated Lingua Franca program as `lf-fed-build` does, then run its RTI and its federates on this computer:
-native_sim images and programs. A federate on another board has to be started by hand; choose the others with -f.
+programs, native_sim images, and images for boards that QEMU plays (qemu_cortex_m3, mps2/an385). A federate on another
+board has to be started by hand; choose the others with -f.
+
+Boards of QEMU, and native_sim images that have an `ip` in the deployment file, get a network with those addresses that
+exists for this run only and is separate from all others. It needs root or a kernel that allows user namespaces.
 
 Each line of output bears the name of the participant that wrote it. ^C stops all participants, and so does the first
 one that fails.
@@ -75,6 +79,8 @@ class LfFedRun(LfCommand):
 
 def run(federation: Federation, limits: Limits) -> int:
     """Start the RTI, then the federates, and wait for all; the exit status."""
+    if federation.network is not None:
+        federation.network.enter()
     output = Output("west", federation.names())
     with Children() as children:
         supervisor = Supervisor(children, output, limits)
@@ -83,11 +89,14 @@ def run(federation: Federation, limits: Limits) -> int:
             port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
         else:
             command = federation.command(image, federation.port)
-            port = supervisor.start_rti(image.name, command, listening_port)
+            port = supervisor.start_rti(
+                image.name, command, listening_port, status_in=federation.status_in(image)
+            )
         if port is not None:
             for participant in federation.participants:
                 if participant is not image:
-                    supervisor.start(participant.name, federation.command(participant, port))
+                    command = federation.command(participant, port)
+                    supervisor.start(participant.name, command, status_in=federation.status_in(participant))
         return supervisor.finish()
 
 

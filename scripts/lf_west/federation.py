@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command lines of a federation: its RTI, its programs, its native_sim images."""
+"""The command lines of a federation: its RTI, its programs, its images on native_sim and QEMU."""
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from ipaddress import AddressValueError, IPv4Address
 from pathlib import Path
 
+from lf_west import qemu
 from lf_west.application import Application
 from lf_west.description import Description, Participant, Rti
 from lf_west.errors import LfError
-from lf_west.image import is_native_sim
+from lf_west.image import image_in, is_native_sim
+from lf_west.private_network import PrivateNetwork, plan_network
 
-# Everything that is run here runs on this computer.
+# Where the RTI is reached by what has this computer's network.
 _ADDRESS = "127.0.0.1"
 # What stands before the port in the line with which `lfz rti` says that it listens.
 _LISTENING = "listening on TCP port "
@@ -33,6 +36,8 @@ class Federation:
     port: int
     participants: tuple[Participant, ...]
     application: Application
+    # Where virtual boards are attached, if there are any.
+    network: PrivateNetwork | None = None
 
     @property
     def rti_image(self) -> Participant | None:
@@ -50,11 +55,23 @@ class Federation:
 
     def command(self, participant: Participant, port: int) -> list[str]:
         """A federate that joins this federation, whatever it was built for."""
+        address = _ADDRESS if self.network is None else self.rti.host
         if participant.program is not None:
-            return self._guarded([str(participant.program), "--rti", f"{_ADDRESS}:{port}", "--id", self.federation_id])
-        image = image_file(self.application, participant)
-        options = {"federation-id": self.federation_id, "rti-address": _ADDRESS, "rti-port": port}
-        return self._guarded([str(image), *(f"-lf-{name}={value}" for name, value in options.items())])
+            return self._guarded([str(participant.program), "--rti", f"{address}:{port}", "--id", self.federation_id])
+        image, board = image_file(self.application, participant), participant.board or ""
+        interface = None if self.network is None else self.network.interfaces.get(participant.name)
+        if not is_native_sim(board):
+            # What it has to know is in the image.
+            mac = None if participant.network is None else participant.network.mac
+            return self._guarded(qemu.command(board, image, interface or "", mac))
+        options = {"lf-federation-id": self.federation_id, "lf-rti-address": address, "lf-rti-port": port}
+        if interface is not None:
+            options["eth-if"] = interface
+        return self._guarded([str(image), *(f"-{name}={value}" for name, value in options.items())])
+
+    def status_in(self, participant: Participant) -> Callable[[str], int | None] | None:
+        """How a federate tells its exit status, where it does not end with it."""
+        return qemu.status_in if participant.board is not None and qemu.is_played(participant.board) else None
 
     def _guarded(self, words: list[str]) -> list[str]:
         """Lets the kernel end the program when this one is killed, which no code here could do."""
@@ -84,8 +101,8 @@ def listening_port(line: str) -> int | None:
 
 
 def image_file(application: Application, participant: Participant) -> Path:
-    """The native_sim image of a federate."""
-    return application.image_folder(participant.name) / "zephyr" / "zephyr.exe"
+    """The image of a federate."""
+    return image_in(application.image_folder(participant.name), participant.board or "")
 
 
 def plan_federation(
@@ -111,15 +128,7 @@ def plan_federation(
             f"the RTI is part of the image {elsewhere[0]}, which is left out.",
             f"Run it, too: -f {' '.join([*elsewhere, *federates])}",
         )
-    boards = [item for item in participants if item.board is not None and not is_native_sim(item.board)]
-    if boards:
-        names = ", ".join(f"{item.name} ({item.board})" for item in boards)
-        others = [item.name for item in participants if item not in boards]
-        raise LfError(
-            f"these federates do not run on this computer: {names}.",
-            *([f"Run the others here, and start those by hand: -f {' '.join(others)}"] if others else []),
-            'Build them for this computer, without --no-build: -w "-b native_sim/native/64"',
-        )
+    _refuse_other_boards(participants)
     for item in participants:
         file = item.program or image_file(application, item)
         if not file.is_file():
@@ -136,15 +145,70 @@ def plan_federation(
             "Build all: leave --no-build out.",
             f"Run those that are built, and start the others by hand: -f {' '.join(described.names())}",
         )
-    # Federates that are started elsewhere know only the id and the port that they were built with.
+    network = _network(participants, rti)
+    if network is not None and not is_complete:
+        raise LfError(
+            "virtual boards are in a network of their own, which federates that are started by hand cannot join.",
+            "Run all federates: leave -f out.",
+        )
+    if network is not None and port not in (None, rti.port):
+        raise LfError(
+            f"--rti-port: the images of virtual boards know the port {rti.port}, which is free in their own network.",
+            "Leave --rti-port out.",
+            "Say it in the deployment file: rti: { port: PORT }",
+        )
+    # Federates that are started elsewhere know only the id and the port that they were built with, and so do images.
+    is_own = is_complete and network is None
     return Federation(
         lfz=lfz,
         rti=rti,
-        federation_id=_unique_id(rti.federation_id) if is_complete else rti.federation_id,
-        port=port if port is not None else (0 if is_complete else rti.port),
+        federation_id=_unique_id(rti.federation_id) if is_own else rti.federation_id,
+        port=port if port is not None else (0 if is_own else rti.port),
         participants=tuple(participants),
         application=application,
+        network=network,
     )
+
+
+def _refuse_other_boards(participants: Sequence[Participant]) -> None:
+    """Only programs of this computer are run: hosts, native_sim, and QEMU where it plays a board with a network."""
+    images = [item for item in participants if item.board is not None and not is_native_sim(item.board)]
+    others = [item for item in images if not qemu.is_played(item.board or "")]
+    if others:
+        names = ", ".join(f"{item.name} ({item.board})" for item in others)
+        rest = [item.name for item in participants if item not in others]
+        raise LfError(
+            f"these federates do not run on this computer: {names}.",
+            *([f"Run the others here, and start those by hand: -f {' '.join(rest)}"] if rest else []),
+            'Build them for this computer, without --no-build: -w "-b native_sim/native/64"',
+            f"Put them on boards that QEMU plays, in the deployment file: {', '.join(qemu.boards())}",
+        )
+    nowhere = [item.name for item in images if item.network is None]
+    if nowhere:
+        raise LfError(
+            f"these federates have no addresses in the network of virtual boards: {', '.join(nowhere)}.",
+            "Give each an `ip` in a deployment file, and the RTI another one: --deployment FILE",
+        )
+    if images and not qemu.is_installed():
+        raise LfError(
+            f"there is no {qemu.PROGRAM}, which plays the boards of {', '.join(item.name for item in images)}.",
+            "Install QEMU for Arm: apt install qemu-system-arm",
+        )
+
+
+def _network(participants: Sequence[Participant], rti: Rti) -> PrivateNetwork | None:
+    """The network of the participants that have an interface of their own."""
+    boards = {item.name: item.network for item in participants if item.network is not None}
+    if not boards:
+        return None
+    try:
+        address = IPv4Address(rti.host)
+    except AddressValueError as error:
+        raise LfError(
+            f"the RTI has no IPv4 address in the network of virtual boards, but the name {rti.host}.",
+            "Say it in the deployment file: rti: { ip: ADDRESS }",
+        ) from error
+    return plan_network(boards, address)
 
 
 def _unique_id(name: str) -> str:

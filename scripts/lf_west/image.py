@@ -72,8 +72,12 @@ class Image:
 
     def executable(self) -> Path:
         """The image: a program of this computer for native_sim, else for the board."""
-        name = "zephyr.exe" if is_native_sim(self.board) else "zephyr.elf"
-        return self.folder / "zephyr" / name
+        return image_in(self.folder, self.board)
+
+
+def image_in(folder: Path, board: str) -> Path:
+    """The image in a build folder: a program of this computer for native_sim, else for the board."""
+    return folder / "zephyr" / ("zephyr.exe" if is_native_sim(board) else "zephyr.elf")
 
 
 def is_native_sim(board: str) -> bool:

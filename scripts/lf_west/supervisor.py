@@ -63,12 +63,13 @@ class Supervisor:
         command: Sequence[str],
         wanted: Callable[[str], int | None],
         environment: Mapping[str, str] | None = None,
+        status_in: Callable[[str], int | None] | None = None,
     ) -> int | None:
         """Start the RTI and wait for the line of its standard output that `wanted` answers, which is not shown.
 
         None when the run has to end before that line comes.
         """
-        self._rti = self._children.start(name, command, environment=environment)
+        self._rti = self._children.start(name, command, environment=environment, status_in=status_in)
         found: list[int] = []
 
         def look(line: Line) -> bool:
@@ -81,9 +82,15 @@ class Supervisor:
             self._turn(look)
         return found[0] if found and self._stage is _Stage.RUNNING else None
 
-    def start(self, name: str, command: Sequence[str], environment: Mapping[str, str] | None = None) -> None:
-        """Start a federate."""
-        self._children.start(name, command, environment=environment)
+    def start(
+        self,
+        name: str,
+        command: Sequence[str],
+        environment: Mapping[str, str] | None = None,
+        status_in: Callable[[str], int | None] | None = None,
+    ) -> None:
+        """Start a federate; one on a simulator tells its status with a line that `status_in` understands."""
+        self._children.start(name, command, environment=environment, status_in=status_in)
 
     def finish(self) -> int:
         """Run until all have ended; the exit status of the whole."""

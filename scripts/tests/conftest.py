@@ -7,6 +7,7 @@ for in environment variables.
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import os
 import signal
@@ -24,7 +25,7 @@ from lf_west.workspace import REPOSITORY, find_workspace
 LFZ = """
 if words[0] == "guard":
     program = words[words.index("--") + 1:]
-    os.execv(program[0], program)
+    os.execvp(program[0], program)
 if words[0] == "rti":
     print("listening on TCP port 4242", flush=True)
     exec(os.environ.get("STAND_IN_RTI", ""))
@@ -65,7 +66,8 @@ default = os.environ.get("STAND_IN_RUNNER", "")
 runners = {"runners": [default or "qemu", "jlink", "mdb", "ghost", "debugs"]}
 (folder / "zephyr" / "runners.yaml").write_text(json.dumps(runners | ({"flash-runner": default} if default else {})))
 (folder / "zephyr" / ".config").write_text(os.environ.get("STAND_IN_CONFIG", "") + os.linesep)
-image = folder / "zephyr" / "zephyr.exe"
+native = "--board" not in words or words[words.index("--board") + 1].startswith("native_sim")
+image = folder / "zephyr" / ("zephyr.exe" if native else "zephyr.elf")
 image.write_text("#!" + sys.executable + os.linesep + os.environ.get("STAND_IN_IMAGE", ""))
 image.chmod(0o755)
 print("[2/2] linking")
@@ -175,6 +177,19 @@ class World:
         files = {"kconfig": str(crate / f"{name}.conf"), "overlay": str(crate / f"{name}.overlay")}
         place = {"network": None, "runner": None, "probe": None}
         return {**item, "platform": "zephyr", "board": platform, **files, **place}
+
+    def attach(self, rti: str, **addresses: str) -> None:
+        """Let the compiler say that the RTI has this address, and these federates those, with a netmask and perhaps a
+        gateway: `10.0.0.2/24`, `10.0.0.2/24 10.0.0.1`."""
+        described = json.loads(self.description.read_text())
+        described["rti"]["host"] = rti
+        for item in described["participants"]:
+            if item["name"] in addresses:
+                address, _, gateway = addresses[item["name"]].partition(" ")
+                ip, netmask = ipaddress.IPv4Interface(address).with_netmask.split("/")
+                mac = f"02:00:00:00:00:{item['id']:02x}"
+                item["network"] = {"ip": ip, "netmask": netmask, "gateway": gateway or None, "mac": mac}
+        self.write(described)
 
     def touch(self, path: str) -> Path:
         """A file of the application."""

@@ -24,7 +24,7 @@ def test_a_description_survives_being_kept(world: World) -> None:
     first = described(world)
     first.save(world.top / "new" / "kept.json")
     assert description.load(world.top / "new" / "kept.json") == first
-    assert first.rti == description.Rti(15045, "Grid", 2, "init", 10, 5_000_000, True, False)
+    assert first.rti == description.Rti("localhost", 15045, "Grid", 2, "init", 10, 5_000_000, True, False)
     assert [item.is_image for item in first.participants] == [False, True]
 
 
@@ -53,7 +53,7 @@ def test_another_board_is_for_images_only(world: World) -> None:
     ("change", "words"),
     [
         ({"program": None}, "None is not a text"),
-        ({"rti": {}}, "'port' is missing"),
+        ({"rti": {}}, "'host' is missing"),
         ({"rti": 1}, "is no description"),
         ({"participants": [{"name": "a"}]}, "'crate' is missing"),
         ({"participants": [{"name": "a", "crate": "c", "platform": "zephyr"}]}, "'role' is missing"),

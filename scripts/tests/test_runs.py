@@ -16,7 +16,7 @@ from conftest import World, is_gone
 from lf_west import description
 from lf_west.application import open_application
 from lf_west.errors import LfError
-from lf_west.federation import Federation, listening_port, plan_federation
+from lf_west.federation import Federation, image_file, listening_port, plan_federation
 from lf_west.main import main
 
 BOARD = "native_sim/native/64"
@@ -39,8 +39,8 @@ def planned(
     application = open_application(world.file, None)
     described = description.load(world.description)
     for item in described.participants:
-        image = application.image_folder(item.name) / "zephyr" / "zephyr.exe"
         if build and item.is_image:
+            image = image_file(application, item)
             image.parent.mkdir(parents=True, exist_ok=True)
             image.write_text("")
     return plan_federation(application, described, lfz=Path("/lfz"), federates=federates, port=port)
@@ -147,10 +147,10 @@ def test_federates_that_run_elsewhere_find_the_rti_as_they_were_built(world: Wor
 
 
 def test_boards_are_refused_by_name(world: World) -> None:
-    world.describe(a="host", b="qemu_cortex_m3", c=BOARD, d="mps2/an385")
+    world.describe(a="host", b="frdm_k64f", c=BOARD, d="qemu_cortex_m0")
     with pytest.raises(LfError) as raised:
         planned(world)
-    message = "these federates do not run on this computer: b (qemu_cortex_m3), d (mps2/an385)."
+    message = "these federates do not run on this computer: b (frdm_k64f), d (qemu_cortex_m0)."
     assert message in str(raised.value)
     assert "-f a c" in str(raised.value)
 

@@ -4,6 +4,7 @@
 
 use core::fmt::Write;
 use core::net::Ipv4Addr;
+use std::collections::BTreeSet;
 
 use super::deployment::{Deployment, Mac, Place, Platform};
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
@@ -68,6 +69,8 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
     fragment.comment("What the federate needs.");
     fragment.set("LF_SOCKETS", own);
     sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
+    let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
+    neighbors(&mut fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, &place);
     datagrams(&mut fragment, plan);
     user_threads(&mut fragment, plan, federate);
     receive_buffer(&mut fragment, federate, &place);
@@ -85,6 +88,7 @@ pub(super) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &D
     fragment.set("LF_FEDERATE", "n");
     network(&mut fragment, place);
     sockets(&mut fragment, 0, rti_sockets(plan), place);
+    neighbors(&mut fragment, plan.federates.len(), place);
     datagrams(&mut fragment, plan);
     fragment.set("LF_USER_THREADS", 0);
     logging(&mut fragment, plan.target.logging);
@@ -129,11 +133,22 @@ fn has_datagrams(plan: &Plan) -> bool {
 }
 
 fn is_native_sim(place: &Place) -> bool {
-    matches!(&place.platform, Platform::Zephyr(board) if board.starts_with("native_sim"))
+    place.platform.is_native_sim()
 }
 
 fn network(fragment: &mut Fragment, place: &Place) {
     let Some(network) = &place.network else { return };
+    if is_native_sim(place) {
+        fragment.comment("Zephyr's own network stack over a TAP interface, in place of the sockets of this computer.");
+        fragment.set("NET_SOCKETS_OFFLOAD", "n");
+        fragment.set("NET_NATIVE_OFFLOADED_SOCKETS", "n");
+        fragment.set("HEAP_MEM_POOL_SIZE", 0);
+        fragment.set("NET_L2_ETHERNET", "y");
+        fragment.set("ETH_NATIVE_TAP", "y");
+        fragment.set("ETH_NATIVE_TAP_RANDOM_MAC", "n");
+        let mac = place.mac.unwrap_or_else(|| Mac::of_virtual_board(network.ip));
+        fragment.set_text("ETH_NATIVE_TAP_MAC_ADDR", &mac.to_string());
+    }
     fragment.comment("This board's address.");
     fragment.set("NET_CONFIG_SETTINGS", "y");
     fragment.set("NET_CONFIG_NEED_IPV4", "y");
@@ -157,10 +172,19 @@ fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) 
     fragment.comment("Descriptors for the sockets, the wake-up and the console; each event loop polls its own.");
     fragment.set("ZVFS_OPEN_MAX", all + 3);
     fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
-    if all > 1 && !is_native_sim(place) {
+    if all > 0 && !place.is_offloaded() {
+        // A connection that was closed is kept for a while, and one that others begin before it is accepted.
         fragment.comment("What Zephyr's own network stack keeps for them.");
         fragment.set("NET_MAX_CONTEXTS", all + 2);
         fragment.set("NET_MAX_CONN", all + 3);
+    }
+}
+
+/// So many others on the same network, and the gateway, have MAC addresses that have to be known.
+fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
+    if place.network.is_some() {
+        fragment.comment("Who has which MAC address.");
+        fragment.set("NET_ARP_TABLE_SIZE", count + 1);
     }
 }
 

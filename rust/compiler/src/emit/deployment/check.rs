@@ -102,7 +102,8 @@ impl Checker<'_> {
             self.refuse_keys(&keys[4..], &raw.platform.value, reason);
         }
         let network = self.network(name, raw);
-        let mac = raw.mac.as_ref().and_then(|mac| self.mac(name, mac));
+        let made_up = || network.filter(|_| platform.is_virtual()).map(|network| Mac::of_virtual_board(network.ip));
+        let mac = raw.mac.as_ref().map_or_else(made_up, |mac| self.mac(name, mac));
         if let Some(probe) = &raw.probe {
             self.once("probe", probe.value.clone(), name, probe.referenced);
         }

@@ -29,6 +29,8 @@
 //!   sender: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }
 //! ```
 //!
+//! Virtual boards (`native_sim` with `ip`, QEMU) that are given no `mac` have one that follows from their `ip`.
+//!
 //! A federate that is not listed runs on this computer. Keys that are not listed above are errors, and so are
 //! addresses and probes that occur twice.
 
@@ -113,7 +115,21 @@ pub enum Platform {
 impl Platform {
     /// Whether it is a Zephyr image that runs as a program of this computer.
     pub fn is_native_sim(&self) -> bool {
-        matches!(self, Self::Zephyr(board) if board.split(['/', '@']).next() == Some("native_sim"))
+        self.board_name() == Some("native_sim")
+    }
+
+    /// Whether it is a board that a program of this computer plays: `native_sim` or QEMU. It has no address of its own
+    /// that a maker gave it.
+    pub fn is_virtual(&self) -> bool {
+        self.board_name().is_some_and(|name| name == "native_sim" || name == "mps2" || name.starts_with("qemu_"))
+    }
+
+    /// The board without qualifiers and revision.
+    fn board_name(&self) -> Option<&str> {
+        match self {
+            Self::Host => None,
+            Self::Zephyr(board) => board.split(['/', '@']).next(),
+        }
     }
 }
 
@@ -131,6 +147,14 @@ pub struct Network {
 /// A unicast MAC address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Mac(pub [u8; 6]);
+
+impl Mac {
+    /// The address of a virtual board that was given none: local, and different where the IP addresses are.
+    pub fn of_virtual_board(ip: Ipv4Addr) -> Self {
+        let [a, b, c, d] = ip.octets();
+        Self([2, 0, a, b, c, d])
+    }
+}
 
 impl fmt::Display for Mac {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The boards that QEMU plays: how an image is started on one, and how its end is known.
+
+QEMU goes on when the program in it has ended, as a board does; so the program says its status on the console.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+PROGRAM = "qemu-system-arm"
+# What `lf_stop` in zephyr/src/platform.c prints before the status.
+_ENDED = "lf: the program ended with status "
+
+
+@dataclass(frozen=True)
+class _Machine:
+    name: str
+    cpu: str
+    # The Ethernet controller, as QEMU calls it.
+    controller: str
+
+
+# By the board's name without its revision.
+_MACHINES = {
+    "qemu_cortex_m3": _Machine("lm3s6965evb", "cortex-m3", "stellaris"),
+    "mps2/an385": _Machine("mps2-an385", "cortex-m3", "lan9118"),
+}
+
+
+def boards() -> Sequence[str]:
+    """The boards that can be played."""
+    return list(_MACHINES)
+
+
+def is_installed() -> bool:
+    """Whether there is a QEMU that plays them."""
+    return shutil.which(PROGRAM) is not None
+
+
+def is_played(board: str) -> bool:
+    """Whether QEMU plays this board."""
+    return _machine(board) is not None
+
+
+def command(board: str, image: Path, interface: str, mac: str | None) -> list[str]:
+    """Start an image on a board whose Ethernet is the other end of a TAP interface."""
+    machine = _machine(board)
+    if machine is None:
+        raise ValueError(f"QEMU does not play {board}")
+    network = f"tap,ifname={interface},script=no,downscript=no,model={machine.controller}"
+    # Some controllers tell the driver their address; others are told theirs by the devicetree.
+    network += f",mac={mac}" if mac is not None else ""
+    words = [PROGRAM, "-machine", machine.name, "-cpu", machine.cpu, "-nic", network]
+    return [*words, "-display", "none", "-monitor", "none", "-serial", "stdio", "-kernel", str(image)]
+
+
+def status_in(line: str) -> int | None:
+    """The exit status of the program, if this line of the console tells it."""
+    text = line.removeprefix(_ENDED)
+    return int(text) if text != line and text.isdigit() else None
+
+
+def _machine(board: str) -> _Machine | None:
+    name, _, rest = board.partition("@")
+    _, slash, qualifiers = rest.partition("/")
+    # qemu_cortex_m3/ti_lm3s6965 is the full name of qemu_cortex_m3.
+    return _MACHINES.get((name + slash + qualifiers).removesuffix("/ti_lm3s6965"))

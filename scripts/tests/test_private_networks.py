@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Virtual boards: the network that is made for them, what is started in it, and what is left of it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from ipaddress import IPv4Address, IPv4Interface
+from pathlib import Path
+
+import pytest
+from conftest import World
+from test_runs import BOARD, LF, planned
+
+from lf_west import private_network, qemu
+from lf_west.children import Children, Ended
+from lf_west.description import Network
+from lf_west.errors import LfError
+from lf_west.private_network import PrivateNetwork, plan_network
+
+RTI = IPv4Address("10.0.0.1")
+
+
+def board(address: str, gateway: str | None = None) -> Network:
+    return Network(IPv4Interface(address), None if gateway is None else IPv4Address(gateway), None)
+
+
+def addresses(network: PrivateNetwork) -> list[str]:
+    return [str(address) for address in network.addresses]
+
+
+@pytest.fixture
+def grid(world: World) -> World:
+    """A program, an image with an interface of its own, and an image for a board of QEMU; all print what they get."""
+    world.describe(a="host", b=BOARD, c="qemu_cortex_m3@A", d=BOARD)
+    world.attach("10.0.0.1", b="10.0.0.2/24", c="10.0.0.3/24")
+    world.touch("deployment.yaml")
+    say = "print(*sys.argv[1:], flush=True)\n"
+    world.program("grid-a", say)
+    world.set("STAND_IN_IMAGE", f"import sys\n{say}")
+    world.program("qemu-system-arm", f"{say}print('lf: the program ended with status 0', flush=True)\nsignal.pause()\n")
+    return world
+
+
+def test_a_bridge_has_an_interface_per_board_and_the_rtis_address() -> None:
+    network = plan_network({"a": board("10.0.0.2/24"), "b": board("10.0.0.3/24")}, RTI)
+    assert network.interfaces == {"a": "lf0", "b": "lf1"}
+    assert addresses(network) == ["10.0.0.1/24"]
+    commands = network.commands()
+    assert "tuntap add dev lf1 mode tap" in commands
+    assert "link set dev lf1 master lfbridge up" in commands
+    assert "address add 10.0.0.1/24 dev lfbridge" in commands
+    assert not network.forwards
+
+
+def test_this_computer_is_the_gateway_between_the_boards_networks() -> None:
+    boards = {"a": board("10.0.0.2/24", "10.0.0.1"), "b": board("10.9.0.2/16", "10.9.0.1")}
+    network = plan_network(boards, RTI)
+    assert sorted(addresses(network)) == ["10.0.0.1/24", "10.9.0.1/16"]
+    assert network.forwards
+
+
+def test_an_rti_behind_a_gateway_has_an_address_by_itself() -> None:
+    network = plan_network({"a": board("10.9.0.2/16", "10.9.0.1")}, RTI)
+    assert sorted(addresses(network)) == ["10.0.0.1/32", "10.9.0.1/16"]
+
+
+def test_programs_reach_an_rti_on_a_board_from_a_free_address() -> None:
+    network = plan_network({"rti": board("10.0.0.1/29"), "a": board("10.0.0.2/29")}, RTI)
+    assert addresses(network) == ["10.0.0.3/29"]
+    full = plan_network({"rti": board("10.0.0.1/30"), "a": board("10.0.0.2/30")}, RTI)
+    assert addresses(full) == []
+
+
+def test_what_runs_in_a_private_network_knows_the_deployed_rti(grid: World) -> None:
+    federation = planned(grid)
+    assert (federation.port, federation.federation_id) == (15045, "Grid")
+    commands = {item.name: federation.command(item, 15045)[5:] for item in federation.participants}
+    assert commands["a"][1:] == ["--rti", "10.0.0.1:15045", "--id", "Grid"]
+    options = ["-lf-federation-id=Grid", "-lf-rti-address=10.0.0.1", "-lf-rti-port=15045"]
+    assert commands["b"][1:] == [*options, "-eth-if=lf0"]
+    assert commands["d"][1:] == options
+    assert commands["c"][:5] == ["qemu-system-arm", "-machine", "lm3s6965evb", "-cpu", "cortex-m3"]
+    nic = "tap,ifname=lf1,script=no,downscript=no,model=stellaris,mac=02:00:00:00:00:02"
+    assert commands["c"][5:7] == ["-nic", nic]
+    assert commands["c"][-1].endswith("/c/zephyr/zephyr.elf")
+
+
+def test_a_federation_with_virtual_boards_is_run_whole(grid: World) -> None:
+    with pytest.raises(LfError, match="in a network of their own, which federates that are started by hand cannot"):
+        planned(grid, federates=("b",))
+    with pytest.raises(LfError, match="--rti-port: the images of virtual boards know the port 15045"):
+        planned(grid, port=20000)
+
+
+def test_boards_of_qemu_need_addresses(world: World) -> None:
+    world.describe(a="host", b="qemu_cortex_m3", c="mps2/an385")
+    world.program("grid-a", "")
+    with pytest.raises(LfError, match="have no addresses in the network of virtual boards: b, c"):
+        planned(world)
+
+
+def test_the_rti_needs_an_address_and_not_a_name(world: World) -> None:
+    world.describe(b=BOARD)
+    world.attach("localhost", b="10.0.0.2/24")
+    with pytest.raises(LfError, match="but the name localhost"):
+        planned(world)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_played"),
+    [("qemu_cortex_m3", True), ("qemu_cortex_m3/ti_lm3s6965", True), ("mps2/an385", True), ("mps2/an521", False)],
+)
+def test_boards_that_qemu_plays(name: str, is_played: bool) -> None:
+    assert qemu.is_played(name) == is_played
+
+
+@pytest.mark.parametrize(
+    ("line", "status"),
+    [("lf: the program ended with status 0", 0), ("lf: the program ended with status 12", 12), ("lf: hello", None)],
+)
+def test_the_status_of_a_program_on_a_board_is_read_from_its_line(line: str, status: int | None) -> None:
+    assert qemu.status_in(line) == status
+
+
+def ending_of(body: str) -> Ended:
+    """How a simulator with this program in it ends."""
+    with Children() as children:
+        children.start("board", [sys.executable, "-c", body], status_in=qemu.status_in)
+        while True:
+            for event in children.wait(None):
+                if isinstance(event, Ended):
+                    return event
+
+
+def test_a_simulator_ends_with_the_program_in_it() -> None:
+    wait = "import signal; print('lf: the program ended with status 3', flush=True); signal.pause()"
+    assert (ending_of(wait).status, ending_of(wait).how) == (3, "ended with exit status 3")
+
+
+def test_a_simulator_that_ends_by_itself_has_failed() -> None:
+    ended = ending_of("print('hello')")
+    assert (ended.status, ended.how) == (1, "ended before the program in it")
+
+
+def not_permitted(_flags: int) -> int:
+    return 1
+
+
+def test_where_namespaces_are_not_allowed_it_is_said_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(private_network, "_unshare", not_permitted)
+    with pytest.raises(LfError) as raised:
+        plan_network({"a": board("10.0.0.2/24")}, RTI).enter()
+    message = str(raised.value)
+    assert "virtual boards cannot have a private network here: Operation not permitted." in message
+    assert "Run the command as root." in message
+    assert "native_sim images that have no `ip`" in message
+
+
+def test_where_there_are_no_network_devices_it_is_said_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(private_network, "_TUN", tmp_path / "tun")
+    with pytest.raises(LfError, match="so virtual boards cannot have network interfaces"):
+        plan_network({"a": board("10.0.0.2/24")}, RTI).enter()
+
+
+def test_without_the_tool_for_networks_it_is_said_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(private_network, "_unshare", lambda _flags: 0)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(LfError, match="`ip`, which makes the network of virtual boards, cannot be run"):
+        plan_network({"a": board("10.0.0.2/24")}, RTI).enter()
+
+
+@pytest.fixture(scope="module")
+def _allowed() -> None:
+    """Where private networks cannot be had, what needs one is skipped."""
+    enter = "import test_private_networks as t; t.plan_network({'a': t.board('10.0.0.2/24')}, t.RTI).enter()"
+    path = {"PYTHONPATH": f"{LF.parent}:{LF.parent / 'tests'}"}
+    result = subprocess.run(
+        [sys.executable, "-c", enter], env={**os.environ, **path}, capture_output=True, text=True, check=False
+    )
+    if result.returncode != 0:
+        pytest.skip(f"no private network: {result.stderr.splitlines()[-1]}")
+
+
+def own_networks() -> str:
+    """The network namespace of this process, and the devices in it."""
+    devices = subprocess.run(["ip", "-brief", "link"], capture_output=True, text=True, check=True).stdout
+    return f"{Path('/proc/self/ns/net').readlink()} {devices}"
+
+
+def processes_in(namespace: str) -> list[int]:
+    """All processes that are in a network namespace."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if str((process / "ns/net").readlink()) == namespace:
+                found.append(int(process.name))
+        except OSError:
+            # It has ended meanwhile.
+            continue
+    return found
+
+
+SHOW_NETWORK = """
+import subprocess
+def words(*arguments):
+    return [line.split() for line in subprocess.check_output(["ip", "-brief", *arguments], text=True).splitlines()]
+print("namespace", pathlib.Path("/proc/self/ns/net").readlink())
+print("devices", *sorted(line[0] for line in words("link")))
+print("addresses", *words("-4", "address", "show", "lfbridge")[0][2:])
+"""
+
+
+@pytest.mark.usefixtures("_allowed")
+def test_a_run_has_a_network_that_is_gone_with_it(grid: World) -> None:
+    grid.program("grid-a", SHOW_NETWORK)
+    before = own_networks()
+    command = [sys.executable, str(LF), "lf-fed-run", grid.file]
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    assert result.returncode == 0, result.stdout
+    assert "a    | devices lf0 lf1 lfbridge lo\n" in result.stdout
+    assert "a    | addresses 10.0.0.1/24\n" in result.stdout
+    assert "b    | -lf-federation-id=Grid -lf-rti-address=10.0.0.1 -lf-rti-port=4242 -eth-if=lf0\n" in result.stdout
+    assert "c    | lf: the program ended with status 0\n" in result.stdout
+    namespace = result.stdout.split("a    | namespace ")[1].split("\n")[0]
+    assert namespace != str(Path("/proc/self/ns/net").readlink())
+    assert processes_in(namespace) == []
+    assert own_networks() == before
+
+
+@pytest.mark.usefixtures("_allowed")
+def test_a_program_that_fails_on_a_board_fails_the_run(grid: World) -> None:
+    fail = "print('lf: the program ended with status 7', flush=True)\nsignal.pause()\n"
+    grid.program("qemu-system-arm", fail)
+    command = [sys.executable, str(LF), "lf-fed-run", grid.file]
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    assert result.returncode == 7, result.stdout
+    assert "west | c ended with exit status 7" in result.stdout
