@@ -89,9 +89,7 @@ def run(federation: Federation, limits: Limits) -> int:
             port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
         else:
             command = federation.command(image, federation.port)
-            port = supervisor.start_rti(
-                image.name, command, listening_port, status_in=federation.status_in(image)
-            )
+            port = supervisor.start_rti(image.name, command, listening_port, status_in=federation.status_in(image))
         if port is not None:
             for participant in federation.participants:
                 if participant is not image:

@@ -94,11 +94,15 @@ fn the_deployments_beside_the_programs_are_right() {
         ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/native_sim.yaml", 4),
         ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/native_sim.yaml", 2),
         ("applications/message_test/src/MessageTestSlow.lf", "applications/message_test/deployment/native_sim.yaml", 2),
+        ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/boards.yaml", 4),
+        ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology1.yaml", 1),
+        ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology2.yaml", 2),
+        ("applications/message_test/src/MessageTestDecentralized.lf", "applications/message_test/deployment/mps2.yaml", 2),
     ];
     for (program, path, images) in programs {
         let text = std::fs::read_to_string(root().join(path)).expect("it is there");
         let deployment = Deployment::parse(path, &text, &plan(program)).expect("it is right");
-        let on_zephyr = deployment.federates.values().filter(|place| place.platform.is_native_sim());
+        let on_zephyr = deployment.federates.values().filter(|place| place.platform != Platform::Host);
         assert_eq!(on_zephyr.count(), images, "{path}");
     }
 }
