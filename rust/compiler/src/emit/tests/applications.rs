@@ -97,7 +97,11 @@ fn the_deployments_beside_the_programs_are_right() {
         ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/boards.yaml", 4),
         ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology1.yaml", 1),
         ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology2.yaml", 2),
-        ("applications/message_test/src/MessageTestDecentralized.lf", "applications/message_test/deployment/mps2.yaml", 2),
+        (
+            "applications/message_test/src/MessageTestDecentralized.lf",
+            "applications/message_test/deployment/mps2.yaml",
+            2,
+        ),
     ];
     for (program, path, images) in programs {
         let text = std::fs::read_to_string(root().join(path)).expect("it is there");
