@@ -23,6 +23,18 @@ pub type Proof = [u8; HMAC_BYTES];
 /// It is handed to a federate as a pointer, so that one without authentication does not carry the algorithm.
 pub type Answer = fn(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof>;
 
+/// How an RTI authenticates itself and federates. It is handed over as pointers for the same reason.
+#[derive(Clone, Copy, Debug)]
+pub struct Authenticator {
+    /// Given the key, the id that a federate claims and its nonce, the RTI's proof.
+    pub rti_proof: fn(key: &[u8], federate: u16, nonce: Nonce) -> Proof,
+    /// Given the key, the RTI's nonce and a federate's proof, whether that is right.
+    pub is_federate_proof: fn(key: &[u8], nonce: Nonce, proof: &Proof) -> bool,
+}
+
+/// The [`Authenticator`] of the stock programs, by HMAC-SHA256.
+pub const AUTHENTICATOR: Authenticator = Authenticator { rti_proof, is_federate_proof };
+
 /// The [`Answer`] of the stock programs, by HMAC-SHA256.
 pub fn answer_rti(key: &[u8], federate: u16, own: Nonce, proof: &Proof, rti: Nonce) -> Option<Proof> {
     is_rti_proof(key, federate, own, proof).then(|| federate_proof(key, rti))

@@ -5,7 +5,7 @@
 mod rti_support;
 
 use lf_coordination::FederateId;
-use lf_coordination::auth::{Answer, answer_rti};
+use lf_coordination::auth::{AUTHENTICATOR, Answer, answer_rti};
 use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
@@ -28,6 +28,7 @@ fn federate(key: &'static [u8], authentication: bool) -> Federate<'static> {
 }
 
 fn rti(authentication: bool) -> World {
+    let authentication = authentication.then_some(AUTHENTICATOR);
     let config = rti::Config { authentication, clock_sync: rti::ClockSync::Off, ..rti::Config::new(KEY, 64) };
     World::new(config, Sizes::ample(1))
 }

@@ -2,6 +2,7 @@
 //! The RTI: whatever peers do, it sends only where and as much as it may, ends each step, says once more what it waits
 //! for, and grants nothing that a message on its way contradicts.
 
+use lf_coordination::auth::AUTHENTICATOR;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, FEDERATION_ID_DEFAULT, Rti, Verdict};
 use lf_model::time::{Instant, Interval};
 use lf_owned_messages::encoded;
@@ -43,7 +44,7 @@ pub(crate) fn config(choice: u8) -> Config<'static> {
     Config {
         clock_sync: if choice & 1 == 0 { ClockSync::Off } else { ClockSync::Init { trials: 2 } },
         dnet: choice & 2 == 0,
-        authentication: choice & 4 != 0,
+        authentication: (choice & 4 != 0).then_some(AUTHENTICATOR),
         window: if choice & 8 == 0 { 1 } else { 16 },
         start_time_multiple: (choice & 16 != 0).then_some(Interval(7)),
         ..Config::new(FEDERATION_ID_DEFAULT, PAYLOAD_BYTES_MAX)

@@ -10,7 +10,7 @@ pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
 
 use crate::platform::Host;
 use crate::trace::Traced;
@@ -139,7 +139,7 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let connections = count + SPARE_CONNECTIONS;
     let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
     let config = Config {
-        authentication: options.authentication,
+        authentication: options.authentication.then_some(AUTHENTICATOR),
         clock_sync: options.clock_sync,
         start_time_multiple: options.start_time_multiple,
         dnet: options.dnet,

@@ -27,7 +27,7 @@ pub use description::{
 pub use error::{PeerFault, RunError};
 pub use federate::{FederateLoop, Join, run_federate};
 pub use federate::{Inbound, Outbound};
-pub use lf_coordination::auth::answer_rti;
+pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 pub use lf_wire::june_2026::DELAY_NONE;
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};

@@ -14,6 +14,7 @@ pub use lf_coordination::rti::ClockSync;
 use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, Slot};
 use lf_model::time::Tag;
 use lf_runtime::platform::{NetError, Platform, SocketId};
+pub use lf_runtime::{AUTHENTICATOR, Authenticator};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
 use log::LevelFilter;
 
@@ -28,8 +29,8 @@ const _: () = assert!(LF_RTI_CONNECTIONS >= LF_RTI_FEDERATES, "each federate of 
 pub struct Description {
     /// The federation id, unless Kconfig or the command line says another.
     pub federation_id: &'static str,
-    /// Whether federates have to prove that they know the federation id.
-    pub authentication: bool,
+    /// How federates have to prove that they know the federation id, if they have to.
+    pub authentication: Option<Authenticator>,
     /// Clock synchronization.
     pub clock_sync: ClockSync,
     /// Whether federates are told which of their next events nobody waits for.

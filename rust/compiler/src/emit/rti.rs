@@ -114,7 +114,9 @@ pub(super) fn emit(
 ) -> Result<(File, FileMap), EmitError> {
     let about = format!(" The RTI of {}.", plan.name);
     let federation_id = &rti.federation_id;
-    let (authentication, dnet) = (plan.target.authentication, plan.target.dnet);
+    let dnet = plan.target.dnet;
+    let authenticates = plan.target.authentication;
+    let authentication = if authenticates { quote!(Some(lf::rti::AUTHENTICATOR)) } else { quote!(None) };
     let clock_sync = match plan.target.clock_sync {
         ClockSync::Off => quote!(Off),
         ClockSync::Init => {

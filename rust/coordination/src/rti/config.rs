@@ -7,6 +7,8 @@ use lf_model::time::Interval;
 use lf_wire::Limits;
 use lf_wire::june_2026::{FEDERATION_ID_BYTES_MAX, message_bytes_max};
 
+use crate::auth::Authenticator;
+
 /// The federation id of a stock RTI that was given none.
 pub const FEDERATION_ID_DEFAULT: &[u8] = b"Unidentified Federation";
 /// How long after the last clock the start is.
@@ -57,8 +59,9 @@ pub enum AfterLoss {
 pub struct Config<'a> {
     /// The federation's id; at most 255 bytes. It is compared in full.
     pub federation_id: &'a [u8],
-    /// Whether federates have to prove that they know the federation id before they say who they are.
-    pub authentication: bool,
+    /// How federates have to prove that they know the federation id before they say who they are; `None` if they need
+    /// not.
+    pub authentication: Option<Authenticator>,
     /// Which clock synchronization there is.
     pub clock_sync: ClockSync,
     /// If given, the start time is rounded up to a multiple of this, which is positive.
@@ -86,7 +89,7 @@ impl<'a> Config<'a> {
     pub const fn new(federation_id: &'a [u8], payload_bytes_max: usize) -> Self {
         Self {
             federation_id,
-            authentication: false,
+            authentication: None,
             clock_sync: ClockSync::Init { trials: CLOCK_SYNC_TRIALS },
             start_time_multiple: None,
             dnet: true,

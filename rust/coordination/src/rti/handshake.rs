@@ -16,7 +16,7 @@ use super::graph::NeighborError;
 use super::storage::{Connection, Membership, Phase};
 use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
 use crate::FederateId;
-use crate::auth::{self, Nonce, Proof};
+use crate::auth::{Authenticator, Nonce, Proof};
 
 /// Why a connection is refused.
 #[derive(Clone, Copy)]
@@ -63,7 +63,7 @@ impl Rti<'_> {
         let deadline = Some(now + self.config.connection_time_out);
         match self.connections.get_mut(connection.0) {
             Some(known) if known.phase == Phase::Vacant && !self.aborted => {
-                let authenticates = self.config.authentication;
+                let authenticates = self.config.authentication.is_some();
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
                 *known = Connection { phase, federate: None, address, deadline: None };
                 self.set_deadline(connection, deadline);
@@ -163,7 +163,8 @@ impl Rti<'_> {
         if outlet.room(connection) < MessageType::RtiResponse.fixed_bytes() {
             return Step::NoRoom;
         }
-        let hmac = auth::rti_proof(self.config.federation_id, federate, nonce);
+        let Some(authenticator) = self.config.authentication else { return Step::Done };
+        let hmac = (authenticator.rti_proof)(self.config.federation_id, federate, nonce);
         outlet.send(connection, &Message::RtiResponse { nonce: own, hmac });
         self.connections[connection.0].phase = Phase::Proof { own, claimed: federate };
         Step::Done
@@ -176,7 +177,8 @@ impl Rti<'_> {
         own: Nonce,
         proof: Proof,
     ) -> Result<Step, Refusal<'m>> {
-        if !auth::is_federate_proof(self.config.federation_id, own, &proof) {
+        let is_right = |by: Authenticator| (by.is_federate_proof)(self.config.federation_id, own, &proof);
+        if !self.config.authentication.is_some_and(is_right) {
             let (code, federate) = (RejectCode::HmacMismatch, Some(FederateId(claimed)));
             return Err(Refusal { code, federate, federation_id: None, violation: None });
         }

@@ -9,6 +9,7 @@ pub mod plain;
 use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddrV4};
 
+use lf_coordination::auth::AUTHENTICATOR;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Notice, Outlet, Rti, Verdict};
 use lf_coordination::{Deadline, clock_sync};
 use lf_golden::RtiSetup;
@@ -299,7 +300,7 @@ pub fn config(setup: &RtiSetup) -> Config<'static> {
     let mut options = setup.options.iter().map(String::as_str);
     while let Some(option) = options.next() {
         match (option, &mut config.clock_sync) {
-            ("-a", _) => config.authentication = true,
+            ("-a", _) => config.authentication = Some(AUTHENTICATOR),
             ("-d", _) => config.dnet = false,
             ("-c", _) => match options.next() {
                 Some("off") => config.clock_sync = ClockSync::Off,

@@ -124,7 +124,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
         let mut port = Port::new(platform, datagrams);
-        let authentication = config.authentication;
+        let authentication = config.authentication.is_some();
         let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
             check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
             Ok(rti)

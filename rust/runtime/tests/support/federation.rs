@@ -225,7 +225,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit: 64 });
     let setup = RtiSetup {
         config: Config {
-            authentication: plan.authentication,
+            authentication: plan.authentication.then_some(lf_runtime::AUTHENTICATOR),
             after_loss: plan.after_loss,
             clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
             ..Config::new(plan.federation_id, 4)

@@ -65,7 +65,7 @@ impl<'a> RtiMemory<'a> {
                     period: Interval::from_nanos(plan.target.clock_sync_period_ns),
                 },
             },
-            authentication: plan.target.authentication,
+            authentication: plan.target.authentication.then_some(lf_runtime::AUTHENTICATOR),
             start_time_multiple: conditions.start_time_multiple.map(Interval::from_nanos),
             dnet: conditions.dnet,
             window: conditions.window,
