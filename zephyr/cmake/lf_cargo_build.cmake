@@ -23,8 +23,14 @@ if(profile STREQUAL release)
   set(folder release)
 endif()
 # SHA-256 without SIMD: targets such as native_sim's have no registers for it, and the small form saves flash.
-list(APPEND arguments --config
-  [=[build.rustflags=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compact"']]=])
+set(flags [=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compact"']=])
+if(profile STREQUAL release)
+  # A panic says where it happened: the image carries that text, so it had better be short, and the same everywhere.
+  string(APPEND flags ", '--remap-path-prefix=${repository}/='")
+endif()
+list(APPEND arguments --config "build.rustflags=[${flags}]")
+# Messages of more detail than Kconfig lets through are not even compiled.
+list(APPEND arguments --features lf/max_level_${log_level})
 set(redirection)
 if(messages)
   list(APPEND arguments --message-format=json)

@@ -18,8 +18,8 @@ set(LF_REPOSITORY ${_lf_repository} CACHE INTERNAL "")
 # lf_federate(CRATE)
 #
 # Builds the crate in the folder CRATE as a static library and links it with the target `app`. The crate's package is
-# named `rustapp`, its crate type is `staticlib`, and it depends on lf-zephyr. The header of the C API that the crate
-# offers, <lf/lf.h>, can be included by the sources of `app`.
+# named `rustapp`, its crate type is `staticlib`, and it depends on lf-zephyr by the name `lf`. The header of the C API
+# that the crate offers, <lf/lf.h>, can be included by the sources of `app`.
 #
 # Cache variables:
 #   LF_CARGO_TARGET_DIR   cargo's target folder; images that share it compile what they have in common once. Default:
@@ -69,6 +69,14 @@ function(lf_federate crate)
 
   target_sources(app PRIVATE ${wrapper})
   target_include_directories(app PRIVATE ${output}/include)
+  if(CONFIG_ARM)
+    # What compilers for Arm call; without these names Rust's compiler_builtins would bring a second memcpy().
+    foreach(function memcpy memmove)
+      foreach(alignment "" 4 8)
+        target_link_libraries(app PUBLIC -Wl,--defsym=__aeabi_${function}${alignment}=${function})
+      endforeach()
+    endforeach()
+  endif()
   # Rust's compiler_builtins offers some of the functions that the C compiler's run-time library does; the latter is
   # named first, and the linker takes the first definition.
   target_link_libraries(app PUBLIC $<TARGET_PROPERTY:linker,rt_library> -Wl,--allow-multiple-definition ${library})
@@ -91,6 +99,12 @@ macro(_lf_write_settings file)
   if(CONFIG_ARCH_POSIX)
     set(link_time_optimization false)
   endif()
+  # Names of the features of lf-zephyr; Zephyr has no level for traces, they go with its debug messages.
+  set(log_levels off error warn info trace)
+  set(log_level off)
+  if(DEFINED CONFIG_LF_LOG_LEVEL)
+    list(GET log_levels ${CONFIG_LF_LOG_LEVEL} log_level)
+  endif()
   find_program(LF_CLANG NAMES clang DOC "clang, whose own headers bindgen uses")
   set(resources "")
   if(LF_CLANG)
@@ -104,6 +118,8 @@ set(lock [==[${LF_REPOSITORY}/rust/zephyr/Cargo.lock]==])
 set(target ${RUST_TARGET})
 set(target_dir [==[${LF_CARGO_TARGET_DIR}]==])
 set(profile ${profile})
+set(log_level ${log_level})
+set(repository [==[${LF_REPOSITORY}]==])
 set(messages [==[${LF_CARGO_MESSAGES}]==])
 set(library [==[${library}]==])
 list(APPEND environment

@@ -58,9 +58,11 @@ const char *lf_federation_id(void)
 	return given_federation_id != NULL ? given_federation_id : CONFIG_LF_FEDERATION_ID;
 }
 
-const char *lf_rti_address(void)
+bool lf_rti_address(uint8_t octets[4])
 {
-	return given_rti_address != NULL ? given_rti_address : CONFIG_LF_RTI_ADDRESS;
+	const char *address = given_rti_address != NULL ? given_rti_address : CONFIG_LF_RTI_ADDRESS;
+
+	return zsock_inet_pton(AF_INET, address, octets) == 1;
 }
 
 uint32_t lf_rti_port(void)

@@ -95,6 +95,7 @@ impl Instant {
 
     /// This instant and `interval` later, held within what an instant can say. NEVER and FOREVER stay what they are.
     #[must_use]
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn saturating_add(self, interval: Interval) -> Self {
         match self {
             Self::NEVER | Self::FOREVER => self,
@@ -103,6 +104,7 @@ impl Instant {
     }
 
     /// The interval from `earlier` to this instant; negative when `earlier` is later.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn since(self, earlier: Self) -> Interval {
         Interval(self.0.saturating_sub(earlier.0))
     }
@@ -203,6 +205,7 @@ impl Tag {
 
     /// The smallest tag that is greater. FOREVER stays what it is.
     #[must_use]
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn next_microstep(self) -> Self {
         match (self.microstep.0.checked_add(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
@@ -218,6 +221,7 @@ impl Tag {
 
     /// The greatest tag that is smaller: the last microstep of the nanosecond before, where there is none in this one.
     #[must_use]
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn before(self) -> Self {
         match (self.microstep.0.checked_sub(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
@@ -229,6 +233,7 @@ impl Tag {
     /// The tag after a delay of `interval`: a delay of nothing is one microstep, any other leads to microstep 0.
     /// NEVER and FOREVER stay what they are.
     #[must_use]
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn after(self, interval: Interval) -> Self {
         match (self.time, interval.0) {
             (Instant::NEVER | Instant::FOREVER, _) => self,

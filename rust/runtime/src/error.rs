@@ -13,7 +13,7 @@ use lf_wire::DecodeError;
 use crate::platform::{NetError, RandomError};
 
 /// Why a participant ends early.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum RunError {
     /// No RTI answered within the connect time-out.
     RtiUnreachable {

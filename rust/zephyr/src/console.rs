@@ -40,27 +40,28 @@ impl Piece {
 }
 
 impl Write for Piece {
-    fn write_str(&mut self, mut text: &str) -> fmt::Result {
-        while !text.is_empty() {
-            if self.length == self.bytes.len() {
-                self.flush();
-            }
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        // Bytes, and not texts: an index into a text can be wrong in a way whose message takes 5 KiB of tables.
+        let mut rest = text.as_bytes();
+        while !rest.is_empty() {
             let room = &mut self.bytes[self.length..];
-            let count = whole_characters(text, room.len());
-            if count == 0 {
+            let (piece, behind) = rest.split_at(whole_characters(rest, room.len()));
+            if piece.is_empty() {
                 // The next character does not fit any more; an empty line has room for each.
                 self.flush();
                 continue;
             }
-            room[..count].copy_from_slice(&text.as_bytes()[..count]);
-            self.length += count;
-            text = &text[count..];
+            room[..piece.len()].copy_from_slice(piece);
+            self.length += piece.len();
+            rest = behind;
         }
         Ok(())
     }
 }
 
 /// The length of the longest beginning of a text that has at most `room` bytes and ends with a whole character.
-pub(crate) fn whole_characters(text: &str, room: usize) -> usize {
-    (0..=room.min(text.len())).rev().find(|&length| text.is_char_boundary(length)).unwrap_or(0)
+pub(crate) fn whole_characters(text: &[u8], room: usize) -> usize {
+    // The bytes of a character after its first begin with the bits 10.
+    let begins_character = |length: &usize| text.get(*length).is_none_or(|byte| byte & 0xC0 != 0x80);
+    (0..=room.min(text.len())).rev().find(begins_character).unwrap_or(0)
 }

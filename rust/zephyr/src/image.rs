@@ -191,11 +191,11 @@ impl<
 }
 
 fn join(federation: &Federation) -> Result<Join<'static>, SettingsError> {
-    let federation_id = match settings::federation_id()? {
-        "" => federation.federation_id,
+    let federation_id = match settings::federation_id() {
+        b"" => federation.federation_id.as_bytes(),
         other => other,
     };
-    Ok(Join { federation_id: federation_id.as_bytes(), rti: settings::rti_address()? })
+    Ok(Join { federation_id, rti: settings::rti_address()? })
 }
 
 /// Bytes of the receive buffer that a program needs; Kconfig may ask for more.

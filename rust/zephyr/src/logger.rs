@@ -94,7 +94,7 @@ impl Write for Text {
         if self.cut {
             return Err(fmt::Error);
         }
-        let count = whole_characters(text, Self::ROOM - self.length);
+        let count = whole_characters(text.as_bytes(), Self::ROOM - self.length);
         self.bytes[self.length..][..count].copy_from_slice(&text.as_bytes()[..count]);
         self.length += count;
         self.cut = count < text.len();

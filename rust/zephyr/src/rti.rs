@@ -164,7 +164,7 @@ struct Listening {
     platform: RtiPlatform,
     listener: SocketId,
     datagrams: Option<SocketId>,
-    federation_id: &'static str,
+    federation_id: &'static [u8],
 }
 
 // SAFETY: the cell is accessed only by `listen` and `run`, each of which has it for itself: a stage is left only once,
@@ -211,8 +211,8 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
         self.go_on(FRESH, OPENING)?;
         // SAFETY: this call alone has found the stage to be `FRESH`, and nobody else accesses the cell meanwhile.
         let Parts { listening, .. } = unsafe { &mut *self.parts.get() };
-        let federation_id = match settings::federation_id().map_err(RtiError::Settings)? {
-            "" => self.description.federation_id,
+        let federation_id = match settings::federation_id() {
+            b"" => self.description.federation_id.as_bytes(),
             other => other,
         };
         let port = settings::own_rti_port().map_err(RtiError::Settings)?;
@@ -238,7 +238,7 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
         // SAFETY: it was written before the stage came to be `LISTENING`.
         let Listening { platform, listener, datagrams, federation_id } = unsafe { parts.listening.assume_init_mut() };
         let setup = RtiSetup {
-            config: self.description.config(federation_id.as_bytes()),
+            config: self.description.config(federation_id),
             storage: RtiStorage {
                 slots: fill(&mut parts.slots, || Slot::EMPTY),
                 nodes: fill(&mut parts.nodes, || Node::EMPTY),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which federation to join, and where its RTI is: from Kconfig, and on `native_sim` from the command line.
 
-use core::ffi::{CStr, c_char};
+use core::ffi::CStr;
 use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use core::sync::atomic::{AtomicU16, Ordering};
@@ -11,10 +11,8 @@ use crate::raw;
 /// A setting that cannot be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SettingsError {
-    /// The federation id is not UTF-8.
-    FederationId,
     /// The address of the RTI is not an IPv4 address.
-    RtiAddress(&'static str),
+    RtiAddress,
     /// The port of the RTI is not one.
     RtiPort(u32),
 }
@@ -22,9 +20,8 @@ pub enum SettingsError {
 impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::FederationId => f.write_str("CONFIG_LF_FEDERATION_ID is not UTF-8"),
-            Self::RtiAddress(text) => {
-                write!(f, "CONFIG_LF_RTI_ADDRESS is \"{text}\", but has to be an IPv4 address such as 10.0.0.1")
+            Self::RtiAddress => {
+                f.write_str("CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
             }
             Self::RtiPort(port) => write!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
         }
@@ -33,13 +30,11 @@ impl fmt::Display for SettingsError {
 
 impl core::error::Error for SettingsError {}
 
-/// The federation id that the federate presents to the RTI.
-///
-/// # Errors
-/// When it is not UTF-8.
-pub fn federation_id() -> Result<&'static str, SettingsError> {
-    // SAFETY: it has no precondition.
-    text(unsafe { raw::lf_federation_id() }).ok_or(SettingsError::FederationId)
+/// The federation id that the federate presents to the RTI; empty for that of its program.
+pub fn federation_id() -> &'static [u8] {
+    // SAFETY: src/settings.c returns a text of Kconfig or of the command line, all of which are terminated and never
+    // change or go away.
+    unsafe { CStr::from_ptr(raw::lf_federation_id()) }.to_bytes()
 }
 
 /// Where the RTI listens.
@@ -47,14 +42,16 @@ pub fn federation_id() -> Result<&'static str, SettingsError> {
 /// # Errors
 /// When the address is not an IPv4 address, or the port not a port.
 pub fn rti_address() -> Result<SocketAddrV4, SettingsError> {
-    // SAFETY: it has no precondition.
-    let address = text(unsafe { raw::lf_rti_address() }).unwrap_or("not UTF-8");
-    let address: Ipv4Addr = address.parse().map_err(|_| SettingsError::RtiAddress(address))?;
+    let mut octets = [0; 4];
+    // SAFETY: there are as many bytes as C writes.
+    if !unsafe { raw::lf_rti_address(octets.as_mut_ptr()) } {
+        return Err(SettingsError::RtiAddress);
+    }
     let port = match OWN_RTI_PORT.load(Ordering::Acquire) {
         0 => own_rti_port()?,
         own => own,
     };
-    if port == 0 { Err(SettingsError::RtiPort(0)) } else { Ok(SocketAddrV4::new(address, port)) }
+    if port == 0 { Err(SettingsError::RtiPort(0)) } else { Ok(SocketAddrV4::new(Ipv4Addr::from(octets), port)) }
 }
 
 /// Where an RTI that is part of this image listens; 0 before it does.
@@ -74,11 +71,4 @@ pub(crate) fn own_rti_port() -> Result<u16, SettingsError> {
 #[cfg(CONFIG_LF_RTI)]
 pub(crate) fn set_own_rti_port(port: u16) {
     OWN_RTI_PORT.store(port, Ordering::Release);
-}
-
-/// A text of C that lives as long as the program.
-fn text(pointer: *const c_char) -> Option<&'static str> {
-    // SAFETY: src/settings.c returns texts of Kconfig or of the command line, all of which are terminated and never
-    // change or go away.
-    unsafe { CStr::from_ptr(pointer) }.to_str().ok()
 }

@@ -72,7 +72,8 @@ FUNC_NORETURN void lf_stop(int status);
 
 /* The settings from Kconfig, which the command line of native_sim overrides. */
 const char *lf_federation_id(void);
-const char *lf_rti_address(void);
+/* Gives the four bytes of the address; false when the setting is none. */
+bool lf_rti_address(uint8_t octets[4]);
 uint32_t lf_rti_port(void);
 
 #endif /* LF_PLATFORM_H_ */

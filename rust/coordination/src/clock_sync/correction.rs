@@ -129,6 +129,7 @@ impl ClockCorrection {
 }
 
 /// `nanos` × `ppb` / 10⁹, without overflow for any rate of less than 1.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
     let ppb = i64::from(ppb);
     let (whole, rest) = (nanos / BILLION, nanos % BILLION);
@@ -136,6 +137,7 @@ pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
 }
 
 /// `nanos` / (1 + `ppb` / 10⁹), rounded down, without overflow for any rate between -1 and 1.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 fn unscale(nanos: i64, ppb: i32) -> i64 {
     let rate = BILLION.saturating_add(ppb.into()).max(1);
     let (whole, rest) = (nanos / rate, nanos % rate);

@@ -68,7 +68,9 @@ pub fn run_federate<'s, P: Platform>(
     buffers: Buffers<'s>,
     known: &'s mut [Tag],
 ) -> Result<(), RunError> {
-    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known)?;
+    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known);
+    // It is large, and stays where it is.
+    let federate = federate.as_mut().map_err(|error| *error)?;
     loop {
         match federate.turn() {
             Turn::Wait(until) => federate.wait(until),
@@ -255,7 +257,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             self.stage = Stage::Leaving(self.platform.now(), result);
         }
         if let Stage::Leaving(since, result) = &self.stage {
-            let (since, result) = (*since, result.clone());
+            let (since, result) = (*since, *result);
             let resigned = result.is_ok() && !self.platform.interrupted();
             let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
             let direct_until = since + if resigned && self.is_decentralized() { HEARING_OUT } else { LAST_WORDS };
@@ -272,7 +274,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             self.stage = Stage::Ended(result);
         }
         match &self.stage {
-            Stage::Ended(result) => Turn::Ended(result.clone()),
+            Stage::Ended(result) => Turn::Ended(*result),
             Stage::Taking | Stage::Leaving(..) => unreachable!("both stages were left above"),
         }
     }

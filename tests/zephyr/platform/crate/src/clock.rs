@@ -5,8 +5,8 @@ use core::cell::Cell;
 
 use lf_coordination::Deadline;
 use lf_model::Interval;
-use lf_zephyr::clock::{self, Extension};
-use lf_zephyr::runtime::platform::Platform;
+use lf::clock::{self, Extension};
+use lf::runtime::platform::Platform;
 
 use crate::{Outcome, ensure, platform};
 

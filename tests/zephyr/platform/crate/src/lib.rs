@@ -9,7 +9,7 @@ mod threads;
 use core::convert::Infallible;
 use core::ffi::{CStr, c_char};
 
-use lf_zephyr::ZephyrPlatform;
+use lf::ZephyrPlatform;
 
 /// What is wrong.
 type Outcome = Result<(), &'static CStr>;
@@ -62,7 +62,7 @@ cases! {
 fn no_federate(_: &mut ZephyrPlatform) -> Result<(), Infallible> {
     Ok(())
 }
-lf_zephyr::main!(no_federate, lf_zephyr::log::LevelFilter::Info);
+lf::main!(no_federate, lf::log::LevelFilter::Info);
 
 /// The platform, or the sentence that there is none.
 fn platform() -> Result<ZephyrPlatform, &'static CStr> {

@@ -5,9 +5,9 @@ use core::ffi::CStr;
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::Deadline;
-use lf_zephyr::ZephyrPlatform;
-use lf_zephyr::kconfig::LF_SOCKETS;
-use lf_zephyr::runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf::ZephyrPlatform;
+use lf::kconfig::LF_SOCKETS;
+use lf::runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 use crate::{Outcome, ensure, platform};
 
@@ -16,7 +16,7 @@ const FAILED: &CStr = c"a call of the platform failed";
 /// Turns an error into a failure of the test.
 fn well<T>(result: Result<T, NetError>) -> Result<T, &'static CStr> {
     result.map_err(|error| {
-        lf_zephyr::println!("{error}");
+        lf::println!("{error}");
         FAILED
     })
 }

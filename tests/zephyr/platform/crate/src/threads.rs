@@ -6,9 +6,9 @@ use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use lf_coordination::Deadline;
 use lf_model::ModelError;
-use lf_zephyr::kconfig::{LF_LINE_SIZE, LF_USER_THREADS};
-use lf_zephyr::runtime::platform::Platform;
-use lf_zephyr::thread::spawn;
+use lf::kconfig::{LF_LINE_SIZE, LF_USER_THREADS};
+use lf::runtime::platform::Platform;
+use lf::thread::spawn;
 
 use crate::{Outcome, ensure, platform};
 
@@ -20,7 +20,7 @@ pub(crate) fn another_thread_ends_a_wait() -> Outcome {
     // The thread's priority is below this one's, so it runs when this one waits.
     spawn(|| {
         BEGAN.store(true, Ordering::Release);
-        lf_zephyr::wake();
+        lf::wake();
     })
     .map_err(|_| NO_THREAD)?;
     while !BEGAN.load(Ordering::Acquire) {
@@ -31,8 +31,8 @@ pub(crate) fn another_thread_ends_a_wait() -> Outcome {
 
 pub(crate) fn a_wake_up_is_not_lost_before_a_wait() -> Outcome {
     let mut platform = platform()?;
-    lf_zephyr::wake();
-    lf_zephyr::wake();
+    lf::wake();
+    lf::wake();
     platform.wait(Deadline::Never, &mut |_, _| {});
     Ok(())
 }
@@ -48,7 +48,7 @@ pub(crate) fn threads_are_reused_and_limited() -> Outcome {
                 if captured == [number; 4] {
                     ENDED.fetch_add(1, Ordering::AcqRel);
                 }
-                lf_zephyr::wake();
+                lf::wake();
             };
             spawn(body).map_err(|_| NO_THREAD)?;
         }
@@ -67,7 +67,7 @@ fn wait_for_a_free_thread(platform: &mut impl Platform) {
     FREE.store(0, Ordering::Release);
     let body = || {
         FREE.fetch_add(1, Ordering::AcqRel);
-        lf_zephyr::wake();
+        lf::wake();
     };
     while FREE.load(Ordering::Acquire) < 1 {
         let soon = platform.now() + lf_model::Interval::from_micros(100);
@@ -79,7 +79,7 @@ fn wait_for_a_free_thread(platform: &mut impl Platform) {
 /// A line whose characters lie across every border of the line's buffer; printing it must not panic or lose the end.
 pub(crate) fn long_lines_keep_whole_characters() -> Outcome {
     for shift in 0..4 {
-        lf_zephyr::println!("{:shift$}{:→<width$}|", "", "", width = LF_LINE_SIZE);
+        lf::println!("{:shift$}{:→<width$}|", "", "", width = LF_LINE_SIZE);
     }
     Ok(())
 }
