@@ -10,9 +10,8 @@ use super::deployment::{Deployment, Mac, Place, Platform};
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
-const ETHERNET_LABELS: [(&str, &str); 9] = [
+const ETHERNET_LABELS: [(&str, &str); 8] = [
     ("qemu_cortex_m3", "eth"),
-    ("mps2", "eth0"),
     ("mimxrt", "enet_mac"),
     ("frdm_k64f", "enet_mac"),
     ("frdm_mcxn947", "enet_mac"),

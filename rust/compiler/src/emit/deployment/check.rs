@@ -109,7 +109,7 @@ impl Checker<'_> {
         }
         let ethernet = raw.ethernet.as_ref().and_then(|label| self.label(label));
         if let (Some(raw_mac), None, Platform::Zephyr(board)) = (&raw.mac, &raw.ethernet, &platform)
-            && !platform.is_native_sim()
+            && !platform.is_virtual()
             && ethernet_label(board).is_none()
         {
             let message = format!("`mac`: the devicetree label of the Ethernet MAC of {board} is not known");
