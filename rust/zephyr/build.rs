@@ -34,7 +34,7 @@ const ITEMS: &[&str] = &[
     "AF_INET",
     "TCP_NODELAY",
     "SOL_SOCKET",
-    "SO_(ERROR|REUSEADDR)",
+    "SO_(ERROR|KEEPALIVE|REUSEADDR)",
     "LOG_LEVEL_(ERR|WRN|INF|DBG)",
 ];
 

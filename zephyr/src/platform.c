@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors, waiting, logging and the end of the program, for the Rust crate lf-zephyr. */
+/* Errors, waiting and logging, for the Rust crate lf-zephyr. */
 
 #include <lf/platform.h>
 
@@ -7,12 +7,9 @@
 
 #include <zephyr/irq.h>
 #include <zephyr/logging/log.h>
-#include <zephyr/logging/log_ctrl.h>
-#include <zephyr/sys/printk.h>
 
 #ifdef CONFIG_ARCH_POSIX
 #include <nsi_host_trampolines.h>
-#include <posix_board_if.h>
 #endif
 
 #ifdef CONFIG_LF_AUTHENTICATION
@@ -24,6 +21,9 @@ BUILD_ASSERT(IS_ENABLED(CONFIG_ARCH_POSIX) || IS_ENABLED(CONFIG_CSPRNG_ENABLED) 
 #endif
 
 LOG_MODULE_REGISTER(lf, CONFIG_LF_LOG_LEVEL);
+
+/* As a dependency in Kconfig it would depend on itself, by way of what restarts the system. */
+BUILD_ASSERT(IS_ENABLED(CONFIG_PRINTK), "CONFIG_PRINTK must be set: println! and what is said of faults need it");
 
 /* A socket may be waited for in both directions, each of which takes one entry; the wake-up takes one more. */
 BUILD_ASSERT(CONFIG_ZVFS_POLL_MAX >= 2 * CONFIG_LF_SOCKETS + 1,
@@ -77,6 +77,7 @@ enum lf_network_error lf_network_error(int error)
 		return LF_NETWORK_ADDRESS_IN_USE;
 	case ENFILE:
 	case EMFILE:
+	/* Zephyr also has no memory when it has no place for a connection. A socket that is open has no buffers then. */
 	case ENOMEM:
 	case ENOBUFS:
 		return LF_NETWORK_NO_SOCKET_LEFT;
@@ -89,6 +90,48 @@ enum lf_network_error lf_network_error(int error)
 		return LF_NETWORK_OTHER;
 	}
 }
+
+#if defined(CONFIG_NET_NATIVE_TCP) && defined(CONFIG_NET_BUF_FIXED_DATA_SIZE) && !defined(CONFIG_NET_SOCKETS_OFFLOAD)
+
+#include <zephyr/net/net_ip.h>
+#include <zephyr/net/net_pkt.h>
+
+/* TCP keeps what it was given until the peer has it, and sends copies, for which it needs headers too. */
+#define BUFFERS_FOR_COPIES (CONFIG_NET_BUF_TX_COUNT / 2 + 2)
+/* A connection is given so much at once, at least. */
+#define BUFFERS_PER_CONNECTION DIV_ROUND_UP(NET_IPV6_MTU, CONFIG_NET_BUF_DATA_SIZE)
+#ifdef CONFIG_LF_RTI
+#define CONNECTIONS (CONFIG_LF_SOCKETS + CONFIG_LF_RTI_CONNECTIONS)
+#else
+#define CONNECTIONS CONFIG_LF_SOCKETS
+#endif
+
+/*
+ * Connections that all have much to send could take all buffers, and then TCP could send none of it, ever. Where the
+ * buffers are enough for all connections, each connection's own limit is what counts.
+ */
+size_t lf_send_room(void)
+{
+	struct k_mem_slab *receive, *send;
+	struct net_buf_pool *receive_data, *send_data;
+	int available;
+
+	if (CONNECTIONS * BUFFERS_PER_CONNECTION + BUFFERS_FOR_COPIES <= CONFIG_NET_BUF_TX_COUNT) {
+		return SIZE_MAX;
+	}
+	net_pkt_get_info(&receive, &send, &receive_data, &send_data);
+	available = (int)atomic_get(&send_data->avail_count) - BUFFERS_FOR_COPIES;
+	return available <= 0 ? 0 : (size_t)available * CONFIG_NET_BUF_DATA_SIZE;
+}
+
+#else
+
+size_t lf_send_room(void)
+{
+	return SIZE_MAX;
+}
+
+#endif
 
 /*
  * The poll that zsock_poll() and zsock_select() are made of. Zephyr declares it in no header, but zsock_poll()
@@ -163,23 +206,4 @@ void lf_log(uint32_t level, const char *message)
 		LOG_DBG("%s", message);
 		break;
 	}
-}
-
-void lf_log_flush(void)
-{
-	LOG_PANIC();
-}
-
-FUNC_NORETURN void lf_stop(int status)
-{
-	lf_log_flush();
-#ifdef CONFIG_ARCH_POSIX
-	posix_exit(status);
-#else
-	/* There is no one to return a status to. The line lets a host that reads the console know it. */
-	printk("lf: the program ended with status %d\n", status);
-	while (true) {
-		k_sleep(K_FOREVER);
-	}
-#endif
 }

@@ -13,6 +13,10 @@ use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, Socke
 
 /// The epoll key of the wake-up descriptor, which is no socket of the table.
 const WAKE_KEY: u64 = u64::MAX;
+/// After how long a silent peer is asked whether it is still there, how often, and how many times in vain: a board that
+/// has halted, or whose cable is out, ends its connections after 40 seconds. A user time-out would be shorter for data
+/// that is not acknowledged, but it also ends connections whose receiver only takes nothing for a time.
+const KEEPALIVE: (Duration, Duration, u32) = (Duration::from_secs(10), Duration::from_secs(5), 6);
 /// How many events one wait takes from the kernel; the rest comes with the next wait.
 const EVENTS: usize = 256;
 
@@ -62,7 +66,7 @@ impl Sockets {
     /// See [`lf_runtime::platform::Platform::connect`].
     pub(crate) fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
         let descriptor = stream_socket()?;
-        sockopt::set_tcp_nodelay(&descriptor, true).map_err(error)?;
+        set_up_connection(&descriptor)?;
         match rustix::net::connect(&descriptor, &SocketAddr::V4(address)) {
             Ok(()) | Err(Errno::INPROGRESS) => self.insert(descriptor),
             Err(errno) => Err(error(errno)),
@@ -139,7 +143,7 @@ impl Sockets {
             Err(Errno::AGAIN | Errno::INTR | Errno::CONNABORTED) => return Ok(None),
             Err(errno) => return Err(error(errno)),
         };
-        sockopt::set_tcp_nodelay(&descriptor, true).map_err(error)?;
+        set_up_connection(&descriptor)?;
         let peer = match peer.map(SocketAddr::try_from) {
             Some(Ok(SocketAddr::V4(address))) => *address.ip(),
             _ => Ipv4Addr::UNSPECIFIED,
@@ -243,6 +247,16 @@ impl Sockets {
         place.socket = Some(Socket { descriptor, interest: Interest::NONE });
         Ok(id)
     }
+}
+
+/// Messages are collected before they are written, so TCP need not wait for more.
+fn set_up_connection(descriptor: &OwnedFd) -> Result<(), NetError> {
+    let (idle, interval, count) = KEEPALIVE;
+    sockopt::set_tcp_nodelay(descriptor, true).map_err(error)?;
+    sockopt::set_tcp_keepidle(descriptor, idle).map_err(error)?;
+    sockopt::set_tcp_keepintvl(descriptor, interval).map_err(error)?;
+    sockopt::set_tcp_keepcnt(descriptor, count).map_err(error)?;
+    sockopt::set_socket_keepalive(descriptor, true).map_err(error)
 }
 
 fn stream_socket() -> Result<OwnedFd, NetError> {

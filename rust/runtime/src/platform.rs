@@ -74,7 +74,7 @@ impl fmt::Display for NetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Refused => f.write_str("connection refused: nobody listens there (yet)"),
-            Self::Reset => f.write_str("connection reset by the peer"),
+            Self::Reset => f.write_str("connection reset by the peer, or the peer is gone"),
             Self::Unreachable => f.write_str("network unreachable: check the cable, the IP address and the netmask"),
             Self::AddressInUse => f.write_str("the port is in use by another program"),
             Self::NoSocketLeft => f.write_str("no socket left: raise the limit of open sockets"),

@@ -59,7 +59,10 @@ pub extern "C" fn lf_rti_listen() -> c_int {
 #[cfg(CONFIG_LF_RTI)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_main() -> c_int {
-    status(rti_of_image().run())
+    let status = status(rti_of_image().run());
+    // SAFETY: it has no precondition.
+    unsafe { crate::raw::lf_watchdog_end() };
+    status
 }
 
 #[cfg(CONFIG_LF_RTI)]
@@ -82,6 +85,8 @@ pub extern "C" fn lf_main() -> c_int {
     let mut status = 1;
     // SAFETY: the symbol is defined by `main!` in the crate that is linked, with this signature.
     unsafe { lf_federate_of_image(Federate { status: &mut status }) };
+    // SAFETY: it has no precondition.
+    unsafe { crate::raw::lf_watchdog_end() };
     status
 }
 

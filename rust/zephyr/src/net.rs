@@ -53,7 +53,7 @@ impl Descriptor {
     /// Begins to connect.
     pub(crate) fn connect(address: SocketAddrV4) -> Result<Self, NetError> {
         let descriptor = Self::stream()?;
-        descriptor.send_at_once();
+        descriptor.set_up_connection();
         let (address, length) = system_address(address);
         // SAFETY: pointer and length are those of a local that holds an IPv4 address.
         let result = unsafe { raw::zsock_connect(descriptor.0, (&raw const address).cast(), length) };
@@ -178,7 +178,7 @@ impl Descriptor {
             return Ok(None);
         }
         let descriptor = Self::adopt(number)?;
-        descriptor.send_at_once();
+        descriptor.set_up_connection();
         // SAFETY: all three views of the address are integers or arrays of them, without invalid values.
         let peer = unsafe { address.sin_addr.__bindgen_anon_1.s_addr };
         Ok(Some((descriptor, Ipv4Addr::from_bits(u32::from_be(peer)))))
@@ -192,7 +192,15 @@ impl Descriptor {
     }
 
     /// Writes as much as the system takes.
+    ///
+    /// [`NetError::NoSocketLeft`] says that it has no buffers to spare.
     pub(crate) fn write(&self, bytes: &[u8]) -> Result<Transfer, NetError> {
+        // SAFETY: it has no precondition.
+        let room = unsafe { raw::lf_send_room() };
+        let bytes = bytes.get(..room).unwrap_or(bytes);
+        if bytes.is_empty() {
+            return Err(NetError::NoSocketLeft);
+        }
         // SAFETY: pointer and length are those of a slice.
         let count = unsafe { raw::zsock_send(self.0, bytes.as_ptr().cast(), bytes.len(), 0) };
         transferred(count)
@@ -205,9 +213,11 @@ impl Descriptor {
         let _ = unsafe { raw::zsock_shutdown(self.0, integer(raw::ZSOCK_SHUT_WR)) };
     }
 
-    /// Messages are collected before they are written, so TCP need not wait for more.
-    fn send_at_once(&self) {
+    /// Messages are collected before they are written, so TCP need not wait for more. A peer that has gone without a
+    /// word is noticed even if nothing is to be sent.
+    fn set_up_connection(&self) {
         self.switch_on(TCP, raw::TCP_NODELAY);
+        self.switch_on(raw::SOL_SOCKET, raw::SO_KEEPALIVE);
     }
 
     /// Sets an option whose absence does no harm.

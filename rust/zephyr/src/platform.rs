@@ -3,6 +3,7 @@
 
 use core::ffi::c_int;
 use core::net::{Ipv4Addr, SocketAddrV4};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
@@ -14,6 +15,9 @@ use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
 use crate::net::{self, Descriptor};
 use crate::outside::ZephyrOutside;
 use crate::{clock, raw, wake};
+
+/// How long what cannot be sent for want of buffers waits before it is tried again.
+const RETRY_NS: i64 = 200_000;
 
 const READABLE: u32 = raw::ZSOCK_POLLIN;
 const WRITABLE: u32 = raw::ZSOCK_POLLOUT;
@@ -42,6 +46,8 @@ struct Socket {
     interest: Interest,
     /// The port, if it listens or takes datagrams.
     port: Option<u16>,
+    /// Whether Zephyr had no buffers for what was written. It does not tell when it has some again.
+    lacks_buffers: bool,
 }
 
 impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
@@ -65,7 +71,7 @@ impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
     fn insert(&mut self, descriptor: Descriptor, port: Option<u16>) -> Result<SocketId, NetError> {
         let free = (0..).zip(&mut self.places).find(|(_, place)| place.socket.is_none());
         let (index, place) = free.ok_or(NetError::NoSocketLeft)?;
-        place.socket = Some(Socket { descriptor, interest: Interest::NONE, port });
+        place.socket = Some(Socket { descriptor, interest: Interest::NONE, port, lacks_buffers: false });
         Ok(SocketId { index, generation: place.generation })
     }
 
@@ -77,6 +83,18 @@ impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
         self.place(id).and_then(|place| place.socket.as_mut()).ok_or(NetError::Stale)
     }
 
+    /// Lets those write again that could not for want of buffers.
+    fn retry(&mut self, ready: &mut dyn FnMut(SocketId, Interest)) {
+        for (index, place) in (0..).zip(&mut self.places) {
+            if let Some(socket) = &mut place.socket
+                && core::mem::take(&mut socket.lacks_buffers)
+                && socket.interest.writable
+            {
+                ready(SocketId { index, generation: place.generation }, Interest::WRITE);
+            }
+        }
+    }
+
     /// Calls `ready` for each socket that is, after waiting for so many ticks; returns whether anything was.
     fn poll(&self, timeout_ticks: i64, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
         // Negative descriptors are ignored.
@@ -84,12 +102,12 @@ impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
         let wake = raw::zvfs_pollfd { fd: self.wake, events: bits(READABLE), revents: 0 };
         let mut set = Set { sockets: [NOTHING; SOCKETS], wake };
         for (entry, place) in set.sockets.iter_mut().zip(&self.places) {
-            if let Some(Socket { descriptor, interest, .. }) = &place.socket
+            if let Some(Socket { descriptor, interest, lacks_buffers, .. }) = &place.socket
                 && *interest != Interest::NONE
             {
                 entry.fd = descriptor.number();
                 let readable = if interest.readable { READABLE } else { 0 };
-                let writable = if interest.writable { WRITABLE } else { 0 };
+                let writable = if interest.writable && !lacks_buffers { WRITABLE } else { 0 };
                 entry.events = bits(readable | writable);
             }
         }
@@ -208,7 +226,16 @@ impl<const PEERS: bool, const SOCKETS: usize> Platform for ZephyrPlatform<PEERS,
     }
 
     fn write(&mut self, socket: SocketId, bytes: &[u8]) -> Result<Transfer, NetError> {
-        self.socket(socket)?.descriptor.write(bytes)
+        let socket = self.socket(socket)?;
+        match socket.descriptor.write(bytes) {
+            // The socket is open, so it is buffers that are missing.
+            Err(NetError::NoSocketLeft) => {
+                socket.lacks_buffers = true;
+                tell_of_missing_buffers();
+                Ok(Transfer::WouldBlock)
+            }
+            result => result,
+        }
     }
 
     /// `native_sim`'s offloaded sockets have no such call: there the peer sees the end when the socket is closed.
@@ -238,16 +265,34 @@ impl<const PEERS: bool, const SOCKETS: usize> Platform for ZephyrPlatform<PEERS,
             Deadline::At(instant) => instant.since(clock::now()).as_nanos().max(0),
             Deadline::Never => i64::MAX,
         };
-        let longest_ns = clock::longest_wait_ns();
+        // SAFETY: it has no precondition.
+        let mut longest_ns = clock::longest_wait_ns().min(unsafe { raw::lf_watchdog_feed() });
+        let lacks_buffers = |place: &Place| place.socket.as_ref().is_some_and(|socket| socket.lacks_buffers);
+        if self.places.iter().any(lacks_buffers) {
+            longest_ns = longest_ns.min(RETRY_NS);
+        }
         if remaining_ns == i64::MAX && longest_ns == i64::MAX {
             self.poll(-1, ready);
             return;
         }
-        let ticks = ticks(remaining_ns.min(longest_ns));
+        let wait_ns = remaining_ns.min(longest_ns);
+        let ticks = ticks(wait_ns);
         // Less than a tick is too short for the kernel's timers, so the processor waits it out.
-        if !self.poll(ticks, ready) && ticks == 0 && remaining_ns > 0 {
-            busy_wait(remaining_ns);
+        if !self.poll(ticks, ready) && ticks == 0 && wait_ns > 0 {
+            busy_wait(wait_ns);
         }
+        self.retry(ready);
+    }
+}
+
+/// Says once that output waits; how to change that is for the user to decide.
+fn tell_of_missing_buffers() {
+    static TOLD: AtomicBool = AtomicBool::new(false);
+    if !TOLD.swap(true, Ordering::Relaxed) {
+        log::warn!(
+            "out of network buffers: what is to be sent waits for them; more of them make it quicker \
+             (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)"
+        );
     }
 }
 

@@ -45,6 +45,9 @@ int lf_poll(struct zsock_pollfd *sockets, int count, int64_t timeout_ticks);
  */
 int lf_random(uint8_t *buffer, size_t size);
 
+/* How many bytes may be given to zsock_send() now, so that TCP keeps the buffers that it needs to send them. */
+size_t lf_send_room(void);
+
 /* Writes a zero-terminated message to Zephyr's log; the levels are Zephyr's LOG_LEVEL_*. */
 void lf_log(uint32_t level, const char *message);
 
@@ -67,8 +70,26 @@ extern struct k_mutex lf_console_lock;
  */
 void lf_thread_start(size_t index, void (*entry)(size_t index));
 
-/* Ends the program with this exit status on native_sim; stops the system elsewhere. Does not return. */
+/*
+ * Ends the program. With another status than 0 the system halts or starts again, as CONFIG_LF_FATAL_* says; with 0 it
+ * stands still. native_sim exits with the status instead of halting.
+ */
 FUNC_NORETURN void lf_stop(int status);
+
+/* Ends the program because of a fault: prints what it is and what to do. May be called from interrupts. */
+FUNC_NORETURN void lf_fault(const char *what, const char *advice);
+
+/*
+ * The watchdog of the calling thread's event loop: the first call starts it. Returns after how many nanoseconds at the
+ * latest it is to be called again. Without CONFIG_LF_WATCHDOG there is nothing to call it for.
+ */
+int64_t lf_watchdog_feed(void);
+
+/* Ends the watchdog of the calling thread, whose event loop has ended. */
+void lf_watchdog_end(void);
+
+/* Ends all watchdogs. */
+void lf_watchdog_stop(void);
 
 /* The settings from Kconfig, which the command line of native_sim overrides. */
 const char *lf_federation_id(void);

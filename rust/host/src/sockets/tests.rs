@@ -104,6 +104,22 @@ fn nobody_listens() {
     assert_eq!(sockets.connected(client), Err(NetError::Refused));
 }
 
+/// A peer that has gone without a word, such as a board that has halted, is noticed by both sides.
+#[test]
+fn connections_are_asked_whether_they_are_alive() {
+    let (mut sockets, _reader, _writer) = table();
+    let (_listener, client, server) = connection(&mut sockets);
+    for socket in [client, server] {
+        let descriptor = sockets.descriptor(socket).expect("it is open");
+        assert_eq!(sockopt::socket_keepalive(descriptor), Ok(true));
+        let (idle, interval) = (sockopt::tcp_keepidle(descriptor), sockopt::tcp_keepintvl(descriptor));
+        assert_eq!(
+            (idle, interval, sockopt::tcp_keepcnt(descriptor)),
+            (Ok(KEEPALIVE.0), Ok(KEEPALIVE.1), Ok(KEEPALIVE.2))
+        );
+    }
+}
+
 /// A broken connection is reported to whoever waits for anything, and to nobody else.
 #[test]
 fn a_broken_connection_is_ready_for_all() {

@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+
+#include <lf/lf.h>
+#include <lf/platform.h>
+
+int main(void)
+{
+	lf_stop(lf_main());
+}

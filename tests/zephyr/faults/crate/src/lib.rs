@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An event loop in which nothing happens for a time, and then an error.
+#![no_std]
+
+use lf::ZephyrPlatform;
+use lf::runtime::platform::Platform;
+use lf_coordination::Deadline;
+
+/// How long nothing happens, in nanoseconds; longer than the watchdog's period.
+const WAIT_NS: i64 = 1_000_000_000;
+
+fn run(platform: &mut ZephyrPlatform) -> Result<(), &'static str> {
+    let end = platform.now().saturating_add(lf::model::Interval::from_nanos(WAIT_NS));
+    while platform.now() < end {
+        platform.wait(Deadline::At(end), &mut |_, _| {});
+    }
+    // The event loop has waited for longer than the watchdog's period, and nobody minded.
+    if lf::settings::federation_id() == Ok("panic") {
+        panic!("the program panics");
+    }
+    Err("the RTI has closed the connection")
+}
+
+lf::main!(run, lf::log::LevelFilter::Info);
