@@ -15,7 +15,7 @@ fn run(platform: &mut ZephyrPlatform) -> Result<(), &'static str> {
         platform.wait(Deadline::At(end), &mut |_, _| {});
     }
     // The event loop has waited for longer than the watchdog's period, and nobody minded.
-    if lf::settings::federation_id() == Ok("panic") {
+    if lf::settings::federation_id() == b"panic" {
         panic!("the program panics");
     }
     Err("the RTI has closed the connection")
