@@ -47,9 +47,9 @@ impl Federate<'_> {
 #[cfg(CONFIG_LF_RTI)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_listen() -> c_int {
-    let rti = rti_of_image();
-    crate::logger::install(rti.logging());
-    status(rti.listen())
+    let (rti, description) = rti_of_image();
+    crate::logger::install(description.logging);
+    status(rti.listen(description))
 }
 
 /// Runs the RTI until all federates have left. Returns 0 if the federation ended as its program says, else 1; the log
@@ -59,14 +59,15 @@ pub extern "C" fn lf_rti_listen() -> c_int {
 #[cfg(CONFIG_LF_RTI)]
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_main() -> c_int {
-    let status = status(rti_of_image().run());
+    let (rti, description) = rti_of_image();
+    let status = status(rti.run(description));
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status
 }
 
 #[cfg(CONFIG_LF_RTI)]
-fn rti_of_image() -> &'static dyn crate::rti::ImageRti {
+fn rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::Description) {
     // SAFETY: the symbol is defined by `rti!` in the crate that is linked, with this signature.
     unsafe { lf_rti_of_image() }
 }
@@ -111,7 +112,7 @@ unsafe extern "Rust" {
     #[cfg(CONFIG_LF_FEDERATE)]
     fn lf_federate_of_image(federate: Federate<'_>);
     #[cfg(CONFIG_LF_RTI)]
-    fn lf_rti_of_image() -> &'static dyn crate::rti::ImageRti;
+    fn lf_rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::Description);
 }
 
 /// Logs why the federate or the RTI ends early, and tells the hook.

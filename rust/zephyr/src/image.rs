@@ -80,7 +80,7 @@ pub struct Memory<
     const OUT_BYTES: usize,
 > {
     taken: AtomicBool,
-    parts: UnsafeCell<MaybeUninit<Parts<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>>>,
+    parts: UnsafeCell<Parts<P, S, INPUT, OUTPUT, KNOWN, INS, IN_BYTES, OUTS, OUT_BYTES>>,
 }
 
 struct Parts<
@@ -94,11 +94,11 @@ struct Parts<
     const OUTS: usize,
     const OUT_BYTES: usize,
 > {
-    program: P,
-    storage: S,
+    program: MaybeUninit<P>,
+    storage: MaybeUninit<S>,
     input: [u8; INPUT],
     output: [u8; OUTPUT],
-    known: [Tag; KNOWN],
+    known: MaybeUninit<[Tag; KNOWN]>,
     peer_inputs: [[u8; IN_BYTES]; INS],
     peer_outputs: [[u8; OUT_BYTES]; OUTS],
 }
@@ -150,7 +150,16 @@ impl<
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
-        Self { taken: AtomicBool::new(false), parts: UnsafeCell::new(MaybeUninit::uninit()) }
+        let parts = Parts {
+            program: MaybeUninit::uninit(),
+            storage: MaybeUninit::uninit(),
+            input: [0; INPUT],
+            output: [0; OUTPUT],
+            known: MaybeUninit::uninit(),
+            peer_inputs: [[0; IN_BYTES]; INS],
+            peer_outputs: [[0; OUT_BYTES]; OUTS],
+        };
+        Self { taken: AtomicBool::new(false), parts: UnsafeCell::new(parts) }
     }
 
     /// Runs the program in this memory, from its start to its end.
@@ -167,17 +176,10 @@ impl<
             return Err(ImageError::Running);
         }
         // SAFETY: this call alone has found `taken` unset, and nobody else accesses the cell.
-        let memory = unsafe { &mut *self.parts.get() };
-        let parts = Parts {
-            program: program(),
-            storage: S::empty(),
-            input: [0; INPUT],
-            output: [0; OUTPUT],
-            known: [Tag::NEVER; KNOWN],
-            peer_inputs: [[0; IN_BYTES]; INS],
-            peer_outputs: [[0; OUT_BYTES]; OUTS],
-        };
-        let Parts { program, storage, input, output, known, peer_inputs, peer_outputs } = memory.write(parts);
+        let parts = unsafe { &mut *self.parts.get() };
+        let Parts { program: program_place, storage, input, output, known, peer_inputs, peer_outputs } = parts;
+        let (program, storage) = (fill(program_place, program), fill(storage, S::empty));
+        let known = fill(known, || [Tag::NEVER; KNOWN]);
         let engine = storage.engine(program.tables(), description.settings());
         let Some(federation) = &description.federation else {
             return run_unfederated(platform, program, engine).map_err(ImageError::Run);
@@ -188,6 +190,13 @@ impl<
         let buffers = Buffers::new(input, output).with_peers(&mut outbound, &mut inbound);
         run_federate(platform, program, engine, federation, &join, buffers, known).map_err(ImageError::Run)
     }
+}
+
+/// Fills a place in the static memory. It is not inlined, so that what lies on the stack on the way there is gone from
+/// it before the event loop begins.
+#[inline(never)]
+fn fill<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
+    place.write(value())
 }
 
 fn join(federation: &Federation) -> Result<Join<'static>, SettingsError> {

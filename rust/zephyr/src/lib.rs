@@ -92,10 +92,10 @@ macro_rules! main {
 macro_rules! rti {
     (&$module:ident::RTI) => {
         #[unsafe(no_mangle)]
-        fn lf_rti_of_image() -> &'static dyn $crate::rti::ImageRti {
+        fn lf_rti_of_image() -> (&'static dyn $crate::rti::ImageRti, &'static $crate::rti::Description) {
             static MEMORY: $crate::rti::Memory<{ $crate::rti::buffer_bytes(&$module::RTI) }> =
-                $crate::rti::Memory::new(&$module::RTI);
-            &MEMORY
+                $crate::rti::Memory::new();
+            (&MEMORY, &$module::RTI)
         }
     };
 }

@@ -115,25 +115,21 @@ impl core::error::Error for RtiError {}
 
 /// The RTI of an image, without the sizes in its type.
 pub trait ImageRti: Sync {
-    /// How much it logs.
-    fn logging(&self) -> LevelFilter;
-
     /// Lets federates connect; says on the console on which port.
     ///
     /// # Errors
     /// Why they cannot.
-    fn listen(&'static self) -> Result<(), RtiError>;
+    fn listen(&'static self, description: &Description) -> Result<(), RtiError>;
 
     /// Runs the federation to its end.
     ///
     /// # Errors
     /// Why it ended early.
-    fn run(&'static self) -> Result<(), RtiError>;
+    fn run(&'static self, description: &Description) -> Result<(), RtiError>;
 }
 
-/// The static memory of an RTI with buffers of so many bytes.
+/// The static memory of an RTI with buffers of so many bytes. It is all zero at first, so it takes no flash.
 pub struct Memory<const BYTES: usize> {
-    description: &'static Description,
     stage: AtomicU8,
     parts: UnsafeCell<Parts<BYTES>>,
 }
@@ -179,7 +175,8 @@ impl<const BYTES: usize> fmt::Debug for Memory<BYTES> {
 
 impl<const BYTES: usize> Memory<BYTES> {
     /// Memory of an RTI that does not listen yet.
-    pub const fn new(description: &'static Description) -> Self {
+    #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
+    pub const fn new() -> Self {
         let parts = Parts {
             listening: MaybeUninit::uninit(),
             inputs: [[0; BYTES]; LF_RTI_CONNECTIONS],
@@ -193,7 +190,7 @@ impl<const BYTES: usize> Memory<BYTES> {
             upstream: [[0; 2]; LF_RTI_FEDERATES * LF_RTI_UPSTREAM],
             in_transit: [const { MaybeUninit::uninit() }; LF_RTI_FEDERATES * LF_RTI_IN_TRANSIT],
         };
-        Self { description, stage: AtomicU8::new(FRESH), parts: UnsafeCell::new(parts) }
+        Self { stage: AtomicU8::new(FRESH), parts: UnsafeCell::new(parts) }
     }
 
     fn go_on(&self, from: u8, to: u8) -> Result<(), RtiError> {
@@ -203,16 +200,12 @@ impl<const BYTES: usize> Memory<BYTES> {
 }
 
 impl<const BYTES: usize> ImageRti for Memory<BYTES> {
-    fn logging(&self) -> LevelFilter {
-        self.description.logging
-    }
-
-    fn listen(&'static self) -> Result<(), RtiError> {
+    fn listen(&'static self, description: &Description) -> Result<(), RtiError> {
         self.go_on(FRESH, OPENING)?;
         // SAFETY: this call alone has found the stage to be `FRESH`, and nobody else accesses the cell meanwhile.
         let Parts { listening, .. } = unsafe { &mut *self.parts.get() };
         let federation_id = match settings::federation_id() {
-            b"" => self.description.federation_id.as_bytes(),
+            b"" => description.federation_id.as_bytes(),
             other => other,
         };
         let port = settings::own_rti_port().map_err(RtiError::Settings)?;
@@ -220,7 +213,7 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
         let failed = |error| RtiError::Listen { port, error };
         let listener = platform.listen(port).map_err(failed)?;
         let port = platform.local_port(listener).map_err(failed)?;
-        let datagrams = match self.description.clock_sync {
+        let datagrams = match description.clock_sync {
             ClockSync::On { .. } => Some(open_datagrams(&mut platform).map_err(RtiError::Bind)?),
             ClockSync::Off | ClockSync::Init { .. } => None,
         };
@@ -231,14 +224,14 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
         Ok(())
     }
 
-    fn run(&'static self) -> Result<(), RtiError> {
+    fn run(&'static self, description: &Description) -> Result<(), RtiError> {
         self.go_on(LISTENING, RUNNING)?;
         // SAFETY: this call alone has found the stage to be `LISTENING`, and nobody else accesses the cell from now on.
         let parts: &'static mut Parts<BYTES> = unsafe { &mut *self.parts.get() };
         // SAFETY: it was written before the stage came to be `LISTENING`.
         let Listening { platform, listener, datagrams, federation_id } = unsafe { parts.listening.assume_init_mut() };
         let setup = RtiSetup {
-            config: self.description.config(federation_id),
+            config: description.config(federation_id),
             storage: RtiStorage {
                 slots: fill(&mut parts.slots, || Slot::EMPTY),
                 nodes: fill(&mut parts.nodes, || Node::EMPTY),
