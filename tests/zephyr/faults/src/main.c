@@ -23,15 +23,17 @@ K_THREAD_DEFINE(busy, STACK_SIZE, keep_busy, NULL, NULL, NULL, K_PRIO_COOP(1), 0
 
 #elif defined(CONFIG_TEST_FAULT_OVERFLOW)
 
-/* Takes stack until there is none; the sum keeps the compiler from making a loop of it. */
-static int deeper(int depth)
+/* Takes stack until there is none. Each call uses what its caller has, so the compiler cannot make a loop of it. */
+static __noinline int deeper(volatile char *above, int depth)
 {
 	volatile char place[64] = {0};
+	int below;
 
 	place[depth % sizeof(place)] = 1;
 	/* Where the end of the stack is only looked at when threads change, they have to. */
 	k_usleep(1);
-	return depth > 1000000 ? 0 : place[0] + deeper(depth + 1);
+	below = depth > 1000000 ? 0 : deeper(place, depth + 1);
+	return below + place[0] + above[0];
 }
 
 #endif
@@ -42,7 +44,9 @@ int main(void)
 #if defined(CONFIG_TEST_FAULT_KERNEL)
 	k_panic();
 #elif defined(CONFIG_TEST_FAULT_OVERFLOW)
-	printk("%d\n", deeper(0));
+	volatile char top = 0;
+
+	printk("%d\n", deeper(&top, 0));
 #endif
 	lf_stop(lf_main());
 }
