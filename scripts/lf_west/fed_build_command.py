@@ -7,13 +7,13 @@ import argparse
 import os
 from collections.abc import Callable
 
-from lf_west import west_arguments
+from lf_west import description, west_arguments
 from lf_west.application import Application, open_application
 from lf_west.build import Request, Surroundings, build_images, cargo_folder, generate, images, rows
 from lf_west.command import LfCommand
 from lf_west.description import Description
 from lf_west.errors import LfError
-from lf_west.options import add_build_options
+from lf_west.options import add_build_options, build_options_given
 from lf_west.summary import table
 from lf_west.workspace import find_workspace
 
@@ -57,6 +57,22 @@ class LfFedBuild(LfCommand):
         application = open_application(file, args.build_dir)
         request = fed_request(application, args, cmake_arguments)
         build_federation(self, request, args.jobs)
+
+
+def federation_of(
+    command: LfCommand,
+    application: Application,
+    args: argparse.Namespace,
+    cmake_arguments: list[str],
+    check: Callable[[Description], object] = lambda _: None,
+) -> Description:
+    """A federation that is to be run or flashed: built as the options say, or with --no-build what was built before."""
+    if not args.no_build:
+        return build_federation(command, fed_request(application, args, cmake_arguments), args.jobs, check=check)
+    without_effect = build_options_given(args, cmake_arguments)
+    if without_effect:
+        command.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
+    return description.load(application.description)
 
 
 def build_federation(

@@ -14,10 +14,10 @@ from lf_west.application import Application, open_application
 from lf_west.command import LfCommand
 from lf_west.description import Description, Participant
 from lf_west.errors import LfError
-from lf_west.fed_build_command import build_federation, fed_request
+from lf_west.fed_build_command import federation_of
 from lf_west.federation import rti_words
 from lf_west.flash import Flash
-from lf_west.options import add_build_options, build_options_given, positive
+from lf_west.options import add_build_options, positive
 from lf_west.runners import zephyr_runners
 from lf_west.workspace import Workspace, find_workspace
 
@@ -74,15 +74,7 @@ class LfFedFlash(LfCommand):
             flash.check_early(boards)
             return boards
 
-        if args.no_build:
-            without_effect = build_options_given(args, cmake_arguments)
-            if without_effect:
-                self.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
-            described = description.load(application.description)
-        else:
-            request = fed_request(application, args, cmake_arguments)
-            described = build_federation(self, request, args.jobs, check=chosen)
-        boards = chosen(described)
+        boards = chosen(federation_of(self, application, args, cmake_arguments, check=chosen))
         workspace = find_workspace(os.environ, self.topdir)
         flashes = flash.plan(application, boards, zephyr_runners(workspace), further)
         if args.dry_run:

@@ -7,14 +7,14 @@ import argparse
 import os
 import sys
 
-from lf_west import compiler, description
+from lf_west import compiler
 from lf_west.application import open_application
 from lf_west.children import Children
 from lf_west.command import LfCommand
 from lf_west.durations import seconds
-from lf_west.fed_build_command import build_federation, fed_request
+from lf_west.fed_build_command import federation_of
 from lf_west.federation import Federation, listening_port, plan_federation
-from lf_west.options import add_build_options, build_options_given
+from lf_west.options import add_build_options
 from lf_west.output import Output
 from lf_west.supervisor import Limits, Supervisor
 
@@ -61,15 +61,8 @@ class LfFedRun(LfCommand):
         """Build, run, and end with the status of the run."""
         application = open_application(file, args.build_dir)
         lfz = compiler.find(args.lfc, os.environ, self.inf)
-        if args.no_build:
-            without_effect = build_options_given(args, cmake_arguments)
-            if without_effect:
-                self.wrn(f"without effect beside --no-build: {', '.join(without_effect)}")
-            described = description.load(application.description)
-        else:
-            args.lfc = str(lfz.path)
-            request = fed_request(application, args, cmake_arguments)
-            described = build_federation(self, request, args.jobs)
+        args.lfc = str(lfz.path)
+        described = federation_of(self, application, args, cmake_arguments)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
         status = run(federation, Limits(run_s=args.timeout))
         if status != 0:

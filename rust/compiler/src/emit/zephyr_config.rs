@@ -101,7 +101,7 @@ fn federation(fragment: &mut Fragment, plan: &Plan, rti: &Rti, place: &Place) {
     if plan.target.authentication {
         fragment.set("LF_AUTHENTICATION", "y");
         // native_sim takes the computer's random numbers, not those of its driver for tests.
-        if !is_native_sim(place) {
+        if !place.platform.is_native_sim() {
             fragment.set("ENTROPY_GENERATOR", "y");
         }
     }
@@ -131,13 +131,9 @@ fn has_datagrams(plan: &Plan) -> bool {
     plan.is_federated() && plan.target.clock_sync == ClockSync::On
 }
 
-fn is_native_sim(place: &Place) -> bool {
-    place.platform.is_native_sim()
-}
-
 fn network(fragment: &mut Fragment, place: &Place) {
     let Some(network) = &place.network else { return };
-    if is_native_sim(place) {
+    if place.platform.is_native_sim() {
         fragment.comment("Zephyr's own network stack over a TAP interface, in place of the sockets of this computer.");
         fragment.set("NET_SOCKETS_OFFLOAD", "n");
         fragment.set("NET_NATIVE_OFFLOADED_SOCKETS", "n");
@@ -145,8 +141,10 @@ fn network(fragment: &mut Fragment, place: &Place) {
         fragment.set("NET_L2_ETHERNET", "y");
         fragment.set("ETH_NATIVE_TAP", "y");
         fragment.set("ETH_NATIVE_TAP_RANDOM_MAC", "n");
-        let mac = place.mac.unwrap_or_else(|| Mac::of_virtual_board(network.ip));
-        fragment.set_text("ETH_NATIVE_TAP_MAC_ADDR", &mac.to_string());
+        // Virtual boards that were given none have one that follows from their address.
+        if let Some(mac) = place.mac {
+            fragment.set_text("ETH_NATIVE_TAP_MAC_ADDR", &mac.to_string());
+        }
     }
     fragment.comment("This board's address.");
     fragment.set("NET_CONFIG_SETTINGS", "y");
@@ -211,7 +209,7 @@ fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
         return;
     }
     let bytes = match &place.platform {
-        Platform::Zephyr(_) if !is_native_sim(place) => 2048,
+        Platform::Zephyr(_) if !place.platform.is_native_sim() => 2048,
         _ => 65536,
     };
     fragment.comment("Messages of one upstream federate wait here for grants that depend on another.");

@@ -29,8 +29,7 @@ impl Checker<'_> {
         });
         if let Some(platform) = raw.platform.as_ref().filter(|platform| platform.value != "host") {
             let place = self.place(RTI, &raw.place(platform.clone())).unwrap_or_default();
-            let ip = place.network.map(|network| network.ip).or(place.is_offloaded().then_some(Ipv4Addr::LOCALHOST));
-            return RtiPlace { home: RtiHome::Image(Box::new(place)), ip, port };
+            return RtiPlace { ip: place.address(), home: RtiHome::Image(Box::new(place)), port };
         }
         let keys = [
             ("netmask", &raw.netmask),
@@ -112,8 +111,7 @@ impl Checker<'_> {
 
     /// The RTI is part of this federate and has its address.
     fn join(&mut self, name: String, said: Option<&Spanned<String>>, deployment: &mut Deployment) {
-        let place = deployment.place(&name);
-        let ip = place.network.map(|network| network.ip).or(place.is_offloaded().then_some(Ipv4Addr::LOCALHOST));
+        let ip = deployment.place(&name).address();
         if let (Some(ip), Some(said)) = (ip, said)
             && deployment.rti.ip.is_some_and(|other| other != ip)
         {

@@ -96,6 +96,11 @@ pub struct Place {
 }
 
 impl Place {
+    /// Where it is reached, as far as that is known: at its board's address, or with this computer's sockets here.
+    pub(super) fn address(&self) -> Option<Ipv4Addr> {
+        self.network.map(|network| network.ip).or(self.is_offloaded().then_some(Ipv4Addr::LOCALHOST))
+    }
+
     /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
     pub fn is_offloaded(&self) -> bool {
         self.platform.is_native_sim() && self.network.is_none()
