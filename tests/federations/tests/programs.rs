@@ -110,6 +110,28 @@ fn a_run_can_be_measured() {
     refused.line(&["does not ask for decentralized coordination"]);
 }
 
+/// They share what cargo keeps, and nothing in the first has changed when it is run again.
+#[test]
+fn programs_of_the_same_name_in_different_folders_stay_apart() {
+    let folder = tempfile::tempdir().expect("there is room for a folder");
+    let run = |name: &str| {
+        let file = folder.path().join(name).join("Same.lf");
+        Lfz::run(&format!("same_name_{name}"), &file, &[]).finish()
+    };
+    for name in ["one", "other"] {
+        let own = folder.path().join(name);
+        std::fs::create_dir(&own).expect("there is room for a folder");
+        let program =
+            format!("target Rust\nmain reactor {{\n  reaction(startup) {{= println!(\"this is {name}\"); =}}\n}}\n");
+        std::fs::write(own.join("Same.lf"), program).expect("there is room for a file");
+    }
+    for name in ["one", "other", "one", "other"] {
+        let finished = run(name);
+        assert_eq!(finished.code(), 0, "{finished}");
+        finished.line(&["this is", name]);
+    }
+}
+
 #[test]
 fn two_runs_of_a_program_at_once_do_not_mix() {
     let file = programs().join("Endless.lf");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the generated crates, the compiled programs and the runtime crates lie.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::io;
 use std::path::{Path, PathBuf, absolute};
 
@@ -39,6 +40,14 @@ impl Folders {
     /// The compiled programs of this program alone.
     pub(crate) fn target(&self) -> PathBuf {
         self.out.join("target")
+    }
+
+    /// The version of the generated packages, which says where they lie: cargo itself looks only at their names and
+    /// at where they are within their workspace, and would take one program for another of the same name.
+    pub(crate) fn version(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.out.hash(&mut hasher);
+        format!("0.0.0+{:016x}", hasher.finish())
     }
 }
 

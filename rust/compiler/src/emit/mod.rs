@@ -32,6 +32,9 @@ pub struct Settings<'a> {
     pub lf_host: &'a str,
     /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
     pub lf_zephyr: &'a str,
+    /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
+    /// cargo's intermediate results must not have the same.
+    pub version: &'a str,
     /// Where the federates run.
     pub deployment: &'a Deployment,
 }
