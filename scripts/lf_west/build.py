@@ -116,6 +116,14 @@ def cargo_folder(environment: Mapping[str, str]) -> Path:
     return (Path(outer).absolute() if outer else REPOSITORY / "target") / "lf-zephyr"
 
 
+def _compiler_cache(application: Application, surroundings: Surroundings) -> dict[str, str]:
+    """Let ccache, with which Zephyr compiles where it is installed, know all images of a board as the same: then what
+    they have in common is compiled once. Whoever has set it up already knows better."""
+    if "CCACHE_BASEDIR" in surroundings.environment:
+        return {}
+    return {"CCACHE_BASEDIR": str(application.images), "CCACHE_NOHASHDIR": "true"}
+
+
 def build_images(
     planned: Sequence[Image],
     request: Request,
@@ -128,7 +136,7 @@ def build_images(
     for image in planned:
         jobs.append(Job(image.name, image.command(), application.log(image.name), workspace.topdir))
         image.forget()
-    environment = workspace.environment(surroundings.environment)
+    environment = workspace.environment(surroundings.environment) | _compiler_cache(application, surroundings)
     status = Jobs(environment, parallel, Screen(surroundings.say)).run(jobs)
     for image, job in zip(planned, jobs, strict=True):
         if job.status == 0:

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
-from conftest import World
+from conftest import WEST, World
 
 from lf_west.errors import LfError
 from lf_west.main import main
@@ -225,6 +225,16 @@ def test_cargos_results_are_shared_where_the_environment_says(world: World) -> N
     assert main(["lf-fed-build", world.file, "-w", f"-b {BOARD}"]) == 0
     (call,) = world.calls("west")
     assert options(call)["LF_CARGO_TARGET_DIR"] == str(world.top / "shared/lf-zephyr")
+
+
+@pytest.mark.parametrize("users", [None, "/home"])
+def test_what_images_have_in_common_is_compiled_once(world: World, users: str | None) -> None:
+    world.monkeypatch.delenv("CCACHE_BASEDIR", raising=False)
+    if users is not None:
+        world.set("CCACHE_BASEDIR", users)
+    world.program("west", f"{WEST}\nopen({str(world.top / 'seen')!r}, 'w').write(os.environ['CCACHE_BASEDIR'])")
+    assert main(["lf-fed-build", world.file, "-w", f"-b {BOARD}"]) == 0
+    assert (world.top / "seen").read_text() == (users or str(world.build / "zephyr/Grid"))
 
 
 def test_a_host_program_is_no_image(world: World) -> None:
