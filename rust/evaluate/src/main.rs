@@ -65,7 +65,7 @@ enum Command {
     Ping,
 }
 
-/// What can be measured. The last five run applications, on `native_sim` too where there is a Zephyr workspace.
+/// What can be measured. The last seven run applications, on `native_sim` too where there is a Zephyr workspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Part {
     /// How long grants and messages are on their way.
@@ -88,6 +88,11 @@ enum Part {
     After,
     /// A drifting clock, synchronized for ten minutes.
     Drift,
+    /// How long a message takes between virtual boards with Zephyr's own network stack, beside a raw connection between
+    /// the same images, and how many messages get through in a second.
+    Boards,
+    /// Flash and RAM of images for a small board, and what of them is this project's.
+    Sizes,
 }
 
 fn main() -> ExitCode {

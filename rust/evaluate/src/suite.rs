@@ -51,6 +51,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             Part::Rate => applications::rate(&applications, arguments.rounds)?,
             Part::Grid => applications::grid(&applications, arguments.iterations)?,
             Part::After => applications::smallest_after(&applications, arguments.after_runs)?,
+            Part::Boards if applications.boards.contains(&Board::NativeSim) => {
+                applications::boards(&applications, arguments.rounds)?;
+            }
+            Part::Sizes if applications.boards.contains(&Board::NativeSim) => applications::sizes(&applications)?,
+            Part::Boards | Part::Sizes => println!("\nBoards are left out: there is no Zephyr workspace."),
             Part::Drift if applications.boards.contains(&Board::NativeSim) => {
                 applications::drift(&applications, arguments.drift_seconds)?;
             }

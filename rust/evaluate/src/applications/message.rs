@@ -18,11 +18,11 @@ const THESIS_CENTRALIZED: &str = "611.65";
 const THESIS_DECENTRALIZED: &str = "588.88";
 
 /// How long a message takes from federate to federate, in microseconds as printed.
-struct Delay {
-    count: u32,
-    median: i64,
-    p99: i64,
-    max: i64,
+pub(super) struct Delay {
+    pub(super) count: u32,
+    pub(super) median: i64,
+    pub(super) p99: i64,
+    pub(super) max: i64,
 }
 
 /// Measures the delay of messages beside that of the same bytes over a raw TCP connection, in turns, and prints the
@@ -82,20 +82,9 @@ pub fn delay(applications: &Applications, rounds: u32) -> Result<()> {
 pub fn rate(applications: &Applications, rounds: u32) -> Result<()> {
     println!("\nMessages per second from a federate to another one, best of {rounds} rounds");
     let mut table = Table::new(&["", "period µs", "received", "messages/s", "thesis (boards), 100 µs"]);
-    for (coordination, thesis) in [("decentralized", THESIS_DECENTRALIZED), ("centralized", THESIS_CENTRALIZED)] {
+    for coordination in ["decentralized", "centralized"] {
         for (period_us, messages) in [(100, 3000), (10, MANY_MESSAGES)] {
-            let import = applications.file("message_test/src/MessageTest.lf");
-            let text = format!(
-                "target Rust {{ coordination: {coordination} }}\n\
-                 import Sender, Receiver from \"{}\"\n\
-                 federated reactor {{\n\
-                 \x20   sender = new Sender(period = {period_us} usec, iterations = {messages})\n\
-                 \x20   receiver = new Receiver(iterations = {messages})\n\
-                 \x20   sender.y -> receiver.x\n\
-                 }}\n",
-                import.display()
-            );
-            let file = applications.variant("MessageRate", &text)?;
+            let (file, thesis) = applications.message_rate(coordination, period_us * 1000, messages)?;
             for &board in &applications.boards {
                 applications.build(board, &file)?;
                 let mut best = ("none".to_owned(), 0);
@@ -116,6 +105,31 @@ pub fn rate(applications: &Applications, rounds: u32) -> Result<()> {
     }
     println!("\n{table}");
     Ok(())
+}
+
+impl Applications {
+    /// `MessageTest.lf` with this coordination and so many messages, one in each period, and how many messages per
+    /// second the thesis reached.
+    pub(super) fn message_rate(
+        &self,
+        coordination: &str,
+        period_ns: u32,
+        messages: u32,
+    ) -> Result<(PathBuf, &'static str)> {
+        let import = self.file("message_test/src/MessageTest.lf");
+        let text = format!(
+            "target Rust {{ coordination: {coordination} }}\n\
+             import Sender, Receiver from \"{}\"\n\
+             federated reactor {{\n\
+             \x20   sender = new Sender(period = {period_ns} nsec, iterations = {messages})\n\
+             \x20   receiver = new Receiver(iterations = {messages})\n\
+             \x20   sender.y -> receiver.x\n\
+             }}\n",
+            import.display()
+        );
+        let thesis = if coordination == "centralized" { THESIS_CENTRALIZED } else { THESIS_DECENTRALIZED };
+        Ok((self.variant("MessageRate", &text)?, thesis))
+    }
 }
 
 /// `MessageDelay.lf` with messages through the RTI.
@@ -142,10 +156,10 @@ fn raw() -> Result<Delay> {
 }
 
 /// `1000 messages, delay in us: median 120, p99 164, max 200`
-fn parse_delay(output: &str) -> Option<Delay> {
+pub(super) fn parse_delay(output: &str) -> Option<Delay> {
     let said = |line: &str| {
-        let (_, text) = line.split_once("| ")?;
-        let (count, text) = text.split_once(" messages, delay in us: median ")?;
+        let (words, text) = line.split_once(" messages, delay in us: median ")?;
+        let (_, count) = words.rsplit_once(' ')?;
         let (median, text) = text.split_once(", p99 ")?;
         let (p99, max) = text.split_once(", max ")?;
         Some(Delay {
@@ -159,7 +173,7 @@ fn parse_delay(output: &str) -> Option<Delay> {
 }
 
 /// `received 3000 of 3000 messages in order, 9938 messages per second`
-fn parse_rate(line: &str) -> Option<(String, u64)> {
+pub(super) fn parse_rate(line: &str) -> Option<(String, u64)> {
     let (_, text) = line.split_once("received ")?;
     let (received, text) = text.split_once(" messages in order, ")?;
     let (rate, _) = text.split_once(" messages per second")?;

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use crate::Result;
 
 /// No run takes as long, except one that hangs.
-const TIME_LIMIT: &str = "5min";
+pub(super) const TIME_LIMIT: &str = "5min";
 
 /// On what all federates run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,10 +102,15 @@ impl Applications {
 
     /// A west command on a program.
     pub(super) fn west(&self, name: &str, file: &Path) -> Command {
+        self.west_in(name, file, &self.build_folder(file))
+    }
+
+    /// A west command on a program whose images are built in this folder.
+    pub(super) fn west_in(&self, name: &str, file: &Path, build: &Path) -> Command {
         let mut command = Command::new("python3");
         command.arg(self.repository.join("scripts/lf")).arg(name).arg(file);
         command.env("CARGO_TARGET_DIR", self.folder().join("cargo-zephyr"));
-        command.arg("--lfc").arg(&self.lfz).arg("--build-dir").arg(self.build_folder(file));
+        command.arg("--lfc").arg(&self.lfz).arg("--build-dir").arg(build);
         command
     }
 
@@ -115,7 +120,7 @@ impl Applications {
     }
 
     /// Where all that is made lies.
-    fn folder(&self) -> PathBuf {
+    pub(super) fn folder(&self) -> PathBuf {
         self.repository.join("target/evaluate")
     }
 
