@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROGRAM = "qemu-system-arm"
-# What `lf_stop` in zephyr/src/platform.c prints before the status.
+# What `end` in zephyr/src/fatal.c prints before the status, after the end of the program and after a fault.
 _ENDED = "lf: the program ended with status "
 
 

@@ -139,6 +139,20 @@ def test_a_simulator_ends_with_the_program_in_it() -> None:
     assert (ending_of(wait).status, ending_of(wait).how) == (3, "ended with exit status 3")
 
 
+# What a board's console says of a fault, as `lf_fault` in zephyr/src/fatal.c ends it; the board then stands still.
+HALTED = """
+import signal
+print("E: >>> ZEPHYR FATAL ERROR 2: Stack overflow on CPU 0")
+print("lf: a stack has overflowed; raise CONFIG_MAIN_STACK_SIZE if reactions ran")
+print("lf: the program ended with status 102", flush=True)
+signal.pause()
+"""
+
+
+def test_a_board_that_halts_after_a_fault_ends_the_simulator() -> None:
+    assert (ending_of(HALTED).status, ending_of(HALTED).how) == (102, "ended with exit status 102")
+
+
 def test_a_simulator_that_ends_by_itself_has_failed() -> None:
     ended = ending_of("print('hello')")
     assert (ended.status, ended.how) == (1, "ended before the program in it")

@@ -13,15 +13,17 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import BUILD
 from test_private_networks import _allowed, processes_in
-from test_zephyr import LIMIT_S, arm_toolchain, lf, started
+from test_zephyr import ALLOCATOR, BOARDS, GRID_RESULT, LIMIT_S, arm_toolchain, circuits, lf, started, symbols
 
 from lf_west.workspace import REPOSITORY
 
 __all__ = ["_allowed"]
 
 pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_qemu")]
+
+MESSAGE_TEST = "message_test/src/MessageTest.lf"
+SMART_GRID = "smart_grid/src/SmartGrid.lf"
 
 
 @pytest.fixture(scope="module")
@@ -33,31 +35,89 @@ def _qemu() -> None:
 def run(file: str, deployment: str) -> str:
     """Build and run a federation, and give what it printed."""
     arguments = ("--deployment", f"deployment/{deployment}.yaml", "--timeout", str(LIMIT_S))
-    return lf("lf-fed-run", file, *arguments, build=BUILD / "boards", **arm_toolchain())
+    return lf("lf-fed-run", file, *arguments, build=BOARDS, **arm_toolchain())
 
 
 def assert_all_came(output: str) -> None:
     assert re.search(r"^receiver +\| received 3000 of 3000 messages in order, ", output, re.MULTILINE), output
 
 
-def test_a_board_of_qemu_sends_to_native_sim_with_the_rti_on_this_computer() -> None:
-    """Topology 2 of the message test."""
-    output = run("message_test/src/MessageTest.lf", "topology2")
+def assert_all_ended_well(output: str, *boards: str) -> None:
+    """Each of these boards has said so."""
+    for board in boards:
+        assert re.search(rf"^{board} +\| lf: the program ended with status 0$", output, re.MULTILINE), output
+
+
+def assert_no_image_allocates(program: str, *images: str) -> None:
+    """No image of a board has a function that allocates, nor a heap of the kernel's."""
+    for image in images:
+        linked = symbols(BOARDS / "zephyr" / program / image)
+        assert [name for name in linked if ALLOCATOR.fullmatch(name)] == [], image
+        # The kernel's own functions refer to its functions for heaps, but there is no heap.
+        assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"], image
+
+
+def test_a_program_of_this_computer_sends_to_a_board() -> None:
+    """Topology 1."""
+    output = run(MESSAGE_TEST, "topology1")
+    assert re.search(r"^sender +host ", output, re.MULTILINE), output
     assert_all_came(output)
-    assert "sender   | lf: the program ended with status 0\n" in output
+    assert_all_ended_well(output, "receiver")
+
+
+def test_a_board_sends_to_another_with_the_rti_on_this_computer() -> None:
+    """Topology 2."""
+    output = run(MESSAGE_TEST, "topology2")
+    assert_all_came(output)
+    assert_all_ended_well(output, "sender", "receiver")
+
+
+def test_the_smart_grid_heals_itself_with_the_rti_on_a_board_of_its_own() -> None:
+    """Topology 4, with a native_sim image among the boards; both have Zephyr's own network stack."""
+    output = run(SMART_GRID, "topology4")
+    assert not re.search(r"^RTI +\|", output, re.MULTILINE), output
+    assert circuits(output) == GRID_RESULT, output
+    assert_all_ended_well(output, "rti", "b", "c", "d")
+    assert_no_image_allocates("SmartGrid", "rti")
+
+
+def test_the_smart_grid_heals_itself_on_boards_of_which_one_has_the_rti() -> None:
+    """Topology 3, embedded only."""
+    output = run(SMART_GRID, "topology3")
+    assert not re.search(r"^RTI +\|", output, re.MULTILINE), output
+    assert circuits(output) == GRID_RESULT, output
+    assert_all_ended_well(output, "a", "b", "c", "d")
+    assert_no_image_allocates("SmartGrid", "a", "b", "c", "d")
+
+
+def test_boards_send_to_each_other_without_any_other_computer() -> None:
+    """Topology 4, embedded only."""
+    output = run(MESSAGE_TEST, "topology4")
+    assert not re.search(r"^RTI +\|", output, re.MULTILINE), output
+    assert_all_came(output)
+    assert_all_ended_well(output, "rti", "sender", "receiver")
+    assert_no_image_allocates("MessageTest", "rti", "sender", "receiver")
+
+
+def test_no_message_is_lost_between_boards_without_an_rti_between_them() -> None:
+    """Decentralized, and faster than the receiver can go on for long; one of the boards is an mps2/an385."""
+    output = run("message_test/src/MessageTestDecentralized.lf", "mps2")
+    assert re.search(r"^sender +mps2/an385 ", output, re.MULTILINE), output
+    assert_all_came(output)
+    assert_all_ended_well(output, "sender", "receiver")
+    assert_no_image_allocates("MessageTestDecentralized", "sender", "receiver")
 
 
 def test_a_killed_run_leaves_no_process_and_no_network() -> None:
-    run("message_test/src/MessageTest.lf", "topology2")
+    run(MESSAGE_TEST, "topology2")
     command = [sys.executable, str(REPOSITORY / "scripts/lf"), "lf-fed-run", "--no-build", "--build-dir"]
-    file = str(REPOSITORY / "applications/message_test/src/MessageTest.lf")
-    with started([*command, str(BUILD / "boards"), file]) as process:
+    with started([*command, str(BOARDS), str(REPOSITORY / "applications" / MESSAGE_TEST)]) as process:
         assert process.stdout is not None
         said = next(line for line in process.stdout if "sender   | " in line)
         assert said
         namespace = str(Path(f"/proc/{process.pid}/ns/net").readlink())
         ends = [os.pidfd_open(pid) for pid in processes_in(namespace)]
-        # This command, the RTI, QEMU and native_sim.
+        # This command, the RTI, and QEMU for each board.
         assert len(ends) == 4
         process.send_signal(signal.SIGKILL)
         for end in ends:

@@ -35,6 +35,8 @@ ALLOCATOR = re.compile(
 )
 # Parts of mangled names: SHA-256, and the event loop's connections past the RTI.
 UNUSED = re.compile(r"4sha2|10lf_runtime8federate5peers")
+# Images of the boards that QEMU plays. Those that are the same in several deployments are built once here.
+BOARDS = BUILD / "boards"
 COMPUTER_AND_BOARD = ("--deployment", str(PROGRAMS / "computer_and_board.yaml"))
 GRID_RESULT = {"A": "closed", "B": "open", "C": "open", "D": "closed"}
 
@@ -159,14 +161,13 @@ def test_a_thread_too_many_ends_the_program_with_what_to_do() -> None:
 def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    build = BUILD / "arm"
-    arguments = ("-f", "sender", "-w", "-b qemu_cortex_m3")
-    output = lf("lf-fed-build", "message_test/src/MessageTest.lf", *arguments, build=build, **arm_toolchain())
+    arguments = ("-f", "sender", "--deployment", "deployment/topology4.yaml")
+    output = lf("lf-fed-build", "message_test/src/MessageTest.lf", *arguments, build=BOARDS, **arm_toolchain())
     sizes = re.search(r"^sender +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
     assert sizes is not None, output
     with capsys.disabled():
         print(f"\nthe message test's sender on qemu_cortex_m3: {sizes[1]} of flash, {sizes[2]} of RAM")
-    linked = symbols(build / "zephyr/MessageTest/sender")
+    linked = symbols(BOARDS / "zephyr/MessageTest/sender")
     assert "lf_main" in linked
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     # The kernel's own functions refer to its functions for heaps, but there is no heap.
@@ -175,22 +176,42 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     assert [name for name in linked if UNUSED.search(name)] == []
 
 
-@pytest.mark.parametrize("rti", ["a", "rti"])
+@pytest.mark.parametrize(("rti", "topology"), [("a", "topology3"), ("rti", "topology4")])
 def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
-    rti: str, capsys: pytest.CaptureFixture[str]
+    rti: str, topology: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    build = BUILD / f"arm-{rti}"
-    deployment = ("--deployment", str(PROGRAMS / f"smart_grid_boards_{rti}.yaml"))
+    deployment = ("--deployment", f"deployment/{topology}.yaml")
     file = "smart_grid/src/SmartGrid.lf"
-    output = lf("lf-fed-build", file, "-f", rti, *deployment, build=build, **arm_toolchain())
+    output = lf("lf-fed-build", file, "-f", rti, *deployment, build=BOARDS, **arm_toolchain())
     sizes = re.search(rf"^{rti} +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
     assert sizes is not None, output
     with capsys.disabled():
         print(f"\nthe RTI of the smart grid in {rti} on qemu_cortex_m3: {sizes[1]} of flash, {sizes[2]} of RAM")
-    linked = symbols(build / "zephyr/SmartGrid" / rti)
+    linked = symbols(BOARDS / "zephyr/SmartGrid" / rti)
     assert ("lf_rti_main" in linked, "lf_main" in linked) == (True, rti == "a")
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
+
+
+def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
+    build = BUILD / "evk"
+    board = "mimxrt1170_evk@B/mimxrt1176/cm7"
+    arm = arm_toolchain()
+    lf("lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}", build=build, **arm)
+    lf("lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}", build=build, **arm)
+    lf("lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}", build=build, **arm)
+    joint = ("-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml"))
+    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint, build=build, **arm)
+    linked = {
+        "HelloWorld/HelloWorld": {"lf_main"},
+        "MessageTest/sender": {"lf_main"},
+        "ClockSync/board": {"lf_main"},
+        "SmartGrid/a": {"lf_main", "lf_rti_main"},
+    }
+    for image, entries in linked.items():
+        names = set(symbols(build / "zephyr" / image))
+        assert entries <= names, image
+        assert [name for name in names if ALLOCATOR.fullmatch(name)] == [], image
 
 
 def test_all_messages_arrive_in_order() -> None:

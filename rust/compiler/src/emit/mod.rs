@@ -8,6 +8,7 @@ mod crates;
 pub mod deployment;
 mod federate;
 mod names;
+mod network_buffers;
 mod reactor;
 mod rti;
 mod source_map;

@@ -7,6 +7,7 @@ use core::net::Ipv4Addr;
 use std::collections::BTreeSet;
 
 use super::deployment::{Deployment, Mac, Place, Platform};
+use super::network_buffers::{Connections, share_on};
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
@@ -68,6 +69,7 @@ pub(super) fn kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment)
     fragment.comment("What the federate needs.");
     fragment.set("LF_SOCKETS", own);
     sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
+    buffers(&mut fragment, connections(plan, federate, is_joint), &place);
     let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
     neighbors(&mut fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, &place);
     datagrams(&mut fragment, plan);
@@ -87,6 +89,8 @@ pub(super) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &D
     fragment.set("LF_FEDERATE", "n");
     network(&mut fragment, place);
     sockets(&mut fragment, 0, rti_sockets(plan), place);
+    let federates = plan.federates.len();
+    buffers(&mut fragment, Connections { ends: federates, receiving: federates, local: false }, place);
     neighbors(&mut fragment, plan.federates.len(), place);
     datagrams(&mut fragment, plan);
     fragment.set("LF_USER_THREADS", 0);
@@ -175,6 +179,29 @@ fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) 
         fragment.set("NET_MAX_CONTEXTS", all + 2);
         fragment.set("NET_MAX_CONN", all + 3);
     }
+}
+
+/// Those of a federate, and of the RTI in the same image if there is one. Over a physical connection data goes one way.
+fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections {
+    let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
+    let rti_ends = usize::from(plan.is_federated());
+    let (federates, others) = if is_joint { (plan.federates.len(), plan.federates.len() - 1) } else { (0, rti_ends) };
+    Connections { ends: rti_ends + federates + peers_in + peers_out, receiving: others + peers_in, local: is_joint }
+}
+
+/// Packets and buffers of Zephyr's own network stack.
+fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
+    let Platform::Zephyr(board) = &place.platform else { return };
+    if connections.ends == 0 || place.is_offloaded() {
+        return;
+    }
+    let buffers = connections.buffers(share_on(board));
+    fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
+    fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", buffers.window_bytes);
+    fragment.set("NET_PKT_RX_COUNT", buffers.packets_in);
+    fragment.set("NET_PKT_TX_COUNT", buffers.packets_out);
+    fragment.set("NET_BUF_RX_COUNT", buffers.buffers_in);
+    fragment.set("NET_BUF_TX_COUNT", buffers.buffers_out);
 }
 
 /// So many others on the same network, and the gateway, have MAC addresses that have to be known.

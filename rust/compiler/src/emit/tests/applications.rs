@@ -97,6 +97,9 @@ fn the_deployments_beside_the_programs_are_right() {
         ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/boards.yaml", 4),
         ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology1.yaml", 1),
         ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology2.yaml", 2),
+        ("applications/message_test/src/MessageTest.lf", "applications/message_test/deployment/topology4.yaml", 2),
+        ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/topology3.yaml", 4),
+        ("applications/smart_grid/src/SmartGrid.lf", "applications/smart_grid/deployment/topology4.yaml", 4),
         (
             "applications/message_test/src/MessageTestDecentralized.lf",
             "applications/message_test/deployment/mps2.yaml",
