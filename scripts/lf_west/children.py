@@ -68,7 +68,9 @@ class Child:
     streams: dict[IO[bytes], bool] = field(default_factory=dict)
     partial: dict[IO[bytes], bytes] = field(default_factory=dict)
     running: bool = True
-    # For a simulator, which goes on when the program in it has ended: the status that a line of its output tells.
+    # For a simulator, which goes on when the program in it has ended: the status that a line of its output tells. It
+    # counts as ended then, but it is left until the others have ended too, as a board would be: it may still have to
+    # tell its peers that it closes its connections.
     status_in: Callable[[str], int | None] | None = None
     told: int | None = None
 
@@ -109,9 +111,9 @@ class Children:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Leave no process behind, and give the signals back."""
-        for child in self.running():
-            child.send(signal.SIGKILL)
-            self._reap(child)
+        for child in self._all:
+            if child.running:
+                self._reap(child)
         signal.set_wakeup_fd(self._old_wakeup)
         for number, handler in self._handlers.items():
             signal.signal(number, handler)  # type: ignore[arg-type]
@@ -128,8 +130,8 @@ class Children:
         folder: Path | None = None,
         status_in: Callable[[str], int | None] | None = None,
     ) -> Child:
-        """Start a process without input. With `status_in` it is a simulator: it is ended when a line of its standard
-        output tells the status of the program in it, which then counts as its own."""
+        """Start a process without input. With `status_in` it is a simulator: it counts as ended when a line of its
+        standard output tells the status of the program in it, which then counts as its own."""
         try:
             process = subprocess.Popen(
                 command,
@@ -164,7 +166,7 @@ class Children:
 
     def running(self) -> list[Child]:
         """The children that have not ended."""
-        return [child for child in self._all if child.running]
+        return [child for child in self._all if child.running and child.told is None]
 
     def wait(self, timeout_s: float | None) -> Iterator[Event]:
         """Wait for something to happen, at most this long, and give what has happened."""
@@ -181,7 +183,7 @@ class Children:
         for child in ended:
             yield from self._finish(child)
 
-    def _read(self, child: Child, stream: IO[bytes]) -> Iterator[Line]:
+    def _read(self, child: Child, stream: IO[bytes]) -> Iterator[Line | Ended]:
         """Read once, so that a child which never stops writing does not keep the others from being heard."""
         try:
             data = os.read(stream.fileno(), _READ_SIZE)
@@ -197,14 +199,14 @@ class Children:
         for data in lines:
             line = _line(child, child.streams[stream], data)
             yield line
-            self._listen(child, line)
+            yield from self._listen(child, line)
 
-    def _listen(self, child: Child, line: Line) -> None:
-        """End a simulator whose program has ended."""
+    def _listen(self, child: Child, line: Line) -> Iterator[Ended]:
+        """Notice the end of the program in a simulator."""
         if child.status_in is not None and child.told is None and not line.is_error:
             child.told = child.status_in(line.text)
             if child.told is not None:
-                child.send(signal.SIGKILL)
+                yield Ended(child, *_ending(child.told))
 
     def _close(self, child: Child, stream: IO[bytes]) -> Iterator[Line]:
         """Stop reading a stream; a last line without an end counts, too."""
@@ -228,8 +230,8 @@ class Children:
                 yield from self._close(child, stream)
         status = self._reap(child)
         if child.told is not None:
-            yield Ended(child, *_ending(child.told))
-        elif child.status_in is not None and status == 0:
+            return
+        if child.status_in is not None and status == 0:
             yield Ended(child, 1, "ended before the program in it")
         else:
             yield Ended(child, *_ending(status))

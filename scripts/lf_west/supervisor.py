@@ -78,7 +78,7 @@ class Supervisor:
                 found.append(answer)
             return answer is not None
 
-        while not found and self._rti.running and self._stage is _Stage.RUNNING:
+        while not found and self._rti in self._children.running() and self._stage is _Stage.RUNNING:
             self._turn(look)
         return found[0] if found and self._stage is _Stage.RUNNING else None
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from ipaddress import IPv4Address, IPv4Interface
@@ -134,9 +135,19 @@ def ending_of(body: str) -> Ended:
                     return event
 
 
-def test_a_simulator_ends_with_the_program_in_it() -> None:
+def test_a_simulator_counts_as_ended_with_the_program_in_it() -> None:
     wait = "import signal; print('lf: the program ended with status 3', flush=True); signal.pause()"
     assert (ending_of(wait).status, ending_of(wait).how) == (3, "ended with exit status 3")
+
+
+def test_a_simulator_is_left_until_all_have_ended_because_its_connections_may_not_be_closed() -> None:
+    wait = "import signal; print('lf: the program ended with status 0', flush=True); signal.pause()"
+    with Children() as children:
+        board = children.start("board", [sys.executable, "-c", wait], status_in=qemu.status_in)
+        while children.running():
+            list(children.wait(None))
+        assert board.process.poll() is None
+    assert board.process.poll() == -signal.SIGKILL
 
 
 # What a board's console says of a fault, as `lf_fault` in zephyr/src/fatal.c ends it; the board then stands still.
@@ -149,7 +160,7 @@ signal.pause()
 """
 
 
-def test_a_board_that_halts_after_a_fault_ends_the_simulator() -> None:
+def test_a_board_that_halts_after_a_fault_has_ended() -> None:
     assert (ending_of(HALTED).status, ending_of(HALTED).how) == (102, "ended with exit status 102")
 
 

@@ -47,7 +47,7 @@ const ROOMY_BOARDS: [&str; 3] = ["native_sim", "mps2", "mimxrt"];
 
 /// What Zephyr is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Buffers {
+pub(super) struct Pools {
     pub window_bytes: usize,
     pub packets_in: usize,
     pub packets_out: usize,
@@ -62,7 +62,7 @@ pub(super) fn share_on(board: &str) -> Share {
 
 impl Connections {
     /// What the connections need if each gets this share.
-    pub(super) fn buffers(self, share: Share) -> Buffers {
+    pub(super) fn pools(self, share: Share) -> Pools {
         // A segment that a first buffer cannot hold takes more, but such segments are few: their bytes are limited.
         let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
         let packets_in = BURST + self.receiving * share.segments;
@@ -70,7 +70,7 @@ impl Connections {
         // one of their own. A segment there has all that a tag has to say, so half as many hold a window; it has two.
         let own_segments = if self.local { share.segments } else { 0 };
         let kept = self.ends * share.unacknowledged + 2 * own_segments;
-        Buffers {
+        Pools {
             window_bytes: share.window_bytes,
             packets_in,
             packets_out: SENDING + own_segments,
@@ -92,12 +92,12 @@ mod tests {
     fn windows_filled_with_segments_of_any_length_leave_room_for_a_burst() {
         for share in [SMALL, ROOMY] {
             for receiving in 0..20 {
-                let buffers = Connections { ends: receiving, receiving, local: false }.buffers(share);
-                assert_eq!(buffers.packets_in - receiving * share.segments, BURST);
+                let pools = Connections { ends: receiving, receiving, local: false }.pools(share);
+                assert_eq!(pools.packets_in - receiving * share.segments, BURST);
                 for length in 1..=share.window_bytes {
                     let segments = share.segments.min(share.window_bytes / length);
                     let taken = receiving * segments * (HEADER_BYTES + length).div_ceil(BUFFER_BYTES);
-                    assert!(buffers.buffers_in >= taken + BURST, "{receiving} windows in segments of {length} bytes");
+                    assert!(pools.buffers_in >= taken + BURST, "{receiving} windows in segments of {length} bytes");
                 }
             }
         }
@@ -106,17 +106,17 @@ mod tests {
     #[test]
     fn a_frame_of_the_longest_kind_fits_even_where_there_is_one_connection() {
         let longest = 1514_usize.div_ceil(BUFFER_BYTES);
-        assert!(FEDERATE.buffers(SMALL).buffers_in >= longest);
+        assert!(FEDERATE.pools(SMALL).buffers_in >= longest);
     }
 
     #[test]
     fn what_is_kept_leaves_as_much_for_copies() {
         let joint = Connections { ends: 5, receiving: 3, local: true };
         for share in [SMALL, ROOMY] {
-            let buffers = joint.buffers(share);
+            let pools = joint.pools(share);
             // `lf_send_room` in zephyr/src/platform.c gives out what is beyond this.
-            let for_copies = buffers.buffers_out / 2 + 2;
-            assert!(buffers.buffers_out - for_copies >= joint.ends * share.unacknowledged);
+            let for_copies = pools.buffers_out / 2 + 2;
+            assert!(pools.buffers_out - for_copies >= joint.ends * share.unacknowledged);
         }
     }
 

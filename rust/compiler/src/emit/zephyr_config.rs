@@ -195,13 +195,13 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     if connections.ends == 0 || place.is_offloaded() {
         return;
     }
-    let buffers = connections.buffers(share_on(board));
+    let pools = connections.pools(share_on(board));
     fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
-    fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", buffers.window_bytes);
-    fragment.set("NET_PKT_RX_COUNT", buffers.packets_in);
-    fragment.set("NET_PKT_TX_COUNT", buffers.packets_out);
-    fragment.set("NET_BUF_RX_COUNT", buffers.buffers_in);
-    fragment.set("NET_BUF_TX_COUNT", buffers.buffers_out);
+    fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", pools.window_bytes);
+    fragment.set("NET_PKT_RX_COUNT", pools.packets_in);
+    fragment.set("NET_PKT_TX_COUNT", pools.packets_out);
+    fragment.set("NET_BUF_RX_COUNT", pools.buffers_in);
+    fragment.set("NET_BUF_TX_COUNT", pools.buffers_out);
 }
 
 /// So many others on the same network, and the gateway, have MAC addresses that have to be known.
