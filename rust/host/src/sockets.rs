@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The table of a program's sockets, and epoll over all of them.
 
+mod silence;
+
 use std::fmt;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
 use std::os::fd::{AsFd, OwnedFd};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
 
+use self::silence::Silence;
+
 /// The epoll key of the wake-up descriptor, which is no socket of the table.
 const WAKE_KEY: u64 = u64::MAX;
 /// After how long a silent peer is asked whether it is still there, how often, and how many times in vain: a board that
-/// has halted, or whose cable is out, ends its connections after 40 seconds. A user time-out would be shorter for data
-/// that is not acknowledged, but it also ends connections whose receiver only takes nothing for a time.
+/// has halted, or whose cable is out, ends its connections after 40 seconds. Data on its way: see [`silence`].
 const KEEPALIVE: (Duration, Duration, u32) = (Duration::from_secs(10), Duration::from_secs(5), 6);
 /// How many events one wait takes from the kernel; the rest comes with the next wait.
 const EVENTS: usize = 256;
@@ -25,6 +28,7 @@ pub(crate) struct Sockets {
     epoll: OwnedFd,
     places: Vec<Place>,
     events: Vec<epoll::Event>,
+    silence: Silence,
 }
 
 #[derive(Debug)]
@@ -60,7 +64,7 @@ impl Sockets {
             Ok(_) | Err(Errno::INTR) => {}
             Err(errno) => return Err(errno.into()),
         }
-        Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS) })
+        Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS), silence: Silence::default() })
     }
 
     /// See [`lf_runtime::platform::Platform::connect`].
@@ -202,6 +206,11 @@ impl Sockets {
 
     /// Waits until `time_out` has passed, a socket is ready or the wake-up is; `true` means the wake-up.
     pub(crate) fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        let time_out = if self.end_the_silent() {
+            Some(time_out.unwrap_or(silence::LOOK_INTERVAL).min(silence::LOOK_INTERVAL))
+        } else {
+            time_out
+        };
         // A time that no timespec holds is as good as for ever.
         let time_out = time_out.and_then(|time_out| Timespec::try_from(time_out).ok());
         self.events.clear();
@@ -226,6 +235,29 @@ impl Sockets {
             ready(from_key(data.u64()), interest);
         }
         woken
+    }
+
+    /// Ends connections whose peers are gone, of which the event loop then hears as of any other end. Gives whether there
+    /// are connections, so that it has to be looked again.
+    fn end_the_silent(&mut self) -> bool {
+        let mut sockets = self.places.iter().filter_map(|place| place.socket.as_ref()).peekable();
+        if sockets.peek().is_none() {
+            return false;
+        }
+        let now = Instant::now();
+        if !self.silence.is_due(now) {
+            return true;
+        }
+        let gone = self.silence.look(now);
+        if !gone.is_empty() {
+            for socket in sockets {
+                if ends(&socket.descriptor).is_some_and(|ends| gone.contains(&ends)) {
+                    // It fails only when the connection is at its end already.
+                    let _ = rustix::net::shutdown(&socket.descriptor, Shutdown::Both);
+                }
+            }
+        }
+        true
     }
 
     fn descriptor(&self, id: SocketId) -> Result<&OwnedFd, NetError> {
@@ -257,6 +289,16 @@ fn set_up_connection(descriptor: &OwnedFd) -> Result<(), NetError> {
     sockopt::set_tcp_keepintvl(descriptor, interval).map_err(error)?;
     sockopt::set_tcp_keepcnt(descriptor, count).map_err(error)?;
     sockopt::set_socket_keepalive(descriptor, true).map_err(error)
+}
+
+/// The addresses of a connection.
+fn ends(descriptor: &OwnedFd) -> Option<silence::Ends> {
+    let own = rustix::net::getsockname(descriptor).ok()?;
+    let peer = rustix::net::getpeername(descriptor).ok()??;
+    match (SocketAddr::try_from(own), SocketAddr::try_from(peer)) {
+        (Ok(SocketAddr::V4(own)), Ok(SocketAddr::V4(peer))) => Some((own, peer)),
+        _ => None,
+    }
 }
 
 fn stream_socket() -> Result<OwnedFd, NetError> {

@@ -145,8 +145,8 @@ impl fmt::Display for FederateError {
             Self::RtiFailed => f.write_str("the RTI or another federate failed: see its output for the reason"),
             Self::RtiLost { phase } => write!(
                 f,
-                "the connection to the RTI ended {phase}: check that the RTI is running and see its output for the \
-                 reason",
+                "the connection to the RTI ended {phase}: check the network cables and that the RTI is running, and \
+                 see its output for the reason",
             ),
             Self::NotGranted { tag } => write!(f, "the event loop began tag {tag}, which the RTI has not granted"),
             Self::NotLater { tag, current } => {

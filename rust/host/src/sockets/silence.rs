@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Peers that are gone without a word while data is on its way to them.
+//!
+//! TCP's keep-alive notices only the silence of idle connections. For data that nobody acknowledges Linux goes on for a
+//! quarter of an hour, and its user time-out would also end connections whose receiver is there, but takes nothing for a
+//! time, which is how a federation slows a sender down. So it is looked at which connections repeat what they have sent:
+//! one that has done nothing else for [`SILENCE`] is at its end.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::net::SocketAddrV4;
+use std::time::{Duration, Instant};
+
+/// How long a connection may repeat what it has sent; as long as a silent one is asked whether it is alive.
+const SILENCE: Duration = Duration::from_secs(40);
+/// How often it is looked.
+pub(super) const LOOK_INTERVAL: Duration = Duration::from_secs(5);
+/// Where Linux says what its connections do. Where it does not, all is as Linux has it.
+const CONNECTIONS: &str = "/proc/self/net/tcp";
+
+/// The addresses of both ends of a connection, this one's first.
+pub(super) type Ends = (SocketAddrV4, SocketAddrV4);
+
+/// Since when which connections repeat what they have sent.
+#[derive(Debug, Default)]
+pub(super) struct Silence {
+    looked: Option<Instant>,
+    since: BTreeMap<Ends, Instant>,
+}
+
+impl Silence {
+    /// Whether it is time to look.
+    pub(super) fn is_due(&self, now: Instant) -> bool {
+        self.looked.is_none_or(|looked| now.duration_since(looked) >= LOOK_INTERVAL)
+    }
+
+    /// Looks, and says which connections have been repeating for too long.
+    pub(super) fn look(&mut self, now: Instant) -> Vec<Ends> {
+        self.looked = Some(now);
+        let connections = fs::read_to_string(CONNECTIONS).unwrap_or_default();
+        self.judge(&connections, now)
+    }
+
+    fn judge(&mut self, connections: &str, now: Instant) -> Vec<Ends> {
+        let repeating = connections.lines().filter_map(repeating);
+        self.since = repeating.map(|ends| (ends, self.since.get(&ends).copied().unwrap_or(now))).collect();
+        let gone = self.since.iter().filter(|(_, since)| now.duration_since(**since) >= SILENCE);
+        gone.map(|(ends, _)| *ends).collect()
+    }
+}
+
+/// The connection of a line, if it waits for the acknowledgement of something that it has repeated already.
+fn repeating(line: &str) -> Option<Ends> {
+    let mut fields = line.split_ascii_whitespace().skip(1);
+    let own = address(fields.next()?)?;
+    let peer = address(fields.next()?)?;
+    // Its state, and what is in its queues.
+    let mut fields = fields.skip(2);
+    let waits_for_acknowledgement = fields.next()?.starts_with("01:");
+    let repetitions = u32::from_str_radix(fields.next()?, 16).ok()?;
+    (waits_for_acknowledgement && repetitions > 0).then_some((own, peer))
+}
+
+/// An address as Linux writes it: the four bytes as one number of this computer, and the port.
+fn address(text: &str) -> Option<SocketAddrV4> {
+    let (ip, port) = text.split_once(':')?;
+    let ip = u32::from_str_radix(ip, 16).ok()?.to_ne_bytes();
+    Some(SocketAddrV4::new(ip.into(), u16::from_str_radix(port, 16).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Ends, SILENCE, Silence};
+    use std::fmt::Write as _;
+    use std::net::{Ipv4Addr, SocketAddrV4};
+    use std::time::{Duration, Instant};
+
+    const RTI: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, 1), 15045);
+
+    fn board(number: u8) -> Ends {
+        (RTI, SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, number), 4242))
+    }
+
+    /// What Linux says: for each board its timer, and how often it has repeated.
+    fn connections(boards: &[(u8, u8, u8)]) -> String {
+        let mut text = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid\n".to_owned();
+        for (number, timer, repetitions) in boards {
+            let hex = |end: SocketAddrV4| format!("{:08X}:{:04X}", u32::from_ne_bytes(end.ip().octets()), end.port());
+            let (own, peer) = board(*number);
+            let (own, peer) = (hex(own), hex(peer));
+            let queues = "00000016:00000000";
+            let _ = writeln!(text, "   0: {own} {peer} 01 {queues} {timer:02X}:00000A21 {repetitions:08X}     0");
+        }
+        text
+    }
+
+    #[test]
+    fn who_repeats_for_too_long_is_at_the_end() {
+        let begin = Instant::now();
+        let mut silence = Silence::default();
+        // Board 4 has a closed window, 5 is asked whether it is alive, 6 has just been sent something.
+        let text = connections(&[(2, 1, 1), (3, 1, 9), (4, 4, 0), (5, 2, 0), (6, 1, 0)]);
+        assert_eq!(silence.judge(&text, begin), []);
+        assert_eq!(silence.judge(&text, begin + SILENCE / 2), []);
+        assert_eq!(silence.judge(&text, begin + SILENCE), [board(2), board(3)]);
+    }
+
+    #[test]
+    fn an_acknowledgement_begins_anew() {
+        let begin = Instant::now();
+        let mut silence = Silence::default();
+        assert_eq!(silence.judge(&connections(&[(2, 1, 3)]), begin), []);
+        assert_eq!(silence.judge(&connections(&[(2, 1, 0)]), begin + SILENCE / 2), []);
+        assert_eq!(silence.judge(&connections(&[(2, 1, 1)]), begin + SILENCE), []);
+        assert_eq!(silence.judge(&connections(&[(2, 1, 9)]), begin + SILENCE * 2), [board(2)]);
+    }
+
+    #[test]
+    fn what_linux_does_not_say_is_no_silence() {
+        assert_eq!(Silence::default().judge("", Instant::now()), []);
+        assert_eq!(Silence::default().judge("no: such lines", Instant::now()), []);
+    }
+
+    #[test]
+    fn it_is_looked_now_and_then() {
+        let now = Instant::now();
+        let mut silence = Silence::default();
+        assert!(silence.is_due(now));
+        assert!(silence.look(now).is_empty());
+        assert!(!silence.is_due(now + Duration::from_secs(4)));
+        assert!(silence.is_due(now + Duration::from_secs(5)));
+    }
+}
