@@ -76,6 +76,9 @@ function(lf_federate crate)
         target_link_libraries(app PUBLIC -Wl,--defsym=__aeabi_${function}${alignment}=${function})
       endforeach()
     endforeach()
+    # Rust says of its objects that they need no executable stack, and gcc's for boards say nothing, of which the linker
+    # warns.
+    target_link_libraries(app PUBLIC -Wl,-z,noexecstack)
   endif()
   # Rust's compiler_builtins offers some of the functions that the C compiler's run-time library does; the latter is
   # named first, and the linker takes the first definition.

@@ -80,6 +80,8 @@ enum lf_network_error lf_network_error(int error)
 	/* Zephyr also has no memory when it has no place for a connection. A socket that is open has no buffers then. */
 	case ENOMEM:
 	case ENOBUFS:
+	/* So Zephyr says that all CONFIG_NET_MAX_CONN are in use. */
+	case ENOENT:
 		return LF_NETWORK_NO_SOCKET_LEFT;
 	case EOPNOTSUPP:
 #if ENOTSUP != EOPNOTSUPP

@@ -13,6 +13,7 @@ mod process;
 mod python;
 mod report;
 mod tidy;
+mod twister;
 mod zephyr;
 
 use std::path::{Path, PathBuf};
@@ -79,7 +80,7 @@ const STEPS: &[(&str, Step)] = &[
     ("deny", host::deny),
     ("host", host::test),
     ("python", python::step),
-    ("twister", zephyr::twister),
+    ("twister", twister::run),
     ("federations", zephyr::federations),
 ];
 

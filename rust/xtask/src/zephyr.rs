@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tests that need a Zephyr workspace: twister suites, and federations with Zephyr images in them.
+//! The Zephyr workspace that tests need, and the tests of the west commands in it.
 //!
 //! A workspace is looked for where Zephyr's own tools look: in `ZEPHYR_BASE`, in the west workspace around this
 //! repository, and in CMake's user package registry (`west zephyr-export`).
@@ -9,38 +9,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::counts::Counts;
 use crate::process;
 use crate::python;
 use crate::report::Report;
-
-/// The board on which the tests run: a Linux program with the host's network.
-const BOARD: &str = "native_sim/native/64";
-
-/// The twister suites of this repository.
-pub(crate) fn twister(repository: &Path, report: &mut Report) {
-    let Some(workspace) = workspace_or_skip("twister", repository, report) else { return };
-    let suites = suites(repository);
-    if suites.is_empty() {
-        report.skip("twister", "there is no testcase.yaml or sample.yaml in applications/ and tests/");
-        return;
-    }
-    let output = repository.join("target/twister");
-    let mut command = workspace.command("west");
-    command.current_dir(workspace.top()).args(["twister", "--platform", BOARD, "--no-detailed-test-id"]);
-    command.args(["--inline-logs", "--clobber-output", "--outdir"]).arg(&output);
-    // All images, those of the west commands too, compile what they have in common once.
-    command.env("CARGO_TARGET_DIR", repository.join("target/lf-zephyr"));
-    for suite in suites {
-        command.arg("--testsuite-root").arg(suite);
-    }
-    let succeeded = process::succeeds(&mut command);
-    let json = fs::read_to_string(output.join("twister.json")).unwrap_or_default();
-    match Counts::from_twister(&json) {
-        Some(counts) => report.runner("twister", succeeded, counts),
-        None => report.fail("twister", "twister left no readable twister.json"),
-    }
-}
 
 /// The west commands and federations with Zephyr images in them: the tests of `scripts/` with the marker `zephyr`.
 pub(crate) fn federations(repository: &Path, report: &mut Report) {
@@ -56,7 +27,7 @@ pub(crate) fn command_in_workspace(repository: &Path, program: &Path) -> Command
     }
 }
 
-fn workspace_or_skip(name: &str, repository: &Path, report: &mut Report) -> Option<Workspace> {
+pub(crate) fn workspace_or_skip(name: &str, repository: &Path, report: &mut Report) -> Option<Workspace> {
     let Some(workspace) = Workspace::find(repository) else {
         let reason = "no Zephyr workspace found: set ZEPHYR_BASE, or run `west zephyr-export` in one";
         report.skip(name, reason);
@@ -73,7 +44,7 @@ fn workspace_or_skip(name: &str, repository: &Path, report: &mut Report) -> Opti
 }
 
 /// A Zephyr tree that was found.
-struct Workspace {
+pub(crate) struct Workspace {
     /// What `ZEPHYR_BASE` names.
     base: PathBuf,
 }
@@ -84,7 +55,7 @@ impl Workspace {
     }
 
     /// The west workspace around the tree, or the tree itself where there is none.
-    fn top(&self) -> &Path {
+    pub(crate) fn top(&self) -> &Path {
         self.base.ancestors().find(|folder| folder.join(".west").is_dir()).unwrap_or(&self.base)
     }
 
@@ -98,7 +69,7 @@ impl Workspace {
     }
 
     /// A command in the environment that Zephyr's build needs on this computer.
-    fn command(&self, program: &str) -> Command {
+    pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.env("ZEPHYR_BASE", &self.base);
         if env::var_os("ZEPHYR_TOOLCHAIN_VARIANT").is_none() && !has_zephyr_sdk() {
@@ -139,31 +110,9 @@ fn is_zephyr(base: &Path) -> bool {
     base.join("VERSION").is_file() && base.join("Kconfig.zephyr").is_file()
 }
 
-fn has_zephyr_sdk() -> bool {
+/// Whether Zephyr's own tool chains are installed where its build finds them.
+pub(crate) fn has_zephyr_sdk() -> bool {
     let registered =
         env::var_os("HOME").is_some_and(|home| Path::new(&home).join(".cmake/packages/Zephyr-sdk").is_dir());
     registered || env::var_os("ZEPHYR_SDK_INSTALL_DIR").is_some()
-}
-
-/// The folders below `applications/` and `tests/` that hold a twister suite.
-fn suites(repository: &Path) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    for folder in ["applications", "tests"] {
-        collect_suites(&repository.join(folder), &mut found);
-    }
-    found.sort();
-    found
-}
-
-fn collect_suites(folder: &Path, found: &mut Vec<PathBuf>) {
-    if ["testcase.yaml", "sample.yaml"].iter().any(|name| folder.join(name).is_file()) {
-        found.push(folder.to_path_buf());
-        return;
-    }
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        if entry.path().is_dir() && name != "build" && name != "target" {
-            collect_suites(&entry.path(), found);
-        }
-    }
 }

@@ -6,6 +6,7 @@ use core::cell::Cell;
 use lf_coordination::Deadline;
 use lf_model::Interval;
 use lf::clock::{self, Extension};
+use lf::kconfig::SYS_CLOCK_TICKS_PER_SEC;
 use lf::runtime::platform::Platform;
 
 use crate::{Outcome, ensure, platform};
@@ -80,4 +81,45 @@ pub(crate) fn wait_ends_at_its_time() -> Outcome {
         }
     }
     Ok(())
+}
+
+/// Goes on until the counter of 32 bits has wrapped, and compares with the kernel's own count of ticks, which comes from
+/// the same counter: the time must be that of the cycles counted, to the nanosecond, before, at and after the wrap.
+///
+/// Where the board's driver counts in 64 bits there is no wrap to wait for; then the comparison is made once.
+pub(crate) fn time_is_exact_over_the_wrap() -> Outcome {
+    let mut platform = platform()?;
+    let frequency = clock::frequency();
+    let cycles_per_tick = u64::from(frequency) / u64::try_from(SYS_CLOCK_TICKS_PER_SEC).unwrap_or(1);
+    let ns_per_tick = clock::nanoseconds(cycles_per_tick, frequency);
+    // Steps that are no multiple of anything, a little shorter than the event loop's longest wait.
+    let step = Interval::from_nanos(clock::nanoseconds(1 << 29, frequency) + 1);
+    let steps = if has_counter_of_64_bits() { 1 } else { 10 };
+    for _ in 0..steps {
+        // What is read between two looks at the ticks lies in these ticks.
+        let before = uptime_ticks();
+        let now = platform.now().as_nanos();
+        let after = uptime_ticks();
+        ensure!(now >= before * ns_per_tick);
+        ensure!(now < (after + 1) * ns_per_tick);
+        if steps > 1 {
+            let until = platform.now() + step;
+            while platform.now() < until {
+                platform.wait(Deadline::At(until), &mut |_, _| {});
+            }
+        }
+    }
+    let end = platform.now().as_nanos();
+    ensure!(steps == 1 || end > clock::nanoseconds(1 << 32, frequency));
+    Ok(())
+}
+
+unsafe extern "C" {
+    /// The kernel's ticks since the boot.
+    #[link_name = "test_uptime_ticks"]
+    safe fn uptime_ticks() -> i64;
+
+    /// Whether the board's driver extends the counter itself.
+    #[link_name = "test_has_counter_of_64_bits"]
+    safe fn has_counter_of_64_bits() -> bool;
 }

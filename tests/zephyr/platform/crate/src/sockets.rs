@@ -5,6 +5,7 @@ use core::ffi::CStr;
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::Deadline;
+use lf_model::Interval;
 use lf::ZephyrPlatform;
 use lf::kconfig::LF_SOCKETS;
 use lf::runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
@@ -101,6 +102,75 @@ pub(crate) fn bytes_go_over_tcp_and_back() -> Outcome {
     platform.close(client);
     wait_for(&mut platform, server, Interest::READ);
     ensure!(platform.read(server, &mut [0]) == Ok(Transfer::Closed));
+    Ok(())
+}
+
+/// Nothing comes: the wait ends at its time, and not before, and says of no socket that it is ready.
+pub(crate) fn a_wait_for_a_silent_socket_ends_at_its_time() -> Outcome {
+    let mut platform = platform()?;
+    let [listener, client, server] = connection(&mut platform)?;
+    for socket in [listener, client, server] {
+        platform.set_interest(socket, Interest::READ);
+    }
+    let mut is_silent = true;
+    let until = platform.now() + Interval::from_millis(20);
+    while platform.now() < until {
+        platform.wait(Deadline::At(until), &mut |_, _| is_silent = false);
+    }
+    ensure!(is_silent);
+    // What is there is found without waiting, and ends a wait that could be long.
+    write_all(&mut platform, client, &[1])?;
+    wait_for(&mut platform, server, Interest::READ);
+    let later = platform.now() + Interval::from_nanos(i64::MAX / 2);
+    for until in [Deadline::Now, Deadline::At(later), Deadline::Never] {
+        let mut came = false;
+        platform.set_interest(server, Interest::READ);
+        platform.wait(until, &mut |id, is| came |= id == server && is.readable);
+        ensure!(came);
+    }
+    Ok(())
+}
+
+/// A receiver that does not read: the sender is told to wait, and no call of it waits by itself.
+pub(crate) fn a_full_connection_would_block() -> Outcome {
+    let mut platform = platform()?;
+    let [_, client, server] = connection(&mut platform)?;
+    let bytes = [7; 500];
+    let mut sent = 0_usize;
+    loop {
+        match well(platform.write(client, &bytes))? {
+            Transfer::Bytes(count) => sent += count,
+            Transfer::WouldBlock => break,
+            Transfer::Closed => return Err(c"the connection ended early"),
+        }
+    }
+    ensure!(sent > 0);
+    let mut room = [0; 500];
+    let mut received = 0;
+    while received < sent {
+        wait_for(&mut platform, server, Interest::READ);
+        if let Transfer::Bytes(count) = well(platform.read(server, &mut room))? {
+            ensure!(room[..count].iter().all(|byte| *byte == 7));
+            received += count;
+        }
+    }
+    // There is room again, for one byte at least.
+    write_all(&mut platform, client, &[8])
+}
+
+pub(crate) fn datagrams_come_with_their_sender() -> Outcome {
+    let mut platform = platform()?;
+    let one = well(platform.bind(0))?;
+    let other = well(platform.bind(0))?;
+    let port = well(platform.local_port(one))?;
+    let to = loopback(well(platform.local_port(other))?);
+    let mut room = [0; 16];
+    ensure!(platform.receive_from(other, &mut room) == Ok(None));
+    well(platform.send_to(one, to, b"hello"))?;
+    wait_for(&mut platform, other, Interest::READ);
+    let came = well(platform.receive_from(other, &mut room))?;
+    ensure!(came == Some((5, loopback(port))));
+    ensure!(&room[..5] == b"hello");
     Ok(())
 }
 

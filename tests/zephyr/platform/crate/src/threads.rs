@@ -37,6 +37,31 @@ pub(crate) fn a_wake_up_is_not_lost_before_a_wait() -> Outcome {
     Ok(())
 }
 
+pub(crate) fn an_interrupt_ends_a_wait() -> Outcome {
+    let mut platform = platform()?;
+    FROM_INTERRUPT.store(false, Ordering::Release);
+    wake_from_interrupt();
+    while !FROM_INTERRUPT.load(Ordering::Acquire) {
+        platform.wait(Deadline::Never, &mut |_, _| {});
+    }
+    Ok(())
+}
+
+static FROM_INTERRUPT: AtomicBool = AtomicBool::new(false);
+
+/// What the timer's interrupt calls.
+#[unsafe(no_mangle)]
+extern "C" fn test_interrupted() {
+    FROM_INTERRUPT.store(true, Ordering::Release);
+    lf::wake();
+}
+
+unsafe extern "C" {
+    /// Lets an interrupt call [`test_interrupted`] soon.
+    #[link_name = "test_wake_from_interrupt"]
+    safe fn wake_from_interrupt();
+}
+
 pub(crate) fn threads_are_reused_and_limited() -> Outcome {
     static ENDED: AtomicUsize = AtomicUsize::new(0);
     let mut platform = platform()?;

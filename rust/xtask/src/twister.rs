@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The twister suites of this repository: as programs of this computer, and on a small board that QEMU plays.
+//!
+//! Twister has one tool chain per run, so there is a run per platform.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::counts::Counts;
+use crate::process;
+use crate::report::Report;
+use crate::zephyr::{Workspace, has_zephyr_sdk, workspace_or_skip};
+
+/// A Linux program with the host's network.
+const NATIVE: &str = "native_sim/native/64";
+/// A Cortex-M3 with 64 KiB of RAM.
+const BOARD: &str = "qemu_cortex_m3";
+
+/// Runs the suites on each platform.
+pub(crate) fn run(repository: &Path, report: &mut Report) {
+    let Some(workspace) = workspace_or_skip("twister", repository, report) else { return };
+    let suites = suites(repository);
+    if suites.is_empty() {
+        report.skip("twister", "there is no testcase.yaml or sample.yaml in applications/ and tests/");
+        return;
+    }
+    run_on("native_sim", NATIVE, Vec::new(), &suites, &workspace, repository, report);
+    match variables_for_arm() {
+        Ok(variables) => run_on(BOARD, BOARD, variables, &suites, &workspace, repository, report),
+        Err(missing) => report.skip(&format!("twister {BOARD}"), &missing),
+    }
+}
+
+fn run_on(
+    name: &str,
+    platform: &str,
+    variables: Vec<(&str, OsString)>,
+    suites: &[PathBuf],
+    workspace: &Workspace,
+    repository: &Path,
+    report: &mut Report,
+) {
+    let name = format!("twister {name}");
+    let output = repository.join("target/twister").join(platform.replace('/', "_"));
+    let mut command = workspace.command("west");
+    command.current_dir(workspace.top()).args(["twister", "--platform", platform, "--no-detailed-test-id"]);
+    command.args(["--inline-logs", "--clobber-output", "--outdir"]).arg(&output);
+    // All images, those of the west commands too, compile what they have in common once.
+    command.env("CARGO_TARGET_DIR", repository.join("target/lf-zephyr"));
+    // What images compile differs by the folder around it, which ccache is to leave out.
+    for (variable, value) in [("CCACHE_BASEDIR", output.clone().into_os_string()), ("CCACHE_NOHASHDIR", "1".into())] {
+        if env::var_os(variable).is_none() {
+            command.env(variable, value);
+        }
+    }
+    command.envs(variables);
+    for suite in suites {
+        command.arg("--testsuite-root").arg(suite);
+    }
+    let succeeded = process::succeeds(&mut command);
+    let json = fs::read_to_string(output.join("twister.json")).unwrap_or_default();
+    match Counts::from_twister(&json) {
+        Some(counts) => report.runner(&name, succeeded, counts),
+        None => report.fail(&name, "twister left no readable twister.json"),
+    }
+}
+
+/// The variables that choose a compiler for Arm which twister knows, or what is missing for images on the board.
+fn variables_for_arm() -> Result<Vec<(&'static str, OsString)>, String> {
+    const VARIANT: &str = "ZEPHYR_TOOLCHAIN_VARIANT";
+    if process::find_program("qemu-system-arm").is_none() {
+        return Err("there is no qemu-system-arm: apt install qemu-system-arm".to_owned());
+    }
+    // The user's choice counts, unless it is that for programs of this computer.
+    if env::var_os(VARIANT).is_some_and(|variant| variant != "host") {
+        return Ok(Vec::new());
+    }
+    if has_zephyr_sdk() {
+        return Ok(vec![(VARIANT, "zephyr".into())]);
+    }
+    // Zephyr looks for it in the folder `bin` of a folder that it is told.
+    let folder = process::find_program("arm-none-eabi-gcc").and_then(|compiler| fs::canonicalize(compiler).ok());
+    let folder = folder.as_deref().and_then(Path::parent).filter(|folder| folder.ends_with("bin"));
+    match folder.and_then(Path::parent) {
+        Some(folder) => Ok(vec![(VARIANT, "gnuarmemb".into()), ("GNUARMEMB_TOOLCHAIN_PATH", folder.into())]),
+        None => Err("no compiler for Arm: install the Zephyr SDK, or apt install gcc-arm-none-eabi \
+            libnewlib-arm-none-eabi"
+            .to_owned()),
+    }
+}
+
+/// The folders below `applications/` and `tests/` that hold a twister suite.
+fn suites(repository: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for folder in ["applications", "tests"] {
+        collect_suites(&repository.join(folder), &mut found);
+    }
+    found.sort();
+    found
+}
+
+fn collect_suites(folder: &Path, found: &mut Vec<PathBuf>) {
+    if ["testcase.yaml", "sample.yaml"].iter().any(|name| folder.join(name).is_file()) {
+        found.push(folder.to_path_buf());
+        return;
+    }
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        if entry.path().is_dir() && name != "build" && name != "target" {
+            collect_suites(&entry.path(), found);
+        }
+    }
+}
