@@ -2,9 +2,9 @@
 //! Peers that are gone without a word while data is on its way to them.
 //!
 //! TCP's keep-alive notices only the silence of idle connections. For data that nobody acknowledges Linux goes on for a
-//! quarter of an hour, and its user time-out would also end connections whose receiver is there, but takes nothing for a
-//! time, which is how a federation slows a sender down. So it is looked at which connections repeat what they have sent:
-//! one that has done nothing else for [`SILENCE`] is at its end.
+//! quarter of an hour, and its user time-out would also end connections whose receiver is there, but takes nothing for
+//! a time, which is how a federation slows a sender down. So it is looked at which connections repeat what they have
+//! sent: one that has done nothing else for [`SILENCE`] is at its end.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -83,8 +83,8 @@ pub(crate) fn wait_ends_at_its_time() -> Outcome {
     Ok(())
 }
 
-/// Goes on until the counter of 32 bits has wrapped, and compares with the kernel's own count of ticks, which comes from
-/// the same counter: the time must be that of the cycles counted, to the nanosecond, before, at and after the wrap.
+/// Goes on until the counter of 32 bits has wrapped, and compares with the kernel's own count of ticks, which comes
+/// from the same counter: the time lies within the tick, before and after the wrap.
 ///
 /// Where the board's driver counts in 64 bits there is no wrap to wait for; then the comparison is made once.
 pub(crate) fn time_is_exact_over_the_wrap() -> Outcome {
