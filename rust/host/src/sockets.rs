@@ -237,8 +237,8 @@ impl Sockets {
         woken
     }
 
-    /// Ends connections whose peers are gone, of which the event loop then hears as of any other end. Gives whether there
-    /// are connections, so that it has to be looked again.
+    /// Ends connections whose peers are gone, of which the event loop then hears as of any other end. Gives whether
+    /// there are connections, so that it has to be looked again.
     fn end_the_silent(&mut self) -> bool {
         let mut sockets = self.places.iter().filter_map(|place| place.socket.as_ref()).peekable();
         if sockets.peek().is_none() {

@@ -95,7 +95,8 @@ fn wait_for_a_free_thread(platform: &mut impl Platform) {
         lf::wake();
     };
     while FREE.load(Ordering::Acquire) < 1 {
-        let soon = platform.now() + lf_model::Interval::from_micros(100);
+        // Long enough for the wait to let other threads run: less than a tick is waited out.
+        let soon = platform.now() + lf_model::Interval::from_millis(1);
         let _ = spawn(body);
         platform.wait(Deadline::At(soon), &mut |_, _| {});
     }
