@@ -90,3 +90,8 @@ fn waits_and_handlers_have_no_effect_where_the_rti_decides_or_nobody_does() {
 fn queues_follow_waits_up_to_a_limit_and_what_is_beyond_is_said() {
     check("long_waits");
 }
+
+#[test]
+fn federates_that_wait_for_each_other_for_ever_are_named() {
+    check("endless_waits");
+}

@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::graph::Graph;
+use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
@@ -57,6 +58,7 @@ pub(super) fn waits(
             }
         }));
     }
+    search.report_deadlocks(&waits);
     waits
 }
 
@@ -217,6 +219,31 @@ impl<'a> Search<'a> {
             };
             let message = format!("the parameter `{name}` of a federate is an older form of `@maxwait`");
             self.diagnostics.push(Diagnostic::new(Code::OlderForm, span, message).hint(hint));
+        }
+    }
+
+    /// Names the federates of each cycle that nobody can leave: all wait for ever for what would come at once.
+    fn report_deadlocks(&mut self, waits: &[Waits]) {
+        let (graph, parts) = (self.graph, self.parts);
+        let cycles = Cycles::over(graph, parts, |position, link| {
+            link.is_logical_network() && link.delay.unwrap_or_default() == 0 && waits[position].max_wait_ns == i64::MAX
+        });
+        let mut told = vec![false; parts.list.len()];
+        for link in graph.links.iter().filter(|link| link.is_logical_network()) {
+            let ends = (parts.of[graph.instance[link.from]], parts.of[graph.instance[link.to]]);
+            let (Some(from), Some(to)) = ends else { continue };
+            if !cycles.is_common(from, to) || told[from] {
+                continue;
+            }
+            let all: Vec<usize> = (0..told.len()).filter(|part| cycles.is_common(from, *part)).collect();
+            for part in &all {
+                told[*part] = true;
+            }
+            let names: Vec<String> = all.iter().map(|part| format!("`{}`", parts.list[*part].name)).collect();
+            let message = format!("{} wait for each other for ever after the start", names.join(", "));
+            let hint = "write `@maxwait(TIME)` before one of them, or before a connection of the cycle: how long it \
+                        waits for messages, 0 where it need not wait";
+            self.diagnostics.push(Diagnostic::new(Code::EndlessWait, link.span, message).hint(hint));
         }
     }
 

@@ -17,19 +17,20 @@ pub(super) struct Cycles {
 impl Cycles {
     /// The zero-delay cycles.
     pub(super) fn without_delay(graph: &Graph, parts: &Parts) -> Self {
-        Self::over(graph, parts, is_immediate)
+        Self::over(graph, parts, |_, link| is_immediate(link))
     }
 
     /// All cycles, whatever the delays.
     pub(super) fn of_any_delay(graph: &Graph, parts: &Parts) -> Self {
-        Self::over(graph, parts, |link| link.network)
+        Self::over(graph, parts, |_, link| link.network)
     }
 
-    fn over(graph: &Graph, parts: &Parts, counts: impl Fn(&Link) -> bool) -> Self {
+    /// The cycles over those connections that count, by their positions in the graph.
+    pub(super) fn over(graph: &Graph, parts: &Parts, counts: impl Fn(usize, &Link) -> bool) -> Self {
         let count = parts.list.len();
         let part = |node: usize| parts.of[graph.instance[node]];
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];
-        for link in graph.links.iter().filter(|link| counts(link)) {
+        for (_, link) in graph.links.iter().enumerate().filter(|(position, link)| counts(*position, link)) {
             if let (Some(from), Some(to)) = (part(link.from), part(link.to)) {
                 next[from].push(to);
             }

@@ -155,6 +155,8 @@ codes! {
     UnknownCapacity = "W006-unknown-capacity",
     /// A way of writing something that newer programs write differently.
     OlderForm = "W007-older-form",
+    /// Federates that wait for each other for ever.
+    EndlessWait = "W008-endless-wait",
 }
 
 impl Code {

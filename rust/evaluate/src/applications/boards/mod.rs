@@ -61,7 +61,10 @@ pub fn boards(applications: &Applications, rounds: u32) -> Result<()> {
 /// The round with the shortest delay, and that of the raw connection in it.
 fn delay(applications: &Applications, rounds: u32, board: &str, coordination: &str) -> Result<(Delay, Delay)> {
     let text = fs::read_to_string(applications.repository.join("rust/evaluate/programs/BoardDelay.lf"))?;
-    let text = text.replace("coordination: centralized", &format!("coordination: {coordination}"));
+    // Only where no RTI says who may go on does anybody wait by himself.
+    let waits = if coordination == "centralized" { "" } else { "@maxwait(0)" };
+    let text = text.replace("coordination: decentralized", &format!("coordination: {coordination}"));
+    let text = text.replace("@maxwait(0)", waits);
     let file = applications.variant("BoardDelay", &text)?;
     let room = applications.repository.join("rust/evaluate/programs/raw_connection.conf");
     let images = Images::build(applications, &file, (board, coordination), ["asker", "answerer"], &[&room])?;
