@@ -21,7 +21,7 @@ import pytest
 from conftest import BUILD
 from test_private_networks import _allowed
 from test_virtual_boards import _qemu
-from test_zephyr import PROGRAMS, arm_toolchain, lf, started
+from test_zephyr import BOARDS, PROGRAMS, arm_toolchain, lf, started
 
 from lf_west import compiler, description, qemu
 from lf_west.application import Application, open_application
@@ -167,8 +167,8 @@ def planned(build: Path) -> Federation:
 def built() -> Federation:
     """The message test, as other tests build it."""
     deployment = ("--deployment", "deployment/topology2.yaml")
-    lf("lf-fed-build", PROGRAM, *deployment, build=BUILD / "boards", **arm_toolchain())
-    return planned(BUILD / "boards")
+    lf("lf-fed-build", PROGRAM, *deployment, build=BOARDS, **arm_toolchain())
+    return planned(BOARDS)
 
 
 @pytest.fixture

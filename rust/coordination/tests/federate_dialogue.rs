@@ -25,8 +25,8 @@ fn losing_the_rti_says_when_it_happened() {
     assert_eq!(error, FederateError::RtiLost { phase: Phase::Running });
     assert_eq!(
         error.to_string(),
-        "the connection to the RTI ended while this federate was running: check that the RTI is running and see its \
-         output for the reason"
+        "the connection to the RTI ended while this federate was running: check the network cables and that the RTI is \
+         running, and see its output for the reason"
     );
     assert_eq!(drain(&mut federate), []);
 }
