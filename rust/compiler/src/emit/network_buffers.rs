@@ -13,6 +13,8 @@ const HEADER_BYTES: usize = 54;
 const BURST: usize = 8;
 /// Two threads may send at once, each with a packet for the data and one for the headers; others wait for an address.
 const SENDING: usize = 8;
+/// Buffers for what one of Zephyr's connections may be ahead of its peer, at least: 1280 bytes.
+const AHEAD: usize = 1280 / BUFFER_BYTES;
 
 /// The TCP connections of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,8 +41,8 @@ pub(super) struct Share {
 /// Any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message with its tag
 /// (25 and more); who is ahead of the reader sends several messages in one. That is ten messages in a round trip.
 const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
-/// Boards with 512 KiB and more. Zephyr's own connections send no more than 1280 bytes ahead where its buffers are few.
-const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: 1280 / BUFFER_BYTES };
+/// Boards with 512 KiB and more.
+const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
 /// Beginnings of the names of boards that have so much.
 const ROOMY_BOARDS: [&str; 3] = ["native_sim", "mps2", "mimxrt"];
@@ -69,7 +71,8 @@ impl Connections {
         // What a board sends to itself stays in the packets and buffers for sending until it is read, the headers in
         // one of their own. A segment there has all that a tag has to say, so half as many hold a window; it has two.
         let own_segments = if self.local { share.segments } else { 0 };
-        let kept = self.ends * share.unacknowledged + 2 * own_segments;
+        // Together the connections of a small board can keep as much as one that is alone.
+        let kept = (self.ends * share.unacknowledged + 2 * own_segments).max(AHEAD);
         Pools {
             window_bytes: share.window_bytes,
             packets_in,
