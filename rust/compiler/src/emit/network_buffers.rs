@@ -29,7 +29,7 @@ pub(super) struct Connections {
 
 /// What a connection gets, by what the board's memory allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Share {
+struct Share {
     /// Bytes that may be on their way to it, or wait until they are read.
     window_bytes: usize,
     /// Segments that these may have come in.
@@ -41,6 +41,9 @@ pub(super) struct Share {
 /// Any board, such as one with 64 KiB. A segment has 32 bytes on average, about as many as a short message with its tag
 /// (25 and more); who is ahead of the reader sends several messages in one. That is ten messages in a round trip.
 const SMALL: Share = Share { window_bytes: 256, segments: 8, unacknowledged: 256 / BUFFER_BYTES + 1 };
+/// The same board with more connections than these: an RTI with eight federates fits into 64 KiB, too.
+const SMALL_CONNECTIONS: usize = 4;
+const CROWDED: Share = Share { window_bytes: 128, segments: 4, unacknowledged: 128 / BUFFER_BYTES + 1 };
 /// Boards with 512 KiB and more.
 const ROOMY: Share = Share { window_bytes: 1024, segments: 32, unacknowledged: AHEAD };
 
@@ -57,14 +60,24 @@ pub(super) struct Pools {
     pub buffers_out: usize,
 }
 
-/// The share of a connection on a board.
-pub(super) fn share_on(board: &str) -> Share {
-    if ROOMY_BOARDS.iter().any(|start| board.starts_with(start)) { ROOMY } else { SMALL }
-}
-
 impl Connections {
+    /// What they need on this board.
+    pub(super) fn pools_on(self, board: &str) -> Pools {
+        self.pools(self.share_on(board))
+    }
+
+    fn share_on(self, board: &str) -> Share {
+        if ROOMY_BOARDS.iter().any(|start| board.starts_with(start)) {
+            ROOMY
+        } else if self.receiving <= SMALL_CONNECTIONS {
+            SMALL
+        } else {
+            CROWDED
+        }
+    }
+
     /// What the connections need if each gets this share.
-    pub(super) fn pools(self, share: Share) -> Pools {
+    fn pools(self, share: Share) -> Pools {
         // A segment that a first buffer cannot hold takes more, but such segments are few: their bytes are limited.
         let long_segments = share.window_bytes.div_ceil(BUFFER_BYTES - HEADER_BYTES);
         let packets_in = BURST + self.receiving * share.segments;
@@ -93,7 +106,7 @@ mod tests {
 
     #[test]
     fn windows_filled_with_segments_of_any_length_leave_room_for_a_burst() {
-        for share in [SMALL, ROOMY] {
+        for share in [SMALL, CROWDED, ROOMY] {
             for receiving in 0..20 {
                 let pools = Connections { ends: receiving, receiving, local: false }.pools(share);
                 assert_eq!(pools.packets_in - receiving * share.segments, BURST);
@@ -115,7 +128,7 @@ mod tests {
     #[test]
     fn what_is_kept_leaves_as_much_for_copies() {
         let joint = Connections { ends: 5, receiving: 3, local: true };
-        for share in [SMALL, ROOMY] {
+        for share in [SMALL, CROWDED, ROOMY] {
             let pools = joint.pools(share);
             // `lf_send_room` in zephyr/src/platform.c gives out what is beyond this.
             let for_copies = pools.buffers_out / 2 + 2;
@@ -125,9 +138,18 @@ mod tests {
 
     #[test]
     fn boards_of_unknown_memory_count_as_small() {
-        assert_eq!(share_on("qemu_cortex_m3"), SMALL);
-        assert_eq!(share_on("frdm_k64f"), SMALL);
-        assert_eq!(share_on("mimxrt1170_evk@B/mimxrt1176/cm7"), ROOMY);
-        assert_eq!(share_on("native_sim/native/64"), ROOMY);
+        assert_eq!(FEDERATE.share_on("qemu_cortex_m3"), SMALL);
+        assert_eq!(FEDERATE.share_on("frdm_k64f"), SMALL);
+        assert_eq!(FEDERATE.share_on("mimxrt1170_evk@B/mimxrt1176/cm7"), ROOMY);
+        assert_eq!(FEDERATE.share_on("native_sim/native/64"), ROOMY);
+    }
+
+    #[test]
+    fn an_rti_with_eight_federates_leaves_most_of_64_kib_to_others() {
+        let pools = Connections { ends: 8, receiving: 8, local: false }.pools_on("qemu_cortex_m3");
+        // Zephyr's structures take 64 bytes per packet and 28 beside the data of a buffer.
+        let packets = 64 * (pools.packets_in + pools.packets_out);
+        let bytes = packets + (28 + BUFFER_BYTES) * (pools.buffers_in + pools.buffers_out);
+        assert!(bytes <= 18 * 1024, "{bytes}");
     }
 }

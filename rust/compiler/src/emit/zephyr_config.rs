@@ -7,7 +7,7 @@ use core::net::Ipv4Addr;
 use std::collections::BTreeSet;
 
 use super::deployment::{Deployment, Mac, Place, Platform};
-use super::network_buffers::{Connections, share_on};
+use super::network_buffers::Connections;
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
@@ -195,7 +195,7 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
     if connections.ends == 0 || place.is_offloaded() {
         return;
     }
-    let pools = connections.pools(share_on(board));
+    let pools = connections.pools_on(board);
     fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
     fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", pools.window_bytes);
     fragment.set("NET_PKT_RX_COUNT", pools.packets_in);
