@@ -72,6 +72,8 @@ enum lf_network_error lf_network_error(int error)
 	case ENETUNREACH:
 	case EHOSTUNREACH:
 	case ENETDOWN:
+	/* So Zephyr ends connections whose interface goes down. */
+	case ENETRESET:
 		return LF_NETWORK_UNREACHABLE;
 	case EADDRINUSE:
 		return LF_NETWORK_ADDRESS_IN_USE;
