@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from dataclasses import replace
 
 from lf_west import compiler
 from lf_west.application import open_application
@@ -17,6 +18,10 @@ from lf_west.federation import Federation, listening_port, plan_federation
 from lf_west.options import add_build_options
 from lf_west.output import Output
 from lf_west.supervisor import Limits, Supervisor
+
+# How long virtual boards have to end with the others. What tells a board that a connection has ended may be lost where
+# the computer is busy, and TCP repeats it after pauses that become longer.
+_BOARDS_GRACE_S = 30.0
 
 _DESCRIPTION = """\
 Build a federated Lingua Franca program as `lf-fed-build` does, then run its RTI and its federates on this computer:
@@ -64,7 +69,10 @@ class LfFedRun(LfCommand):
         args.lfc = str(lfz.path)
         described = federation_of(self, application, args, cmake_arguments)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
-        status = run(federation, Limits(run_s=args.timeout))
+        limits = Limits(run_s=args.timeout)
+        if federation.network is not None:
+            limits = replace(limits, grace_s=_BOARDS_GRACE_S)
+        status = run(federation, limits)
         if status != 0:
             # What happened has been said.
             sys.exit(status)
