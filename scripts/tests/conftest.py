@@ -12,6 +12,7 @@ import json
 import os
 import signal
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -96,6 +97,13 @@ def _workspace(request: pytest.FixtureRequest) -> None:
         find_workspace(os.environ)
     except LfError as error:
         pytest.skip(f"no Zephyr workspace: {error.message}")
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Tests that take minutes are not begun when the time is over that `cargo xtask test --within` gives them."""
+    until = os.environ.get("LF_TESTS_UNTIL")
+    if until is not None and time.time() >= float(until) and item.get_closest_marker("zephyr") is not None:
+        pytest.skip("no time is left: see `cargo xtask test --within`")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -18,6 +18,7 @@ mod zephyr;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
@@ -41,6 +42,9 @@ enum Command {
         /// Run only this step; may be repeated.
         #[arg(long, value_name = "STEP", value_parser = step_names())]
         only: Vec<String>,
+        /// After so many minutes, begin no further Zephyr test; those that are left out count as skipped.
+        #[arg(long, value_name = "MINUTES")]
+        within: Option<u32>,
     },
     /// Check what no compiler checks: sizes, licence headers, paths in the documentation, stray files.
     Tidy,
@@ -94,9 +98,12 @@ fn step_names() -> clap::builder::PossibleValuesParser {
 fn main() -> ExitCode {
     let repository = repository();
     match Arguments::parse().command {
-        Command::Test { host_only, only } => test(&repository, host_only, &only),
+        Command::Test { host_only, only, within } => {
+            let limit = within.map(|minutes| Duration::from_secs(60 * u64::from(minutes)));
+            test(&repository, host_only, &only, limit)
+        }
         Command::Tidy => {
-            let mut report = Report::new();
+            let mut report = Report::new(None);
             tidy::step(&repository, &mut report);
             report.finish()
         }
@@ -127,8 +134,8 @@ fn simulate(repository: &Path, arguments: &[String]) -> ExitCode {
     }
 }
 
-fn test(repository: &Path, host_only: bool, only: &[String]) -> ExitCode {
-    let mut report = Report::new();
+fn test(repository: &Path, host_only: bool, only: &[String], limit: Option<Duration>) -> ExitCode {
+    let mut report = Report::new(limit);
     for (name, step) in STEPS {
         if !only.is_empty() && !only.iter().any(|wanted| wanted == name) {
             continue;

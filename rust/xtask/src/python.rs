@@ -26,7 +26,8 @@ pub(crate) fn pytest(report: &mut Report, name: &str, python: &mut Command, mark
         report.skip(name, "pytest is not installed: pip install pytest");
         return;
     }
-    let configuration = ["-m", "pytest", "-q", "-c", "scripts/pyproject.toml", "--rootdir", "scripts"];
+    let configuration =
+        ["-m", "pytest", "-q", "-rs", "--durations=12", "-c", "scripts/pyproject.toml", "--rootdir", "scripts"];
     let (succeeded, output) = process::teed(python.args(configuration).args(["-m", markers, "scripts/tests"]));
     let counts = Counts::from_pytest(&output);
     if counts == Counts::default() && (output.contains("deselected") || output.contains("no tests ran")) {

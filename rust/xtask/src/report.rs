@@ -2,7 +2,7 @@
 //! Collects the outcome of every step and sums them up at the end.
 
 use std::process::ExitCode;
-use std::time::Instant;
+use std::time::{Duration, Instant, SystemTime};
 
 use crate::counts::Counts;
 
@@ -10,6 +10,8 @@ use crate::counts::Counts;
 pub(crate) struct Report {
     steps: Vec<Outcome>,
     started: Instant,
+    /// After so long, what takes long is not begun any more.
+    limit: Option<Duration>,
 }
 
 struct Outcome {
@@ -22,8 +24,28 @@ struct Outcome {
 }
 
 impl Report {
-    pub(crate) fn new() -> Self {
-        Self { steps: Vec::new(), started: Instant::now() }
+    pub(crate) fn new(limit: Option<Duration>) -> Self {
+        Self { steps: Vec::new(), started: Instant::now(), limit }
+    }
+
+    /// How much of the time is left; `None` without a limit.
+    pub(crate) fn left(&self) -> Option<Duration> {
+        self.limit.map(|limit| limit.saturating_sub(self.started.elapsed()))
+    }
+
+    /// When the time is over, for programs that look at the clock: seconds since 1970.
+    pub(crate) fn until(&self) -> Option<u64> {
+        let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+        self.left().map(|left| (since_1970 + left).as_secs())
+    }
+
+    /// Records a step as skipped when no time is left for it.
+    pub(crate) fn is_too_late(&mut self, name: &str) -> bool {
+        let late = self.left().is_some_and(|left| left.is_zero());
+        if late {
+            self.skip(name, "the time of --within is over");
+        }
+        late
     }
 
     /// Says on the terminal which step comes now.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::counts::Counts;
 use crate::process;
 use crate::report::Report;
-use crate::zephyr::{Workspace, has_zephyr_sdk, workspace_or_skip};
+use crate::zephyr::{Workspace, compiler, has_zephyr_sdk, workspace_or_skip};
 
 /// A Linux program with the host's network.
 const NATIVE: &str = "native_sim/native/64";
@@ -26,9 +26,15 @@ pub(crate) fn run(repository: &Path, report: &mut Report) {
         report.skip("twister", "there is no testcase.yaml or sample.yaml in applications/ and tests/");
         return;
     }
-    run_on("native_sim", NATIVE, Vec::new(), &suites, &workspace, repository, report);
+    // Applications are generated while they are configured.
+    let compiler = compiler(repository).map(|(name, path)| (name, path.into_os_string()));
+    let mut variables = Vec::from_iter(compiler);
+    run_on("native_sim", NATIVE, &variables, &suites, &workspace, repository, report);
     match variables_for_arm() {
-        Ok(variables) => run_on(BOARD, BOARD, variables, &suites, &workspace, repository, report),
+        Ok(more) => {
+            variables.extend(more);
+            run_on(BOARD, BOARD, &variables, &suites, &workspace, repository, report);
+        }
         Err(missing) => report.skip(&format!("twister {BOARD}"), &missing),
     }
 }
@@ -36,13 +42,16 @@ pub(crate) fn run(repository: &Path, report: &mut Report) {
 fn run_on(
     name: &str,
     platform: &str,
-    variables: Vec<(&str, OsString)>,
+    variables: &[(&str, OsString)],
     suites: &[PathBuf],
     workspace: &Workspace,
     repository: &Path,
     report: &mut Report,
 ) {
     let name = format!("twister {name}");
+    if report.is_too_late(&name) {
+        return;
+    }
     let output = repository.join("target/twister").join(platform.replace('/', "_"));
     let mut command = workspace.command("west");
     command.current_dir(workspace.top()).args(["twister", "--platform", platform, "--no-detailed-test-id"]);
@@ -55,7 +64,7 @@ fn run_on(
             command.env(variable, value);
         }
     }
-    command.envs(variables);
+    command.envs(variables.iter().map(|(name, value)| (name, value)));
     for suite in suites {
         command.arg("--testsuite-root").arg(suite);
     }

@@ -16,7 +16,31 @@ use crate::report::Report;
 /// The west commands and federations with Zephyr images in them: the tests of `scripts/` with the marker `zephyr`.
 pub(crate) fn federations(repository: &Path, report: &mut Report) {
     let Some(workspace) = workspace_or_skip("federations", repository, report) else { return };
-    python::pytest(report, "federations", workspace.command("python3").current_dir(repository), "zephyr");
+    if report.is_too_late("federations") {
+        return;
+    }
+    let mut command = workspace.command("python3");
+    command.current_dir(repository).envs(compiler(repository));
+    if let Some(until) = report.until() {
+        command.env("LF_TESTS_UNTIL", until.to_string());
+    }
+    python::pytest(report, "federations", &mut command, "zephyr");
+}
+
+/// The variable that names this repository's `lfz` to what builds images, as the tests of the Rust workspace have built
+/// it: with optimizations, all that it depends on would be compiled once more.
+pub(crate) fn compiler(repository: &Path) -> Option<(&'static str, PathBuf)> {
+    const NAME: &str = "LFZ";
+    if env::var_os(NAME).is_some() {
+        return None;
+    }
+    let build = ["build", "--quiet", "--package", "lfz", "--bin", "lfz", "--message-format=json-render-diagnostics"];
+    let messages = process::captured(process::cargo(repository).args(build))?;
+    let executable = messages.lines().find_map(|line| {
+        let message: serde_json::Value = serde_json::from_str(line).ok()?;
+        Some(PathBuf::from(message.get("executable")?.as_str()?))
+    })?;
+    Some((NAME, executable))
 }
 
 /// A command with the environment of a Zephyr workspace, if there is one.
