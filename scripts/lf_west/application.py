@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from lf_west.errors import LfError
@@ -20,6 +21,8 @@ class Application:
     folder: Path
     # Everything that is built.
     build: Path
+    # The build folders of images that lie elsewhere, by their names.
+    elsewhere: Mapping[str, Path] = field(default_factory=dict)
 
     @property
     def program(self) -> str:
@@ -43,7 +46,7 @@ class Application:
 
     def image_folder(self, name: str) -> Path:
         """The build folder of one image."""
-        return self.images / name
+        return self.elsewhere.get(name, self.images / name)
 
     def log(self, name: str) -> Path:
         """What building one image has printed."""

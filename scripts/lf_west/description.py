@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ipaddress
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -130,6 +131,30 @@ class Description:
         """Keep it for `load`."""
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(json.dumps(self.source, indent=2) + "\n", encoding="utf-8")
+
+
+def in_image_folders(folders: Sequence[Path]) -> tuple[Description, dict[str, Path]]:
+    """A federation whose images were built apart from each other, and the folder of each, by its name.
+
+    The CMake function lf_program() leaves in each folder what was generated for its image.
+    """
+    whole: Description | None = None
+    found: dict[str, Path] = {}
+    for folder in folders:
+        described = load(folder / "lf" / "federation.json")
+        for name in described.names():
+            if name in found:
+                raise LfError(f"{name} is built in {found[name]} and in {folder}.", "Name only one of them.")
+            found[name] = folder
+        if whole is not None and (whole.program, whole.rti) != (described.program, described.rti):
+            raise LfError(
+                f"{folder} is no part of the federation {whole.program} in {folders[0]}.",
+                "Build all federates of one LF file with one deployment: -DLF_DEPLOYMENT=FILE",
+            )
+        whole = described if whole is None else described.merged_over(whole)
+    if whole is None:
+        raise LfError("there is no folder to look for images in.")
+    return whole, found
 
 
 def load(file: Path) -> Description:

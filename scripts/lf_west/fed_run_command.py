@@ -7,8 +7,9 @@ import argparse
 import os
 import sys
 from dataclasses import replace
+from pathlib import Path
 
-from lf_west import compiler
+from lf_west import compiler, description
 from lf_west.application import open_application
 from lf_west.children import Children
 from lf_west.command import LfCommand
@@ -53,6 +54,15 @@ class LfFedRun(LfCommand):
         add_build_options(parser, federated=True)
         parser.add_argument("--no-build", action="store_true", help="run what was built before")
         parser.add_argument(
+            "--images",
+            metavar="FOLDER",
+            nargs="+",
+            action="extend",
+            default=[],
+            type=Path,
+            help="run the images in these build folders of `west build`, one for each federate; nothing is built",
+        )
+        parser.add_argument(
             "--timeout", metavar="TIME", type=seconds, help="stop all after this time: 90, 90s, 500ms, 2min"
         )
         parser.add_argument(
@@ -67,7 +77,11 @@ class LfFedRun(LfCommand):
         application = open_application(file, args.build_dir)
         lfz = compiler.find(args.lfc, os.environ, self.inf)
         args.lfc = str(lfz.path)
-        described = federation_of(self, application, args, cmake_arguments)
+        if args.images:
+            described, folders = description.in_image_folders(args.images)
+            application = replace(application, elsewhere=folders)
+        else:
+            described = federation_of(self, application, args, cmake_arguments)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
         limits = Limits(run_s=args.timeout)
         if federation.network is not None:

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -100,6 +102,45 @@ def test_what_was_built_is_run_without_building(grid: World) -> None:
     assert main(["lf-fed-run", grid.file, "--no-build"]) == 0
     assert grid.calls("west") == []
     assert not any(call[0] == "build" for call in grid.calls("lfz"))
+
+
+def image_folder(world: World, name: str, place: str | None = None) -> str:
+    """A folder in which `west build` has built the image of one federate."""
+    described = json.loads(world.description.read_text())
+    described["participants"] = [item for item in described["participants"] if item["name"] == name]
+    folder = world.top / (place or name)
+    (folder / "lf").mkdir(parents=True)
+    (folder / "lf/federation.json").write_text(json.dumps(described))
+    (folder / "zephyr").mkdir()
+    image = folder / "zephyr/zephyr.exe"
+    image.write_text(f"#!{sys.executable}\nimport sys\n{SAY}")
+    image.chmod(0o755)
+    return str(folder)
+
+
+def test_images_that_were_built_apart_are_run_together(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
+    grid.describe(a=BOARD, b=BOARD)
+    folders = [image_folder(grid, "b"), image_folder(grid, "a")]
+    assert main(["lf-fed-run", grid.file, "--images", *folders]) == 0
+    output = capfd.readouterr().out
+    assert re.search(r"^a    \| -lf-federation-id=.* -lf-rti-port=4242$", output, re.MULTILINE)
+    assert re.search(r"^b    \| -lf-federation-id=.* -lf-rti-port=4242$", output, re.MULTILINE)
+    assert grid.calls("west") == []
+    assert [call for call in grid.calls("lfz") if call[0] == "build"] == []
+
+
+def test_images_of_different_builds_are_not_run_together(grid: World) -> None:
+    grid.describe(a=BOARD, b=BOARD)
+    folders = [Path(image_folder(grid, "a")), Path(image_folder(grid, "a", "again"))]
+    with pytest.raises(LfError, match=r"a is built in .*/a and in .*/again") as caught:
+        description.in_image_folders(folders)
+    assert caught.value.tries
+    grid.describe(rti="b", a=BOARD, b=BOARD, c=BOARD)
+    folders[1] = Path(image_folder(grid, "b"))
+    with pytest.raises(LfError, match=r"/b is no part of the federation Grid in .*/a\."):
+        description.in_image_folders(folders)
+    with pytest.raises(LfError, match="nothing has been generated yet"):
+        description.in_image_folders([grid.top])
 
 
 def test_options_for_a_build_that_is_not_made_are_warned_of(grid: World, capsys: pytest.CaptureFixture[str]) -> None:

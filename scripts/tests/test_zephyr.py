@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The applications of this repository and the programs beside this file, built as images and run on native_sim.
 
+Federations of images only are also in the applications' folders, for twister.
+
 Everything is built in one folder, which is kept, so that each image is built once, and only what has changed the next
 time.
 """
@@ -95,15 +97,16 @@ def board(image: Path, federation_id: str, port: int, *options: str) -> Iterator
 
 @contextmanager
 def overslept() -> Iterator[list[int]]:
-    """By how many nanoseconds sleeps of a millisecond take too long, while something else runs."""
+    """By how many nanoseconds waiting for a millisecond takes too long, while something else runs."""
     times_ns: list[int] = []
     over = threading.Event()
 
     def measure() -> None:
-        while not over.is_set():
-            begin = time.perf_counter_ns()
-            time.sleep(0.001)
-            times_ns.append(time.perf_counter_ns() - begin - 1_000_000)
+        begin = time.perf_counter_ns()
+        while not over.wait(0.001):
+            end = time.perf_counter_ns()
+            times_ns.append(end - begin - 1_000_000)
+            begin = end
 
     thread = threading.Thread(target=measure)
     thread.start()
@@ -151,13 +154,6 @@ def circuits(output: str) -> dict[str, str]:
     lines = re.findall(r"^(\w) +\| ([A-D]): (open|closed), reaction time [0-9.]+ ms$", output, re.MULTILINE)
     assert all(federate.upper() == unit for federate, unit, _ in lines), output
     return {unit: state for _, unit, state in lines}
-
-
-def test_hello_world_is_one_image() -> None:
-    result = run_alone("hello_world/src/HelloWorld.lf")
-    assert result.returncode == 0, result.stdout + result.stderr
-    assert "Hello, world!" in result.stdout
-    assert re.search(r"Goodbye after [34] greetings", result.stdout), result.stdout
 
 
 def test_a_thread_schedules_a_physical_action() -> None:
@@ -237,22 +233,10 @@ def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None
         assert [name for name in names if ALLOCATOR.fullmatch(name)] == [], image
 
 
-def test_all_messages_arrive_in_order() -> None:
-    deployment = ("--deployment", "deployment/native_sim.yaml")
-    lf("lf-fed-build", "message_test/src/MessageTest.lf", *deployment)
-    output = run("message_test/src/MessageTest.lf", "--no-build")
-    assert "received 3000 of 3000 messages in order" in output
-
-
 def test_no_message_is_lost_without_an_rti_between_the_images() -> None:
     deployment = ("--deployment", "deployment/native_sim.yaml")
     output = run("message_test/src/MessageTestDecentralized.lf", *deployment)
     assert "received 3000 of 3000 messages in order" in output
-
-
-def test_the_smart_grid_heals_itself_on_native_sim() -> None:
-    output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/native_sim.yaml")
-    assert circuits(output) == GRID_RESULT, output
 
 
 def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:
@@ -269,6 +253,15 @@ def test_the_smart_grid_heals_itself_with_the_rti_in_the_image_of_a_unit() -> No
     assert "CONFIG_LF_RTI_FEDERATES=4\n" in (BUILD / "zephyr/SmartGrid/a/zephyr/.config").read_text()
 
 
+def test_a_joint_rti_without_a_port_ends_the_federate_too() -> None:
+    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", "--deployment", "deployment/joint_rti.yaml")
+    image = BUILD / "zephyr/SmartGrid/a/zephyr/zephyr.exe"
+    with rti("-n", "1") as (_, port), board(image, "joint", port) as joint:
+        output = joint.communicate()[0]
+    assert joint.returncode == 1, output
+    assert f"the RTI cannot listen on TCP port {port}: the port is in use by another program" in output
+
+
 def test_the_smart_grid_heals_itself_with_the_rti_as_an_image_of_its_own() -> None:
     output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/rti_alone.yaml")
     assert re.search(r"^rti +native_sim/native/64 ", output, re.MULTILINE), output
@@ -278,15 +271,6 @@ def test_the_smart_grid_heals_itself_with_the_rti_as_an_image_of_its_own() -> No
 def test_an_rti_that_is_an_image_authenticates_and_tells_federates_where_others_are() -> None:
     output = run(PROGRAMS / "Squares.lf", "--deployment", str(PROGRAMS / "rti_alone.yaml"))
     assert re.search(r"^computer +\| 50 squares add up to 42925$", output, re.MULTILINE), output
-
-
-def test_a_joint_rti_without_a_port_ends_the_federate_too() -> None:
-    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", "--deployment", "deployment/joint_rti.yaml")
-    image = BUILD / "zephyr/SmartGrid/a/zephyr/zephyr.exe"
-    with rti("-n", "1") as (_, port), board(image, "joint", port) as joint:
-        output = joint.communicate()[0]
-    assert joint.returncode == 1, output
-    assert f"the RTI cannot listen on TCP port {port}: the port is in use by another program" in output
 
 
 def test_the_decentralized_smart_grid_heals_itself_or_says_which_message_was_late() -> None:
@@ -336,8 +320,8 @@ def test_an_image_that_does_not_belong_to_the_rti_says_so_and_what_to_do(
         lf("lf-fed-build", PROGRAMS / "Squares.lf", *COMPUTER_AND_BOARD)
         image = BUILD / "zephyr/Squares/board/zephyr/zephyr.exe"
     else:
-        lf("lf-fed-build", "message_test/src/MessageTest.lf", "--deployment", "deployment/native_sim.yaml")
-        image = BUILD / "zephyr/MessageTest/receiver/zephyr/zephyr.exe"
+        lf("lf-fed-build", PROGRAMS / "QuestionAndAnswer.lf")
+        image = BUILD / "zephyr/QuestionAndAnswer/asks/zephyr/zephyr.exe"
     with rti("-n", "2", "-i", "right", *options) as (process, port), board(image, federation_id, port) as refused:
         output = refused.communicate()[0]
         assert refused.returncode == 1, output
@@ -365,7 +349,7 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
     # no line to be found in what it says; how drifts are found otherwise, the tests of the coordination prove.
     usual_ns = statistics.quantiles(times_ns, n=10)[-1]
     if usual_ns > 500_000:
-        pytest.skip(f"this computer is too busy for a simulated clock: a sleep takes {usual_ns / 1e6} ms too long")
+        pytest.skip(f"this computer is too busy for a simulated clock: waiting takes {usual_ns / 1e6:.1f} ms too long")
     assert 500_000 < int(gained[2]) < 2_000_000, output
 
 
@@ -410,6 +394,25 @@ def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path)
     assert "rounds over UDP" in output
     # The computer has the clock of the RTI, so there is nothing to find out.
     assert "rounds over UDP" not in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "choose it with -DLF_FEDERATE=NAME, among sender, receiver"),
+        (["-DLF_FEDERATE=nobody"], "lfz could not build"),
+        (["-DLF_FEDERATE=sender", "-DLF_DEPLOYMENT=deployment/topology1.yaml"], "sender is a program of this computer"),
+        (["-DLF_COMPILER=/no/lfz"], "There is no lfz"),
+    ],
+)
+def test_west_build_says_what_to_choose(arguments: list[str], words: str, tmp_path: Path) -> None:
+    """In an application's folder, without the commands for LF."""
+    environment = {**os.environ, "LFZ": str(compiler.find(None, os.environ).path)}
+    command = ["cmake", "-S", str(REPOSITORY / "applications/message_test"), "-B", str(tmp_path)]
+    command += ["-GNinja", "-DBOARD=native_sim/native/64", *arguments]
+    result = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, check=False)
+    assert result.returncode != 0
+    assert words in " ".join(result.stderr.split()), result.stderr
 
 
 def test_a_wrong_setting_ends_the_build_with_its_log(tmp_path: Path) -> None:

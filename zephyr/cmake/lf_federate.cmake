@@ -15,6 +15,14 @@ cmake_path(GET CMAKE_CURRENT_LIST_DIR PARENT_PATH _lf_module)
 cmake_path(GET _lf_module PARENT_PATH _lf_repository)
 set(LF_REPOSITORY ${_lf_repository} CACHE INTERNAL "")
 
+# lf_application(CRATE)
+#
+# lf_federate(CRATE), with the sources that start the crate's federate or RTI when the network is there.
+function(lf_application crate)
+  target_sources(app PRIVATE ${LF_REPOSITORY}/src/main.c ${LF_REPOSITORY}/src/network.c)
+  lf_federate(${crate})
+endfunction()
+
 # lf_federate(CRATE)
 #
 # Builds the crate in the folder CRATE as a static library and links it with the target `app`. The crate's package is

@@ -67,7 +67,8 @@ impl Counts {
         let mut counts = Self::default();
         for case in suite.get("testcases").and_then(|cases| cases.as_array()).into_iter().flatten() {
             match status(case).as_str() {
-                "passed" => counts.passed += 1,
+                // What is only to be built has been built.
+                "passed" | "not run" => counts.passed += 1,
                 "failed" | "error" => counts.failed += 1,
                 // A case of a suite that failed before this case is not a skip that somebody chose.
                 "blocked" | "None" | "" if matches!(suite_status.as_str(), "failed" | "error") => counts.failed += 1,
@@ -146,9 +147,10 @@ mod tests {
             {"status": "error", "testcases": [{"status": "blocked"}]},
             {"status": "error", "testcases": []},
             {"status": "filtered", "testcases": [{"status": "filtered"}]},
-            {"status": "passed", "testcases": []}
+            {"status": "passed", "testcases": []},
+            {"status": "not run", "testcases": [{"status": "not run"}]}
         ]}"#;
-        assert_eq!(Counts::from_twister(json), Some(Counts { passed: 2, failed: 2, skipped: 2 }));
+        assert_eq!(Counts::from_twister(json), Some(Counts { passed: 3, failed: 2, skipped: 2 }));
         assert_eq!(Counts::from_twister("no json"), None);
     }
 

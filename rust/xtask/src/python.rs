@@ -14,8 +14,8 @@ pub(crate) fn step(repository: &Path, report: &mut Report) {
         report.skip("python", "there are no Python files in scripts/");
         return;
     }
-    tool(repository, report, "ruff", &["check", "scripts"]);
-    tool(repository, report, "mypy", &["--config-file", "scripts/pyproject.toml", "scripts"]);
+    tool(repository, report, "ruff", &["check", "scripts", "applications"]);
+    tool(repository, report, "mypy", &["--config-file", "scripts/pyproject.toml", "scripts", "applications/pytest"]);
     let mut python = Command::new("python3");
     pytest(report, "pytest", python.current_dir(repository), "not zephyr");
 }
