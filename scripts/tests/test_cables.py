@@ -21,16 +21,16 @@ import pytest
 from conftest import BUILD
 from test_private_networks import _allowed
 from test_virtual_boards import _qemu
-from test_zephyr import BOARDS, PROGRAMS, arm_toolchain, lf, started
+from test_zephyr import BOARDS, PROGRAMS, _arm, lf, started
 
 from lf_west import compiler, description, qemu
 from lf_west.application import Application, open_application
 from lf_west.federation import Federation, listening_port, plan_federation
 from lf_west.workspace import REPOSITORY
 
-__all__ = ["_allowed", "_qemu"]
+__all__ = ["_allowed", "_arm", "_qemu"]
 
-pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_qemu")]
+pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_arm", "_qemu")]
 
 PROGRAM = "message_test/src/MessageTest.lf"
 ALL_CAME = "received 3000 of 3000 messages in order, "
@@ -167,7 +167,7 @@ def planned(build: Path) -> Federation:
 def built() -> Federation:
     """The message test, as other tests build it."""
     deployment = ("--deployment", "deployment/topology2.yaml")
-    lf("lf-fed-build", PROGRAM, *deployment, build=BOARDS, **arm_toolchain())
+    lf("lf-fed-build", PROGRAM, *deployment, build=BOARDS)
     return planned(BOARDS)
 
 
@@ -218,7 +218,7 @@ def test_federates_end_with_their_rti_and_can_join_another(cables: Cables) -> No
 def test_a_board_that_starts_again_joins_the_next_federation(cables: Cables) -> None:
     build = BUILD / "starting-again"
     options = ("-f", "sender", "-c", str(PROGRAMS / "start_again.conf"), "--deployment", "deployment/topology2.yaml")
-    lf("lf-fed-build", PROGRAM, *options, build=build, **arm_toolchain())
+    lf("lf-fed-build", PROGRAM, *options, build=build)
     rti, receiver, sender = cables.rti(), cables.federate("receiver"), cables.federate("sender", build)
     read_until(rti, "all federates have joined")
     rti.send_signal(signal.SIGKILL)

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import pytest
 from test_private_networks import _allowed, processes_in
-from test_zephyr import ALLOCATOR, BOARDS, GRID_RESULT, LIMIT_S, arm_toolchain, circuits, lf, started, symbols
+from test_zephyr import ALLOCATOR, BOARDS, GRID_RESULT, LIMIT_S, _arm, circuits, lf, started, symbols
 
 from lf_west.workspace import REPOSITORY
 
-__all__ = ["_allowed"]
+__all__ = ["_allowed", "_arm"]
 
-pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_qemu")]
+pytestmark = [pytest.mark.zephyr, pytest.mark.usefixtures("_allowed", "_arm", "_qemu")]
 
 MESSAGE_TEST = "message_test/src/MessageTest.lf"
 SMART_GRID = "smart_grid/src/SmartGrid.lf"
@@ -35,7 +35,7 @@ def _qemu() -> None:
 def run(file: str, deployment: str) -> str:
     """Build and run a federation, and give what it printed."""
     arguments = ("--deployment", f"deployment/{deployment}.yaml", "--timeout", str(LIMIT_S))
-    return lf("lf-fed-run", file, *arguments, build=BOARDS, **arm_toolchain())
+    return lf("lf-fed-run", file, *arguments, build=BOARDS)
 
 
 def assert_all_came(output: str) -> None:

@@ -125,17 +125,13 @@ def run_alone(file: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([image], capture_output=True, text=True, timeout=LIMIT_S, check=False)
 
 
-def arm_toolchain() -> dict[str, str]:
-    """The variables that choose a compiler for Arm, however Zephyr's other images are compiled."""
-    if os.environ.get("ZEPHYR_TOOLCHAIN_VARIANT", "host") != "host":
-        return {}
-    registered = Path.home() / ".cmake/packages/Zephyr-sdk"
-    if "ZEPHYR_SDK_INSTALL_DIR" in os.environ or registered.is_dir():
-        return {"ZEPHYR_TOOLCHAIN_VARIANT": "zephyr"}
-    compiler = shutil.which("arm-none-eabi-gcc")
-    if compiler is None:
+@pytest.fixture(scope="session")
+def _arm() -> None:
+    """Boards with an Arm processor need a compiler, which the build finds by itself."""
+    chosen = {"ZEPHYR_TOOLCHAIN_VARIANT", "ZEPHYR_SDK_INSTALL_DIR"} & os.environ.keys()
+    has_sdk = (Path.home() / ".cmake/packages/Zephyr-sdk").is_dir()
+    if not chosen and not has_sdk and shutil.which("arm-none-eabi-gcc") is None:
         pytest.skip("no compiler for Arm: there is neither a Zephyr SDK nor arm-none-eabi-gcc in PATH")
-    return {"ZEPHYR_TOOLCHAIN_VARIANT": "cross-compile", "CROSS_COMPILE": compiler.removesuffix("gcc")}
 
 
 def symbols(folder: Path) -> dict[str, int]:
@@ -177,11 +173,12 @@ def test_a_thread_too_many_ends_the_program_with_what_to_do() -> None:
     assert "nothing happens after the error" not in output
 
 
+@pytest.mark.usefixtures("_arm")
 def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     arguments = ("-f", "sender", "--deployment", "deployment/topology4.yaml")
-    output = lf("lf-fed-build", "message_test/src/MessageTest.lf", *arguments, build=BOARDS, **arm_toolchain())
+    output = lf("lf-fed-build", "message_test/src/MessageTest.lf", *arguments, build=BOARDS)
     sizes = re.search(r"^sender +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
     assert sizes is not None, output
     with capsys.disabled():
@@ -195,13 +192,14 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     assert [name for name in linked if UNUSED.search(name)] == []
 
 
+@pytest.mark.usefixtures("_arm")
 @pytest.mark.parametrize(("rti", "topology"), [("a", "topology3"), ("rti", "topology4")])
 def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
     rti: str, topology: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     deployment = ("--deployment", f"deployment/{topology}.yaml")
     file = "smart_grid/src/SmartGrid.lf"
-    output = lf("lf-fed-build", file, "-f", rti, *deployment, build=BOARDS, **arm_toolchain())
+    output = lf("lf-fed-build", file, "-f", rti, *deployment, build=BOARDS)
     sizes = re.search(rf"^{rti} +qemu_cortex_m3 +([0-9.]+ KiB) +([0-9.]+ KiB) ", output, re.MULTILINE)
     assert sizes is not None, output
     with capsys.disabled():
@@ -212,15 +210,15 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
 
 
+@pytest.mark.usefixtures("_arm")
 def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
     build = BUILD / "evk"
     board = "mimxrt1170_evk@B/mimxrt1176/cm7"
-    arm = arm_toolchain()
-    lf("lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}", build=build, **arm)
-    lf("lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}", build=build, **arm)
-    lf("lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}", build=build, **arm)
+    lf("lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}", build=build)
+    lf("lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}", build=build)
+    lf("lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}", build=build)
     joint = ("-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml"))
-    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint, build=build, **arm)
+    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint, build=build)
     linked = {
         "HelloWorld/HelloWorld": {"lf_main"},
         "MessageTest/sender": {"lf_main"},

@@ -27,15 +27,16 @@ pub(crate) fn run(repository: &Path, report: &mut Report) {
         return;
     }
     // Applications are generated while they are configured.
-    let compiler = compiler(repository).map(|(name, path)| (name, path.into_os_string()));
-    let mut variables = Vec::from_iter(compiler);
-    run_on("native_sim", NATIVE, &variables, &suites, &workspace, repository, report);
-    match variables_for_arm() {
-        Ok(more) => {
-            variables.extend(more);
-            run_on(BOARD, BOARD, &variables, &suites, &workspace, repository, report);
+    let compiler = Vec::from_iter(compiler(repository).map(|(name, path)| (name, path.into_os_string())));
+    let platforms = [("native_sim", NATIVE, Ok(variables_for_native())), (BOARD, BOARD, variables_for_arm())];
+    for (name, platform, variables) in platforms {
+        match variables {
+            Ok(variables) => {
+                let variables = [&compiler[..], &variables].concat();
+                run_on(name, platform, &variables, &suites, &workspace, repository, report);
+            }
+            Err(missing) => report.skip(&format!("twister {name}"), &missing),
         }
-        Err(missing) => report.skip(&format!("twister {BOARD}"), &missing),
     }
 }
 
@@ -76,9 +77,19 @@ fn run_on(
     }
 }
 
+type Variables = Vec<(&'static str, OsString)>;
+
+/// The variable that names the kind of tool chain.
+const VARIANT: &str = "ZEPHYR_TOOLCHAIN_VARIANT";
+
+/// The variables that choose this computer's compiler, which twister, unlike the build, does not find by itself.
+fn variables_for_native() -> Variables {
+    let chosen = env::var_os(VARIANT).is_some() || has_zephyr_sdk();
+    if chosen { Vec::new() } else { vec![(VARIANT, "host".into())] }
+}
+
 /// The variables that choose a compiler for Arm which twister knows, or what is missing for images on the board.
-fn variables_for_arm() -> Result<Vec<(&'static str, OsString)>, String> {
-    const VARIANT: &str = "ZEPHYR_TOOLCHAIN_VARIANT";
+fn variables_for_arm() -> Result<Variables, String> {
     if process::find_program("qemu-system-arm").is_none() {
         return Err("there is no qemu-system-arm: apt install qemu-system-arm".to_owned());
     }

@@ -92,13 +92,10 @@ impl Workspace {
         format!("{}.{}.{}", number("VERSION_MAJOR"), number("VERSION_MINOR"), number("PATCHLEVEL"))
     }
 
-    /// A command in the environment that Zephyr's build needs on this computer.
+    /// A command in the environment that Zephyr's build needs.
     pub(crate) fn command(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.env("ZEPHYR_BASE", &self.base);
-        if env::var_os("ZEPHYR_TOOLCHAIN_VARIANT").is_none() && !has_zephyr_sdk() {
-            command.env("ZEPHYR_TOOLCHAIN_VARIANT", "host");
-        }
         // Cargo sets these for its children; a Zephyr build has a tool chain and a target folder of its own.
         for variable in ["CARGO", "CARGO_TARGET_DIR", "RUSTUP_TOOLCHAIN", "RUSTC", "CARGO_MANIFEST_DIR"] {
             command.env_remove(variable);

@@ -4,9 +4,9 @@
 
 mod size;
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::{env, fs};
 
 use super::Applications;
 use super::message::{Delay, parse_delay, parse_rate};
@@ -134,7 +134,6 @@ impl<'a> Images<'a> {
         for conf in confs {
             command.arg("-c").arg(conf);
         }
-        toolchain(&mut command, board);
         run(&mut command)?;
         Ok(images)
     }
@@ -146,19 +145,5 @@ impl<'a> Images<'a> {
 
     fn west(&self, name: &str) -> Command {
         self.applications.west_in(name, self.file, &self.build)
-    }
-}
-
-/// Without Zephyr's SDK, boards need the distribution's compiler for Arm.
-fn toolchain(command: &mut Command, board: &str) {
-    if board.starts_with("native_sim") || env::var("ZEPHYR_TOOLCHAIN_VARIANT").as_deref() != Ok("host") {
-        return;
-    }
-    let folders = env::var_os("PATH").unwrap_or_default();
-    let prefix = env::split_paths(&folders)
-        .map(|folder| folder.join("arm-none-eabi-"))
-        .find(|prefix| prefix.with_file_name("arm-none-eabi-gcc").is_file());
-    if let Some(prefix) = prefix {
-        command.env("ZEPHYR_TOOLCHAIN_VARIANT", "cross-compile").env("CROSS_COMPILE", prefix);
     }
 }

@@ -8,7 +8,6 @@ use std::{env, fs};
 
 use super::super::Applications;
 use super::super::run::run;
-use super::toolchain;
 use crate::{Result, Table};
 
 const BOARD: &str = "qemu_cortex_m3";
@@ -99,7 +98,6 @@ fn build(applications: &Applications, file: &Path, deployment: &Path, name: &str
     let build = applications.build_folder(file).join("sizes").join(name);
     let mut command = applications.west_in("lf-fed-build", file, &build);
     command.arg("--deployment").arg(deployment).args(["-f", name]);
-    toolchain(&mut command, BOARD);
     run(&mut command)?;
     let folder = build.join("zephyr").join(file.file_stem().unwrap_or_default()).join(name);
     let log = fs::read_to_string(folder.with_extension("log"))?;
@@ -128,7 +126,6 @@ fn build_empty(applications: &Applications, folder: &Path) -> Result<(u64, u64)>
         let value = line.and_then(|line| line.split_once('=')).map_or("", |(_, value)| value);
         command.arg(format!("-D{variable}={value}"));
     }
-    toolchain(&mut command, BOARD);
     usage(&run(&mut command)?).ok_or_else(|| "the linker has told no sizes".into())
 }
 
