@@ -18,6 +18,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -214,11 +215,15 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
 def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
     build = BUILD / "evk"
     board = "mimxrt1170_evk@B/mimxrt1176/cm7"
-    lf("lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}", build=build)
-    lf("lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}", build=build)
-    lf("lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}", build=build)
-    joint = ("-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml"))
-    lf("lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint, build=build)
+    joint = ["-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml")]
+    commands = [
+        ["lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}"],
+        ["lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}"],
+        ["lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}"],
+        ["lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint],
+    ]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        assert all(pool.map(lambda command: lf(*command, build=build), commands))
     linked = {
         "HelloWorld/HelloWorld": {"lf_main"},
         "MessageTest/sender": {"lf_main"},
