@@ -236,12 +236,6 @@ def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None
         assert [name for name in names if ALLOCATOR.fullmatch(name)] == [], image
 
 
-def test_no_message_is_lost_without_an_rti_between_the_images() -> None:
-    deployment = ("--deployment", "deployment/native_sim.yaml")
-    output = run("message_test/src/MessageTestDecentralized.lf", *deployment)
-    assert "received 3000 of 3000 messages in order" in output
-
-
 def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:
     output = run("smart_grid/src/SmartGrid.lf", "--deployment", "deployment/topology2.yaml")
     assert re.search(r"^a +host ", output, re.MULTILINE), output
