@@ -116,6 +116,8 @@ def test_native_sim_images_have_addresses_of_their_own_on_one_bridge() -> None:
         config = (BOARDS / "zephyr/MessageTestDecentralized" / name / "zephyr/.config").read_text()
         assert "CONFIG_NET_NATIVE_OFFLOADED_SOCKETS=y" not in config
         assert f'CONFIG_ETH_NATIVE_TAP_MAC_ADDR="{mac}"\n' in config
+    # Only the driver that gives native_sim the host's sockets takes memory from a heap.
+    assert_no_image_allocates("MessageTestDecentralized", "sender", "receiver")
 
 
 def test_a_killed_run_leaves_no_process_and_no_network() -> None:
