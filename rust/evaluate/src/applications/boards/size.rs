@@ -36,7 +36,7 @@ pub fn sizes(applications: &Applications) -> Result<()> {
         "our RAM",
     ]);
     let grid = applications.file("smart_grid/src/SmartGrid.lf");
-    let joint = applications.repository.join("scripts/tests/programs/smart_grid_boards_a.yaml");
+    let joint = applications.file("smart_grid/deployment/topology3.yaml");
     let (many, alone) = many(applications)?;
     let message = applications.file("message_test/src/MessageTest.lf");
     let sender = deployment(applications, "sender.yaml", None, &["sender", "receiver"])?;
