@@ -398,7 +398,7 @@ def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path)
     [
         ([], "choose it with -DLF_FEDERATE=NAME, among sender, receiver"),
         (["-DLF_FEDERATE=nobody"], "lfz could not build"),
-        (["-DLF_FEDERATE=sender", "-DLF_DEPLOYMENT=deployment/topology1.yaml"], "sender is a program of this computer"),
+        (["-DLF_FEDERATE=sender", "-DLF_DEPLOYMENT=deployment/topology1.yaml"], "no federate on this platform"),
         (["-DLF_COMPILER=/no/lfz"], "There is no lfz"),
     ],
 )
