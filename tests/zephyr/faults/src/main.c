@@ -69,8 +69,6 @@ static __noinline int deeper(volatile char *above, int depth)
 	int below;
 
 	place[depth % sizeof(place)] = 1;
-	/* Where the end of the stack is only looked at when threads change, they have to. */
-	k_usleep(1);
 	below = depth > 1000000 ? 0 : deeper(place, depth + 1);
 	return below + place[0] + above[0];
 }
