@@ -339,15 +339,7 @@ def test_the_drift_of_a_board_is_found_out_while_it_runs() -> None:
         output = drifting.communicate()[0]
         assert drifting.returncode == 0, output
         assert process.wait() == 0
-    gained = re.search(r"([0-9]+) rounds over UDP.*the own clock (?:gains|loses) ([0-9]+) ns in a second", output)
-    assert gained is not None, output
-    assert int(gained[1]) > 0, output
-    # A simulated clock stands still while its computer has no time for it. When that happens again and again, there is
-    # no line to be found in what it says; how drifts are found otherwise, the tests of the coordination prove.
-    usual_ns = statistics.quantiles(times_ns, n=10)[-1]
-    if usual_ns > 500_000:
-        pytest.skip(f"this computer is too busy for a simulated clock: waiting takes {usual_ns / 1e6:.1f} ms too long")
-    assert 500_000 < int(gained[2]) < 2_000_000, output
+    assert_drift_was_found(output, times_ns)
 
 
 def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path) -> None:
@@ -359,6 +351,7 @@ def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path)
     with rti("-n", "2", "-i", "held up", "-c", "on", "period", "5000000") as (process, port):
         command = [str(program), "--rti", f"127.0.0.1:{port}", "--id", "held up"]
         with (
+            overslept() as times_ns,
             started(command, LF_TEST_GATE=str(tmp_path / "gate")) as computer,
             board(image, "held up", port, "-rt-drift=0.001") as drifting,
         ):
@@ -388,9 +381,25 @@ def test_what_is_late_at_a_drifting_board_is_handled_or_reported(tmp_path: Path)
     # The board's first tag is 10 ms later. It began after @maxwait, and ended after @absent_after.
     assert float(late[1]) * (1 if late[2] else 1000) >= 10 + 5 + 20
     assert "give the reactions tardy handlers\n" in output
-    assert "rounds over UDP" in output
     # The computer has the clock of the RTI, so there is nothing to find out.
     assert "rounds over UDP" not in said
+    assert_drift_was_found(output, times_ns)
+
+
+def assert_drift_was_found(output: str, times_ns: list[int]) -> None:
+    """The board says that its clock gains something like 1 ms in a second, if this computer had the time for it."""
+    rounds = re.search(r"([0-9]+) rounds over UDP", output)
+    assert rounds is not None, output
+    assert int(rounds[1]) > 0, output
+    # A simulated clock stands still while its computer has no time for it. When that happens again and again, there is
+    # no line to be found in what it says; how drifts are found otherwise, the tests of the coordination prove.
+    usual_ns = statistics.quantiles(times_ns, n=10)[-1]
+    if usual_ns > 500_000:
+        pytest.skip(f"this computer is too busy for a simulated clock: waiting takes {usual_ns / 1e6:.1f} ms too long")
+    gained = re.search(r"rounds over UDP.*the own clock gains ([0-9]+) ns in a second", output)
+    assert gained is not None, output
+    # The computer holds the simulated board up now and then, so only the magnitude is certain.
+    assert 500_000 < int(gained[1]) < 2_000_000, output
 
 
 @pytest.mark.parametrize(
