@@ -90,8 +90,7 @@ function(lf_program file)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${sources} ${imports})
 
   # As `west lf-build` names them.
-  string(REGEX REPLACE "@[^/]*" "" board "${BOARD}")
-  string(REPLACE "/" "_" board "${board}")
+  _lf_board_file_name(board "${BOARD}")
   _lf_existing(confs prj.conf boards/${board}.conf)
   _lf_existing(overlays boards/${board}.overlay)
   set(LF_FEDERATE_CRATE ${crate} PARENT_SCOPE)

@@ -18,10 +18,16 @@ foreach(module ${CMAKE_CURRENT_LIST_DIR}/../.. ${ZEPHYR_BASE}/../modules/lang/ru
   endif()
 endforeach()
 
+# Sets `out` to a board's name as it is in the names of its files: without a revision, and `_` for `/`.
+function(_lf_board_file_name out board)
+  string(REGEX REPLACE "@[^/]*" "" name "${board}")
+  string(REPLACE "/" "_" name "${name}")
+  set(${out} "${name}" PARENT_SCOPE)
+endfunction()
+
 # Sets `out` to whether Zephyr's board list has the board as one with an Arm processor.
 function(_lf_is_arm out board)
-  string(REGEX REPLACE "@([^/]*)" "" name "${board}")
-  string(REPLACE "/" "_" name "${name}")
+  _lf_board_file_name(name "${board}")
   file(GLOB descriptions ${ZEPHYR_BASE}/boards/*/*/${name}.yaml)
   set(${out} FALSE PARENT_SCOPE)
   foreach(description IN LISTS descriptions)
