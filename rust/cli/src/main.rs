@@ -4,8 +4,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    lfz::execute(lfz::args::Cli::parse())
+    lfz::execute(lfz::args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit()))
 }

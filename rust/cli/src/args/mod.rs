@@ -3,6 +3,7 @@
 
 mod rti;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -21,6 +22,35 @@ pub struct Cli {
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
+}
+
+impl Cli {
+    /// Reads a command line, the program's name first: under the name `RTI`, the program is `lfz rti`, so that launch
+    /// scripts of `lfc` find it.
+    ///
+    /// # Errors
+    /// What is wrong with it, or what the user has asked for instead: help, or the version.
+    pub fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
+        let mut words = words.into_iter().peekable();
+        if words.peek().is_some_and(|name| rti::is_rti(name)) {
+            return Ok(Self { command: Command::Rti(RtiAlone::try_parse_from(rti::readable(words))?.arguments) });
+        }
+        let words: Vec<OsString> = words.collect();
+        match words.split_at_checked(2) {
+            Some((command, rest)) if command[1] == "rti" => {
+                Self::try_parse_from(command.iter().cloned().chain(rti::readable(rest.iter().cloned())))
+            }
+            _ => Self::try_parse_from(words),
+        }
+    }
+}
+
+/// The RTI of `lfz`: coordinates one federation. It has the options of the stock RTI, and more.
+#[derive(Debug, Parser)]
+#[command(name = "RTI", disable_version_flag = true, max_term_width = 100)]
+struct RtiAlone {
+    #[command(flatten)]
+    arguments: RtiArgs,
 }
 
 /// The commands.
@@ -70,7 +100,7 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
         parent: u32,
         /// The program and its arguments.
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
-        program: Vec<std::ffi::OsString>,
+        program: Vec<OsString>,
     },
 }
 
@@ -163,7 +193,7 @@ pub struct RunArgs {
     pub places: Places,
     /// Arguments for every federate, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
-    pub arguments: Vec<std::ffi::OsString>,
+    pub arguments: Vec<OsString>,
 }
 
 /// Where files are generated and compiled, and how.

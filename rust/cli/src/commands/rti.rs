@@ -19,10 +19,14 @@ const INTERRUPTED: u8 = 130;
 /// Runs the RTI until its federation is over.
 pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     if arguments.version {
-        terminal::print(format_args!("lfz rti {}", env!("CARGO_PKG_VERSION")))?;
+        terminal::print(format_args!("RTI of lfz {}", env!("CARGO_PKG_VERSION")))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let options = arguments.options()?;
+    let mut warnings = Vec::new();
+    let options = arguments.options(&mut warnings)?;
+    for warning in warnings {
+        terminal::remark(format_args!("warning: {warning}"));
+    }
     lf_host::install_logger(LevelFilter::Info);
     let outcome = serve(&options, |port| {
         // An RTI whose output nobody reads serves its federates all the same.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The options of `lfz rti`, which are those of the stock RTI, with its letters and words.
+
+mod clock_sync;
+#[cfg(test)]
+mod launched;
+mod stock;
+#[cfg(test)]
+mod tests;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::RangedI64ValueParser;
+use lf_host::model::time::Interval;
+use lf_host::rti::Options;
+
+use crate::time;
+
+pub(super) use stock::{is_rti, readable};
+
+/// The stock RTI's federation id when none is given.
+const FEDERATION_ID_DEFAULT: &str = "Unidentified Federation";
+/// The stock RTI's port.
+pub const PORT_DEFAULT: u16 = 15045;
+/// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
+/// memory of this computer.
+const FEDERATES_MAX: u16 = 4096;
+/// Where the trace goes.
+const TRACE_FILE: &str = "rti.csv";
+/// What `-nt`, which launch scripts of lfc 0.14 and later have, is answered.
+const TRANSIENT: &str = "-nt, --number_of_transient_federates: transient federates, which join and leave a running \
+    federation, are not supported; take `@transient` away from the program, or run it with LF's own RTI";
+/// In bytes.
+const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
+
+/// `lfz rti`
+#[derive(Debug, Args)]
+#[command(args_override_self = true)]
+#[allow(clippy::struct_excessive_bools, reason = "these are switches of a command line")]
+pub struct RtiArgs {
+    /// The number of federates in the federation.
+    #[arg(short = 'n', long = "number_of_federates", alias = "number-of-federates", value_name = "N")]
+    #[arg(required_unless_present = "version", value_parser = federates())]
+    federates: Option<u16>,
+    /// How many of them are transient.
+    #[arg(long = "number_of_transient_federates", hide = true, value_name = "N", default_value_t = 0)]
+    transient_federates: u16,
+    /// The id of the federation that this RTI coordinates; federates with another one are rejected.
+    #[arg(short = 'i', long = "id", value_name = "ID", value_parser = federation_id)]
+    #[arg(default_value = FEDERATION_ID_DEFAULT)]
+    id: String,
+    /// The TCP port to listen on; 0 lets the system choose one.
+    #[arg(short = 'p', long = "port", value_name = "PORT", default_value_t = PORT_DEFAULT)]
+    port: u16,
+    /// Clock synchronization: `off`, `init` for once before the start, or `on` for rounds over UDP from then on, too;
+    /// then `exchanges-per-interval N` before the start, and with `on` also `period NANOSECONDS`. Programs on this
+    /// computer have its clock and take no part, unless `local-federates-on: true` is in `clock-sync-options`.
+    #[arg(short = 'c', long = "clock_sync", alias = "clock-sync", num_args = 1.., value_name = "off|init|on")]
+    #[arg(default_value = "init")]
+    clock_sync: Vec<String>,
+    /// Accept only federates that prove with an HMAC that they know the federation id.
+    #[arg(short = 'a', long = "auth")]
+    auth: bool,
+    /// Record all messages in the file `rti.csv` of the working directory.
+    #[arg(short = 't', long = "tracing")]
+    tracing: bool,
+    /// Delay the start so that its time is a multiple of this: `-m 100 ms`.
+    #[arg(short = 'm', long = "start-time-multiple", num_args = 2, value_names = ["VALUE", "UNIT"])]
+    #[arg(allow_negative_numbers = true)]
+    start_time_multiple: Vec<String>,
+    /// Do not tell federates which of their next event tags nobody waits for (DNET).
+    #[arg(short = 'd', long = "dnet_disabled", alias = "disable_dnet", alias = "dnet-disabled")]
+    dnet_disabled: bool,
+    /// Print the version and exit.
+    #[arg(short = 'v', long = "version")]
+    pub version: bool,
+    /// The longest message payload that is forwarded; a connection that sends a longer one is ended.
+    #[arg(long, value_name = "BYTES", default_value_t = MESSAGE_LENGTH_DEFAULT)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    max_message: u32,
+    /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
+    #[arg(long)]
+    go_on_after_loss: bool,
+    /// How long the start waits for a federate that was there and has left; then the federation ends. `off`: for ever.
+    #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = start_time_out)]
+    start_time_out: TimeOut,
+}
+
+/// A time after which the RTI gives up; nothing if it does not.
+#[derive(Clone, Copy, Debug)]
+struct TimeOut(Option<Interval>);
+
+impl RtiArgs {
+    /// Checks what the command line's grammar cannot say, and adds warnings about what is left out of account.
+    ///
+    /// # Errors
+    /// A sentence for the user, which names the option.
+    pub fn options(&self, warnings: &mut Vec<String>) -> Result<Options, String> {
+        if self.transient_federates > 0 {
+            return Err(TRANSIENT.to_owned());
+        }
+        let start_time_multiple = match self.start_time_multiple.last_chunk() {
+            Some([value, unit]) => {
+                multiple(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?
+            }
+            None => None,
+        };
+        Ok(Options {
+            federates: self.federates.ok_or("-n, --number_of_federates is missing")?,
+            federation_id: self.id.clone(),
+            authentication: self.auth,
+            port: self.port,
+            clock_sync: clock_sync::clock_sync(&self.clock_sync, warnings)
+                .map_err(|error| format!("-c, --clock_sync: {error}"))?,
+            start_time_multiple,
+            dnet: !self.dnet_disabled,
+            go_on_after_loss: self.go_on_after_loss,
+            start_barrier_time_out: self.start_time_out.0,
+            trace: self.tracing.then(|| PathBuf::from(TRACE_FILE)),
+            payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
+        })
+    }
+}
+
+/// A multiple of zero is any time, as in the stock RTI.
+fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
+    let multiple = time::of_unit(value, unit)?;
+    let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);
+    Ok((nanoseconds > 0).then(|| Interval::from_nanos(nanoseconds)))
+}
+
+fn start_time_out(text: &str) -> Result<TimeOut, String> {
+    if text == "off" {
+        return Ok(TimeOut(None));
+    }
+    let nanoseconds = i64::try_from(time::parse(text)?.as_nanos()).unwrap_or(i64::MAX);
+    Ok(TimeOut(Some(Interval::from_nanos(nanoseconds))))
+}
+
+fn federates() -> RangedI64ValueParser<u16> {
+    clap::value_parser!(u16).range(1..=i64::from(FEDERATES_MAX))
+}
+
+fn federation_id(text: &str) -> Result<String, String> {
+    match text.len() {
+        1..=255 => Ok(text.to_owned()),
+        0 => Err("a federation id has at least one character".to_owned()),
+        length => Err(format!("a federation id has at most 255 bytes, this one {length}")),
+    }
+}
