@@ -44,8 +44,8 @@ pub struct Options {
     pub go_on_after_loss: bool,
     /// How long the start waits for a federate that was there and has left; `None`: for ever.
     pub start_barrier_time_out: Option<Interval>,
-    /// A file for a trace of all messages, as comma-separated values; `trace/table.rs` says what is in it.
-    pub trace: Option<PathBuf>,
+    /// Files for traces of the messages.
+    pub traces: Vec<Trace>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -60,7 +60,7 @@ impl Options {
         Self {
             federates,
             start_barrier_time_out,
-            trace: None,
+            traces: Vec::new(),
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -71,6 +71,24 @@ impl Options {
             payload_bytes_max: Self::PAYLOAD_BYTES_MAX,
         }
     }
+}
+
+/// A file that the messages are written into.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trace {
+    /// Where it is; a file that is there already is replaced.
+    pub file: PathBuf,
+    /// What it looks like.
+    pub format: TraceFormat,
+}
+
+/// What a trace looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TraceFormat {
+    /// The binary format that LF's own tools read; `trace/lft.rs` says what is in it.
+    Lft,
+    /// Comma-separated values; `trace/csv.rs` says which.
+    Csv,
 }
 
 /// Why there is no RTI, or none any more.
@@ -120,13 +138,10 @@ impl std::error::Error for RtiError {}
 /// Why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let host = Host::new().map_err(RtiError::System)?;
-    match &options.trace {
-        None => serve_on(host, options, listening),
-        Some(file) => {
-            let failed = |error| RtiError::Trace { file: file.clone(), error };
-            serve_on(Traced::new(host, file).map_err(failed)?, options, listening)
-        }
+    if options.traces.is_empty() {
+        return serve_on(host, options, listening);
     }
+    serve_on(Traced::new(host, &options.traces)?, options, listening)
 }
 
 fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {

@@ -158,7 +158,7 @@ fn play_with(name: &str, trace: Option<&Path>) {
     let (rti, port) = match trace {
         None => Lfz::rti(&arguments),
         Some(folder) => {
-            arguments.push("-t");
+            arguments.extend(["-t", "--trace-csv", "messages.csv"]);
             Lfz::rti_in(folder, &arguments)
         }
     };
@@ -193,7 +193,7 @@ lf_golden::recordings! {
 fn a_trace_has_every_message_with_its_tag() {
     let folder = tempfile::tempdir().expect("there is a folder for such");
     play_with("06-two-federates", Some(folder.path()));
-    let trace = std::fs::read_to_string(folder.path().join("rti.csv")).expect("the RTI has written it");
+    let trace = std::fs::read_to_string(folder.path().join("messages.csv")).expect("the RTI has written it");
     let mut lines = trace.lines();
     assert_eq!(lines.next(), Some("physical_ns,direction,federate,message,tag_ns,microstep,to,bytes"));
     let rows: Vec<(i64, &str)> = lines
@@ -217,12 +217,32 @@ fn a_trace_has_every_message_with_its_tag() {
     });
 }
 
+/// LF's own format has a record for each message but those that it has no number for.
+#[test]
+fn the_trace_for_the_tools_of_lf_has_a_record_for_each_message() {
+    let folder = tempfile::tempdir().expect("there is a folder for such");
+    play_with("06-two-federates", Some(folder.path()));
+    let text = std::fs::read_to_string(folder.path().join("messages.csv")).expect("the RTI has written it");
+    let trace = std::fs::read(folder.path().join("rti.lft")).expect("the RTI has written it, too");
+    let without_number = ["NEIGHBOR_STRUCTURE", "UDP_PORT"];
+    let lines = text.lines().skip(1).filter(|line| !without_number.iter().any(|name| line.contains(name)));
+    // Each with its physical time and its federate.
+    let number = |column: Option<&str>| column.and_then(|text| text.parse::<i64>().ok()).expect("it is a number");
+    let lines = lines.map(|line| line.split(',')).map(|mut columns| (number(columns.next()), number(columns.nth(1))));
+    let long = |bytes: &[u8]| i64::from_le_bytes(bytes.try_into().expect("they are 8"));
+    let int = |bytes: &[u8]| i32::from_le_bytes(bytes.try_into().expect("they are 4"));
+    let start = long(&trace[..8]);
+    let records = trace[16..].chunks(64).map(|record| (long(&record[40..48]) - start, int(&record[20..24])));
+    let records = records.map(|(time, federate)| (time, i64::from(federate)));
+    assert_eq!(records.collect::<Vec<_>>(), lines.collect::<Vec<_>>(), "{text}");
+}
+
 /// The datagrams of clock synchronization are in the trace too, with the federate at the other end.
 #[test]
 fn a_trace_has_the_rounds_over_udp() {
     let folder = tempfile::tempdir().expect("there is a folder for such");
     play_with("31-clock-sync-on", Some(folder.path()));
-    let trace = std::fs::read_to_string(folder.path().join("rti.csv")).expect("the RTI has written it");
+    let trace = std::fs::read_to_string(folder.path().join("messages.csv")).expect("the RTI has written it");
     let messages = trace.lines().map(|line| line.split(',').skip(1).take(3).collect::<Vec<_>>().join(" "));
     let rounds = messages.filter(|line| [" T1", " T3", " T4", "_PROBE"].iter().any(|name| line.ends_with(name)));
     let round = ["sent 0 T1", "received 0 T3", "sent 0 T4", "sent 0 CODED_PROBE"];

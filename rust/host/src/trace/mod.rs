@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an RTI reads and writes, as a table of messages.
+//! What an RTI reads and writes, as a table of messages, in LF's own format or as text.
 //!
 //! The trace is taken between the event loop and the sockets: it shows what was on the wire and when, and costs nothing
 //! where there is none. The datagrams of clock synchronization are written down later, because their times count.
 
+mod csv;
+mod lft;
 mod table;
 
 use std::collections::BTreeMap;
-use std::io;
 use std::net::{Ipv4Addr, SocketAddrV4};
-use std::path::Path;
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
@@ -19,7 +19,10 @@ use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, 
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{DecodeError, Limits};
 
-use table::{Direction, Table};
+use crate::rti::{RtiError, Trace, TraceFormat};
+use csv::Csv;
+use lft::Lft;
+use table::{Direction, Format, Table};
 
 /// A platform whose connections are traced.
 pub(crate) struct Traced<P> {
@@ -58,13 +61,21 @@ struct Datagram {
 }
 
 impl<P: Platform> Traced<P> {
-    /// Traces into a new file.
+    /// Traces into new files.
     ///
     /// # Errors
-    /// When it cannot be written.
-    pub(crate) fn new(platform: P, file: &Path) -> io::Result<Self> {
+    /// When one of them cannot be written.
+    pub(crate) fn new(platform: P, traces: &[Trace]) -> Result<Self, RtiError> {
+        let mut table = Table::default();
+        for Trace { file, format } in traces {
+            let format: Box<dyn Format> = match format {
+                TraceFormat::Lft => Box::new(Lft::default()),
+                TraceFormat::Csv => Box::new(Csv),
+            };
+            table.add_file(file, format).map_err(|error| RtiError::Trace { file: file.clone(), error })?;
+        }
         let (connections, ports) = (BTreeMap::new(), BTreeMap::new());
-        Ok(Self { platform, connections, ports, datagrams: Vec::new(), table: Table::create(file)? })
+        Ok(Self { platform, connections, ports, datagrams: Vec::new(), table })
     }
 
     /// Writes down the datagrams that have come and gone; what is no message has come from a stranger.

@@ -1,17 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The file of a trace: comma-separated values, one message a line.
-//!
-//! | column | content |
-//! |---|---|
-//! | `physical_ns` | the RTI's clock in nanoseconds after the start of the federation; negative before it |
-//! | `direction` | `received` or `sent`, by the RTI |
-//! | `federate` | the federate at the other end; empty while it has not said who it is |
-//! | `message` | the name of the message in the protocol |
-//! | `tag_ns`, `microstep` | the message's tag, if it has one: nanoseconds after the start, or `NEVER`, `FOREVER` |
-//! | `to` | the federate for which a message is |
-//! | `bytes` | its length on the wire |
-//!
-//! If the federation never starts, the first line has the time zero.
+//! The messages of a trace, one line each, and the files that they are written into.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -19,9 +7,7 @@ use std::path::Path;
 
 use lf_model::time::Instant;
 use lf_wire::Tag;
-use lf_wire::june_2026::Message;
-
-const COLUMNS: &str = "physical_ns,direction,federate,message,tag_ns,microstep,to,bytes";
+use lf_wire::june_2026::{Message, MessageType};
 
 /// Which way a message goes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -30,31 +16,49 @@ pub(super) enum Direction {
     Sent,
 }
 
-/// One line, before its times can be given.
-struct Line {
-    now: Instant,
-    direction: Direction,
-    federate: Option<u16>,
-    name: &'static str,
-    tag: Option<Tag>,
-    to: Option<u16>,
-    bytes: usize,
+/// One message.
+pub(super) struct Line {
+    /// The RTI's clock.
+    pub(super) now: Instant,
+    pub(super) direction: Direction,
+    /// The federate at the other end, when it has said who it is.
+    pub(super) federate: Option<u16>,
+    pub(super) kind: MessageType,
+    /// The message's tag; for a TIMESTAMP, its time.
+    pub(super) tag: Option<Tag>,
+    /// For whom it is.
+    pub(super) to: Option<u16>,
+    /// On the wire.
+    pub(super) bytes: usize,
 }
 
-/// The file.
+/// How a trace is written down. Times in lines are absolute; `start` is that of the federation.
+pub(super) trait Format {
+    fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
+    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()>;
+    fn end(&mut self, file: &mut dyn Write) -> io::Result<()>;
+}
+
+/// All messages, in the files.
+#[derive(Default)]
 pub(super) struct Table {
-    file: BufWriter<File>,
+    files: Vec<TraceFile>,
     start: Option<i64>,
     /// What came before the start was known: the messages of the handshakes.
     early: Vec<Line>,
+}
+
+struct TraceFile {
+    file: BufWriter<File>,
+    format: Box<dyn Format>,
     broken: bool,
 }
 
 impl Table {
-    pub(super) fn create(path: &Path) -> io::Result<Self> {
-        let mut file = BufWriter::new(File::create(path)?);
-        writeln!(file, "{COLUMNS}")?;
-        Ok(Self { file, start: None, early: Vec::new(), broken: false })
+    pub(super) fn add_file(&mut self, path: &Path, format: Box<dyn Format>) -> io::Result<()> {
+        let file = BufWriter::new(File::create(path)?);
+        self.files.push(TraceFile { file, format, broken: false });
+        Ok(())
     }
 
     pub(super) fn add(&mut self, now: Instant, direction: Direction, federate: Option<u16>, message: &Message<'_>) {
@@ -62,7 +66,7 @@ impl Table {
             now,
             direction,
             federate,
-            name: message.name(),
+            kind: message.message_type(),
             tag: tag_of(message),
             to: destination(message),
             bytes: message.encoded_len(),
@@ -71,57 +75,36 @@ impl Table {
             self.set_start(*start);
         }
         match self.start {
-            Some(start) => self.write(&line, start),
+            Some(start) => self.write(|file| file.format.line(&mut file.file, &line, start)),
             None => self.early.push(line),
         }
     }
 
     fn set_start(&mut self, start: i64) {
         self.start = Some(start);
+        self.write(|file| file.format.begin(&mut file.file, start));
         for line in std::mem::take(&mut self.early) {
-            self.write(&line, start);
+            self.write(|file| file.format.line(&mut file.file, &line, start));
         }
     }
 
-    fn write(&mut self, line: &Line, start: i64) {
-        if self.broken {
-            return;
-        }
-        if let Err(error) = write_line(&mut self.file, line, start) {
-            log::error!("the trace ends here, because it cannot be written: {error}");
-            self.broken = true;
+    fn write(&mut self, write: impl Fn(&mut TraceFile) -> io::Result<()>) {
+        for file in self.files.iter_mut().filter(|file| !file.broken) {
+            if let Err(error) = write(file) {
+                log::error!("a trace ends here, because it cannot be written: {error}");
+                file.broken = true;
+            }
         }
     }
 }
 
 impl Drop for Table {
     fn drop(&mut self) {
-        if let Some(first) = self.early.first() {
-            self.set_start(first.now.as_nanos());
+        if self.start.is_none() {
+            self.set_start(self.early.first().map_or(0, |first| first.now.as_nanos()));
         }
-        if let Err(error) = self.file.flush()
-            && !self.broken
-        {
-            log::error!("the end of the trace cannot be written: {error}");
-        }
+        self.write(|file| file.format.end(&mut file.file).and_then(|()| file.file.flush()));
     }
-}
-
-fn write_line(file: &mut impl Write, line: &Line, start: i64) -> io::Result<()> {
-    let direction = match line.direction {
-        Direction::Received => "received",
-        Direction::Sent => "sent",
-    };
-    let number = |number: Option<u16>| number.map_or_else(String::new, |number| number.to_string());
-    let (tag, microstep) = match line.tag {
-        None => (String::new(), String::new()),
-        Some(Tag::NEVER) => ("NEVER".to_owned(), String::new()),
-        Some(Tag::FOREVER) => ("FOREVER".to_owned(), String::new()),
-        Some(Tag { time, microstep }) => (time.saturating_sub(start).to_string(), microstep.to_string()),
-    };
-    let physical = line.now.as_nanos().saturating_sub(start);
-    let (federate, to, Line { name, bytes, .. }) = (number(line.federate), number(line.to), line);
-    writeln!(file, "{physical},{direction},{federate},{name},{tag},{microstep},{to},{bytes}")
 }
 
 fn tag_of(message: &Message<'_>) -> Option<Tag> {
@@ -136,6 +119,7 @@ fn tag_of(message: &Message<'_>) -> Option<Tag> {
         | Message::StopRequest(tag)
         | Message::StopReply(tag)
         | Message::StopGranted(tag) => Some(tag),
+        Message::Timestamp(time) => Some(Tag::new(time, 0)),
         _ => None,
     }
 }

@@ -6,7 +6,7 @@ use std::os::unix::ffi::OsStringExt;
 use std::process::Command;
 
 use lf_host::model::time::Interval;
-use lf_host::rti::{ClockSync, Options};
+use lf_host::rti::{ClockSync, Options, Trace, TraceFormat};
 
 use super::super::{Cli, Command as LfzCommand};
 
@@ -106,7 +106,7 @@ exchanges-per-interval 10 \\ &"
         let options = options(&script).expect("it is understood");
         assert_eq!(options.start_time_multiple, multiple);
         assert_eq!(options.federates, 2);
-        assert!(options.trace.is_some());
+        assert_eq!(options.traces, [Trace { file: "rti.lft".into(), format: TraceFormat::Lft }]);
     }
 }
 
@@ -132,4 +132,27 @@ exchanges-per-interval 10 \\ 2>&1 | tee -a /dev/null' &";
     let options = options(script).expect("it is understood");
     assert_eq!(options.federation_id, "8f1e");
     assert_eq!(options.start_time_multiple, Some(Interval::from_secs(2)));
+}
+
+/// What is not there is said, and what to do.
+#[test]
+fn scripts_of_programs_with_secured_connections() {
+    for (words, why) in [
+        ("-tls $HOME/rti.crt $HOME/rti.key", "encrypted connections (TLS) are not supported; take `comm-type: TLS`"),
+        ("-sst $HOME/rti.config", "connections that SST secures are not supported; take `comm-type: SST`"),
+    ] {
+        let script = format!(
+            "\
+RTI -i ${{FEDERATION_ID}} \\
+                        {words} \\
+                        -n 2 \\
+                        -nt 0 \\
+                        -c init \\
+exchanges-per-interval 10 \\ &"
+        );
+        let error = options(&script).expect_err("it is refused");
+        assert!(error.contains(why), "{error}");
+        let double_dash = options(&script.replace(" -tls", " --tls").replace(" -sst", " --sst"));
+        assert_eq!(double_dash.expect_err("it is refused"), error);
+    }
 }

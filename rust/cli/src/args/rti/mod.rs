@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use lf_host::model::time::Interval;
-use lf_host::rti::Options;
+use lf_host::rti::{Options, Trace, TraceFormat};
 
 use crate::time;
 
@@ -26,11 +26,17 @@ pub const PORT_DEFAULT: u16 = 15045;
 /// The most federates of a federation: ids are 16 bits wide on the wire, and a mistyped number should not use up the
 /// memory of this computer.
 const FEDERATES_MAX: u16 = 4096;
-/// Where the trace goes.
-const TRACE_FILE: &str = "rti.csv";
+/// Where LF's own tools look for the trace of an RTI.
+const TRACE_FILE: &str = "rti.lft";
 /// What `-nt`, which launch scripts of lfc 0.14 and later have, is answered.
 const TRANSIENT: &str = "-nt, --number_of_transient_federates: transient federates, which join and leave a running \
     federation, are not supported; take `@transient` away from the program, or run it with LF's own RTI";
+/// What `-tls` is answered.
+const TLS: &str = "-tls, --tls: encrypted connections (TLS) are not supported; take `comm-type: TLS` away from the \
+    program, and let the federation talk over a network that only its computers reach, such as a VPN";
+/// What `-sst` is answered.
+const SST: &str = "-sst, --sst: connections that SST secures are not supported; take `comm-type: SST` away from the \
+    program, and let the federation talk over a network that only its computers reach, such as a VPN";
 /// In bytes.
 const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
 
@@ -62,9 +68,18 @@ pub struct RtiArgs {
     /// Accept only federates that prove with an HMAC that they know the federation id.
     #[arg(short = 'a', long = "auth")]
     auth: bool,
-    /// Record all messages in the file `rti.csv` of the working directory.
+    /// Record the messages in the file `rti.lft` of the working directory, which LF's own tools read.
     #[arg(short = 't', long = "tracing")]
     tracing: bool,
+    /// Record all messages in this file, as text: comma-separated values.
+    #[arg(long, value_name = "FILE")]
+    trace_csv: Option<PathBuf>,
+    /// A certificate and its key.
+    #[arg(long, num_args = 0.., hide = true)]
+    tls: Option<Vec<String>>,
+    /// A configuration of SST.
+    #[arg(long, num_args = 0.., hide = true)]
+    sst: Option<Vec<String>>,
     /// Delay the start so that its time is a multiple of this: `-m 100 ms`.
     #[arg(short = 'm', long = "start-time-multiple", num_args = 2, value_names = ["VALUE", "UNIT"])]
     #[arg(allow_negative_numbers = true)]
@@ -97,9 +112,7 @@ impl RtiArgs {
     /// # Errors
     /// A sentence for the user, which names the option.
     pub fn options(&self, warnings: &mut Vec<String>) -> Result<Options, String> {
-        if self.transient_federates > 0 {
-            return Err(TRANSIENT.to_owned());
-        }
+        self.refuse_what_is_missing()?;
         let start_time_multiple = match self.start_time_multiple.last_chunk() {
             Some([value, unit]) => {
                 multiple(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?
@@ -117,9 +130,23 @@ impl RtiArgs {
             dnet: !self.dnet_disabled,
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
-            trace: self.tracing.then(|| PathBuf::from(TRACE_FILE)),
+            traces: self.traces(),
             payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
         })
+    }
+}
+
+impl RtiArgs {
+    /// What the stock RTI has and ours does not.
+    fn refuse_what_is_missing(&self) -> Result<(), String> {
+        let refused = [(self.transient_federates > 0, TRANSIENT), (self.tls.is_some(), TLS), (self.sst.is_some(), SST)];
+        refused.iter().find(|(is_asked, _)| *is_asked).map_or(Ok(()), |(_, why)| Err((*why).to_owned()))
+    }
+
+    fn traces(&self) -> Vec<Trace> {
+        let lft = self.tracing.then(|| Trace { file: PathBuf::from(TRACE_FILE), format: TraceFormat::Lft });
+        let csv = self.trace_csv.clone().map(|file| Trace { file, format: TraceFormat::Csv });
+        lft.into_iter().chain(csv).collect()
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 const NAME: &str = "RTI";
 
 /// The stock RTI has options of several letters behind a single dash, which clap would take for several options.
-const LETTERS: [(&str, &str); 1] = [("-nt", "--number_of_transient_federates")];
+const LETTERS: [(&str, &str); 3] = [("-nt", "--number_of_transient_federates"), ("-sst", "--sst"), ("-tls", "--tls")];
 
 /// Whether a program that was called by this path is the RTI.
 pub(in crate::args) fn is_rti(path: &OsStr) -> bool {
