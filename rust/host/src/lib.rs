@@ -26,6 +26,7 @@ pub use logger::install as install_logger;
 pub use main_program::main;
 pub use platform::Host;
 pub use thread::SpawnPhysicalThread;
+pub use wake::interruption_status;
 
 /// What reaction bodies and preambles see without asking for it.
 pub mod prelude {

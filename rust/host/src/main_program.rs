@@ -15,8 +15,6 @@ use crate::arguments::{Arguments, Invocation, usage};
 use crate::observations::Observations;
 use crate::platform::Host;
 
-/// The exit status of a program that a signal asked to end, as a shell reports SIGINT.
-const INTERRUPTED: u8 = 130;
 /// The exit status for a command line that makes no sense.
 const USAGE: u8 = 2;
 
@@ -57,7 +55,7 @@ pub fn main<
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
-            ExitCode::from(if error.is_interruption() { INTERRUPTED } else { 1 })
+            ExitCode::from(if error.is_interruption() { crate::interruption_status() } else { 1 })
         }
     }
 }

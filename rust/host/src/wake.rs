@@ -3,8 +3,13 @@
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
+
+/// What a shell adds to the number of a signal.
+const SIGNALED: u8 = 128;
+/// ^C.
+const SIGINT: u8 = 2;
 
 /// One wake-up per program: statics of the generated code reach it from any thread.
 static WAKE_UP: OnceLock<Arc<WakeUp>> = OnceLock::new();
@@ -16,7 +21,8 @@ static WAKE_UP: OnceLock<Arc<WakeUp>> = OnceLock::new();
 pub(crate) struct WakeUp {
     reader: UnixStream,
     writer: UnixStream,
-    interrupted: Arc<AtomicBool>,
+    /// The number of the last signal that has come; 0 for none.
+    signal: Arc<AtomicUsize>,
 }
 
 impl WakeUp {
@@ -31,12 +37,13 @@ impl WakeUp {
         let (reader, writer) = UnixStream::pair()?;
         reader.set_nonblocking(true)?;
         writer.set_nonblocking(true)?;
-        let interrupted = Arc::new(AtomicBool::new(false));
+        let last = Arc::new(AtomicUsize::new(0));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-            signal_hook::flag::register(signal, Arc::clone(&interrupted))?;
+            let number = usize::try_from(signal).expect("the numbers of signals are positive");
+            signal_hook::flag::register_usize(signal, Arc::clone(&last), number)?;
             signal_hook::low_level::pipe::register(signal, writer.try_clone()?)?;
         }
-        Ok(Arc::clone(WAKE_UP.get_or_init(|| Arc::new(Self { reader, writer, interrupted }))))
+        Ok(Arc::clone(WAKE_UP.get_or_init(|| Arc::new(Self { reader, writer, signal: last }))))
     }
 
     /// Ends the wait of the event loop, now or at its next start; a no-op before the program has an event loop.
@@ -59,6 +66,14 @@ impl WakeUp {
 
     /// Whether SIGINT or SIGTERM has come.
     pub(crate) fn interrupted(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed)
+        self.signal.load(Ordering::Relaxed) != 0
     }
+}
+
+/// The exit status of a program that a signal asked to end, as a shell reports it: 130 after SIGINT, 143 after SIGTERM.
+/// Where none has come, that of ^C.
+pub fn interruption_status() -> u8 {
+    let signal = WAKE_UP.get().map_or(0, |wake_up| wake_up.signal.load(Ordering::Relaxed));
+    let signal = u8::try_from(signal).ok().filter(|signal| *signal != 0).unwrap_or(SIGINT);
+    SIGNALED + signal
 }

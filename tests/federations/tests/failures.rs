@@ -99,9 +99,28 @@ fn a_second_federate_with_the_same_id_is_refused() {
     // The first one is not disturbed; it ends when the RTI does.
     rti.signal(Signal::TERM);
     let (rti, first) = (rti.finish(), first.finish());
-    assert_eq!(rti.code(), 130, "{rti}");
+    assert_eq!(rti.code(), 143, "{rti}");
     assert_ne!(first.code(), 0, "{first}");
     first.line(&["error:", "RTI"]);
+}
+
+#[test]
+fn the_exit_status_is_that_of_the_signal() {
+    let programs = Lfz::build("signals", &endless());
+    for (signal, status) in [(Signal::INT, 130), (Signal::TERM, 143)] {
+        let (mut rti, port) = Lfz::rti(&["-n", "2", "-i", "signals"]);
+        let mut command = Command::new(&programs["source"]);
+        command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", "signals"]);
+        let source = Run::start(command);
+        rti.wait_for("federate 0 has joined");
+        source.signal(signal);
+        let source = source.finish();
+        assert_eq!(source.code(), status, "{source}");
+        rti.wait_for("federate 0 is lost before the start");
+        rti.signal(signal);
+        let rti = rti.finish();
+        assert_eq!(rti.code(), status, "{rti}");
+    }
 }
 
 #[test]

@@ -13,9 +13,6 @@ use crate::terminal;
 /// What stands before the port in the line that says where the RTI listens, which `lfz run` reads.
 const LISTENING: &str = "listening on TCP port ";
 
-/// The exit status after a signal, as a shell reports SIGINT.
-const INTERRUPTED: u8 = 130;
-
 /// Runs the RTI until its federation is over.
 pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     if arguments.version {
@@ -40,7 +37,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
         ))),
         outcome @ Outcome::Aborted => {
             terminal::remark(format_args!("error: {outcome}"));
-            Ok(ExitCode::from(INTERRUPTED))
+            Ok(ExitCode::from(lf_host::interruption_status()))
         }
     }
 }
