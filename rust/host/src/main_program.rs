@@ -82,6 +82,7 @@ fn run(
         host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
     }
     let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
+    description.check_key(federation_id.as_bytes());
     let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];

@@ -3,6 +3,7 @@
 
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
+use lf_coordination::rti::FEDERATION_ID_DEFAULT;
 use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_wire::june_2026::MessageType;
@@ -36,6 +37,18 @@ impl Description {
             keepalive: self.keepalive,
             fast: self.fast,
             workers: 1,
+        }
+    }
+
+    /// Warns when the program authenticates with a key that others can guess: the federation id is the key, and where
+    /// nobody has chosen one it is the name of the program, or what the stock RTI has.
+    pub fn check_key(&self, federation_id: &[u8]) {
+        let authenticates = self.federation.is_some_and(|federation| federation.authentication.is_some());
+        if authenticates && (federation_id == self.program.as_bytes() || federation_id == FEDERATION_ID_DEFAULT) {
+            log::warn!(
+                "the federation id is the key of `auth`, and others can guess this one: choose another with --id, or \
+                 CONFIG_LF_FEDERATION_ID"
+            );
         }
     }
 }

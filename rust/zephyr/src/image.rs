@@ -185,6 +185,7 @@ impl<
             return run_unfederated(platform, program, engine).map_err(ImageError::Run);
         };
         let join = join(federation).map_err(ImageError::Settings)?;
+        description.check_key(join.federation_id);
         let mut inbound = peer_inputs.each_mut().map(|bytes| Inbound::new(bytes));
         let mut outbound = peer_outputs.each_mut().map(|bytes| Outbound::new(bytes));
         let buffers = Buffers::new(input, output).with_peers(&mut outbound, &mut inbound);

@@ -53,3 +53,19 @@ fn a_federate_without_authentication_is_told_apart() {
     federate.line(&["error:", "code 4", "`auth: true`"]);
     rti.line(&["refused", "`auth: true`"]);
 }
+
+#[test]
+fn a_federate_whose_key_everybody_can_guess_says_so() {
+    let program = source("public_key", "Authenticated.lf");
+    let warning = ["warn:", "the federation id is the key", "--id"];
+    let (mut rti, port) = Lfz::rti(&["-n", "2", "-a", "-i", "Authenticated"]);
+    let mut command = Command::new(&program);
+    command.args(["--rti", &format!("127.0.0.1:{port}")]);
+    let federate = Run::start(command);
+    rti.wait_for("federate 0 has joined");
+    federate.signal(Signal::INT);
+    federate.finish().line(&warning);
+    // One with a key of its own does not.
+    let (federate, _) = meet(&program, "a secret", &["--auth"]);
+    assert!(!federate.lines.iter().any(|line| line.contains("warn:")), "{federate}");
+}

@@ -28,6 +28,9 @@ pub const PORT_DEFAULT: u16 = 15045;
 const FEDERATES_MAX: u16 = 4096;
 /// Where LF's own tools look for the trace of an RTI.
 const TRACE_FILE: &str = "rti.lft";
+/// A warning where `-a` stands without `-i`.
+const PUBLIC_KEY: &str =
+    "-a, --auth: the federation id is the key, and everybody knows the default one; choose another with -i";
 /// What `-nt`, which launch scripts of lfc 0.14 and later have, is answered.
 const TRANSIENT: &str = "-nt, --number_of_transient_federates: transient federates, which join and leave a running \
     federation, are not supported; take `@transient` away from the program, or run it with LF's own RTI";
@@ -113,6 +116,9 @@ impl RtiArgs {
     /// A sentence for the user, which names the option.
     pub fn options(&self, warnings: &mut Vec<String>) -> Result<Options, String> {
         self.refuse_what_is_missing()?;
+        if self.auth && self.id == FEDERATION_ID_DEFAULT {
+            warnings.push(PUBLIC_KEY.to_owned());
+        }
         let start_time_multiple = match self.start_time_multiple.last_chunk() {
             Some([value, unit]) => {
                 multiple(value, unit).map_err(|error| format!("-m, --start-time-multiple: {error}"))?

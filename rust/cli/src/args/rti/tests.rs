@@ -71,6 +71,22 @@ fn wrong_values_are_named() {
     }
 }
 
+#[test]
+fn authentication_with_the_id_that_everybody_knows_is_warned_of() {
+    for (arguments, is_warned_of) in [
+        (&["-n", "2", "-a"][..], true),
+        (&["-n", "2", "-a", "-i", "Unidentified Federation"], true),
+        (&["-n", "2", "-a", "-i", "another"], false),
+        (&["-n", "2"], false),
+    ] {
+        let mut warnings = Vec::new();
+        let arguments = parsed(&[&["lfz", "rti"], arguments].concat()).expect("it is valid");
+        arguments.options(&mut warnings).expect("it is valid");
+        let is_found = warnings.iter().any(|warning| warning.contains("-a, --auth") && warning.contains("-i"));
+        assert_eq!(is_found, is_warned_of, "{warnings:?}");
+    }
+}
+
 /// In all these cases the stock RTI is content, too.
 #[test]
 fn blanks_are_skipped_and_the_last_of_equal_options_counts() {
