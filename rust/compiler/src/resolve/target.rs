@@ -36,7 +36,7 @@ const REFUSED: &[(&str, &str)] = &[
     ("cargo-dependencies", "remove it; bodies have `core`, on Linux `std`, and the reactor API"),
     ("cargo-features", "remove it"),
     ("rust-include", "remove it and write the code in a preamble"),
-    ("rust-edition", "remove it; generated crates have the edition of this project"),
+    ("edition", "remove it; generated crates have the edition of this project"),
     ("runtime-version", "remove it"),
     ("external-runtime-path", "remove it"),
     ("single-file-project", "remove it"),
