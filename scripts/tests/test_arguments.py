@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ import yaml
 from conftest import World
 
 from lf_west import west_arguments
-from lf_west.durations import seconds
+from lf_west.durations import _UNITS, seconds
 from lf_west.errors import LfError
 from lf_west.main import all_commands, main
 
@@ -72,6 +73,15 @@ def test_the_board_is_looked_for_where_west_build_looks() -> None:
 )
 def test_times_are_read_with_units(text: str, expected: float) -> None:
     assert seconds(text) == pytest.approx(expected)
+
+
+def test_the_units_of_time_are_those_of_the_programs() -> None:
+    table = (SCRIPTS.parent / "rust/model/src/units.rs").read_text()
+    rows = re.findall(r"\(&\[([^]]+)\], ([0-9_]+)\)", table)
+    expected = {word: int(length) for words, length in rows for word in re.findall(r'"([a-z]+)"', words)}
+    assert {word: round(seconds(f"1 {word}") * 1e9) for word in expected} == expected
+    # And there are no others; a number without a unit is in seconds.
+    assert {word for words in _UNITS for word in words} == {*expected, ""}
 
 
 @pytest.mark.parametrize("text", ["", "s", "-1", "1.2.3", "1e9", "5 parsec", "9999999 weeks"])

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use lf_host::unit_ns;
+use lf_host::model::units::unit_ns;
 
 /// Reads `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
 ///
@@ -23,7 +23,7 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
 pub(crate) fn of_unit(number: &str, unit: &str) -> Result<Duration, String> {
     let length_ns = unit_ns(unit).and_then(|length_ns| u64::try_from(length_ns).ok());
     let length_ns =
-        length_ns.ok_or_else(|| format!("`{unit}` is no unit of time; try ns, us, ms, s, min, h, day or week"))?;
+        length_ns.ok_or_else(|| format!("`{unit}` is no unit of time; try ns, us, ms, s, min, h, d or wk"))?;
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let wrong = || format!("`{number}` is no number");
     let too_long = || format!("`{number} {unit}` is longer than 292 years");
@@ -55,6 +55,7 @@ mod tests {
         assert_eq!(parse("500ms"), Ok(Duration::from_millis(500)));
         assert_eq!(parse(" 1.5 min "), Ok(Duration::from_secs(90)));
         assert_eq!(of_unit("2", "weeks"), Ok(Duration::from_secs(14 * 86_400)));
+        assert_eq!(parse("1wk"), Ok(Duration::from_secs(7 * 86_400)));
     }
 
     #[test]

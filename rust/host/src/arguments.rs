@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use lexopt::prelude::{Long, Short, Value, ValueExt as _};
 use lf_model::Settings;
 use lf_model::time::Interval;
+use lf_model::units::unit_ns;
 use lf_runtime::Description;
 
 /// What the user wants.
@@ -150,22 +151,6 @@ fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
     next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())
 }
 
-/// A unit of LF in nanoseconds.
-pub fn unit_ns(unit: &str) -> Option<i64> {
-    const SECOND: i64 = 1_000_000_000;
-    Some(match unit {
-        "ns" | "nsec" | "nsecs" => 1,
-        "us" | "usec" | "usecs" => 1_000,
-        "ms" | "msec" | "msecs" => 1_000_000,
-        "s" | "sec" | "secs" | "second" | "seconds" => SECOND,
-        "min" | "mins" | "minute" | "minutes" => 60 * SECOND,
-        "h" | "hour" | "hours" => 3_600 * SECOND,
-        "d" | "day" | "days" => 86_400 * SECOND,
-        "week" | "weeks" => 604_800 * SECOND,
-        _ => return None,
-    })
-}
-
 /// What `--help` prints.
 pub(crate) fn usage(description: &Description) -> String {
     let mut text = format!(
@@ -209,6 +194,7 @@ mod tests {
         assert_eq!(run(""), Arguments::default());
         assert_eq!(run("-o 500 msec").timeout, Some(Interval::from_millis(500)));
         assert_eq!(run("--timeout 2sec").timeout, Some(Interval::from_secs(2)));
+        assert_eq!(run("-o 1 wk").timeout, Some(Interval::from_secs(7 * 86_400)));
         assert_eq!(run("-o 0").timeout, Some(Interval::ZERO));
         assert_eq!(run("-o 0 msec -f").timeout, Some(Interval::ZERO));
         assert_eq!(run("-o 0 -f").timeout, Some(Interval::ZERO));

@@ -18,7 +18,6 @@ mod thread;
 mod trace;
 mod wake;
 
-pub use arguments::unit_ns;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;

@@ -41,6 +41,7 @@ mod storage;
 mod tables;
 mod tardy;
 pub mod time;
+pub mod units;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use context::{Moment, ReactionContext, Readable, Schedulable};

@@ -4,14 +4,28 @@
 /// A [`Duration`](core::time::Duration) in LF's notation: `delay!(10 ms)`, `delay!((n * 2) usec)`, `delay!(0)`.
 ///
 /// The amount is an integer literal, a variable, or an expression in parentheses, of any integer type. A negative one
-/// is zero.
+/// is zero. Another unit than LF's does not compile:
+///
+/// ```compile_fail
+/// lf_model::delay!(3 fortnight);
+/// ```
 #[macro_export]
 macro_rules! delay {
     (0) => {
         ::core::time::Duration::ZERO
     };
     ($amount:tt $unit:ident) => {
-        $crate::__private::duration($amount as i64, $crate::__unit_ns!($unit))
+        $crate::__private::duration($amount as i64, {
+            const UNIT_NS: i64 = $crate::__private::unit_ns(
+                ::core::stringify!($unit),
+                ::core::concat!(
+                    "`",
+                    ::core::stringify!($unit),
+                    "` is not a unit of time; use ns, us, ms, s, min, h, d, wk or one of LF's longer spellings"
+                ),
+            );
+            UNIT_NS
+        })
     };
 }
 
@@ -51,103 +65,21 @@ macro_rules! assert_tag_is {
     };
 }
 
-#[doc(hidden)]
-#[macro_export]
-macro_rules! __unit_ns {
-    (nsec) => {
-        1
-    };
-    (ns) => {
-        1
-    };
-    (nsecs) => {
-        1
-    };
-    (usec) => {
-        1_000
-    };
-    (us) => {
-        1_000
-    };
-    (usecs) => {
-        1_000
-    };
-    (msec) => {
-        1_000_000
-    };
-    (ms) => {
-        1_000_000
-    };
-    (msecs) => {
-        1_000_000
-    };
-    (sec) => {
-        1_000_000_000
-    };
-    (s) => {
-        1_000_000_000
-    };
-    (secs) => {
-        1_000_000_000
-    };
-    (second) => {
-        1_000_000_000
-    };
-    (seconds) => {
-        1_000_000_000
-    };
-    (minute) => {
-        60_000_000_000
-    };
-    (min) => {
-        60_000_000_000
-    };
-    (mins) => {
-        60_000_000_000
-    };
-    (minutes) => {
-        60_000_000_000
-    };
-    (hour) => {
-        3_600_000_000_000
-    };
-    (h) => {
-        3_600_000_000_000
-    };
-    (hours) => {
-        3_600_000_000_000
-    };
-    (day) => {
-        86_400_000_000_000
-    };
-    (d) => {
-        86_400_000_000_000
-    };
-    (days) => {
-        86_400_000_000_000
-    };
-    (week) => {
-        604_800_000_000_000
-    };
-    (wk) => {
-        604_800_000_000_000
-    };
-    (weeks) => {
-        604_800_000_000_000
-    };
-    ($other:ident) => {
-        ::core::compile_error!(::core::concat!(
-            "`",
-            ::core::stringify!($other),
-            "` is not a unit of time; use ns, us, ms, s, min, h, d, week or one of LF's longer spellings"
-        ))
-    };
-}
-
 /// What the macros expand to; not for use by hand.
 #[doc(hidden)]
 pub mod __private {
     use core::time::Duration;
+
+    /// The length of a unit in nanoseconds.
+    ///
+    /// # Panics
+    /// With `otherwise` if there is no such unit; the macros call it in constants, so this is an error of the compiler.
+    pub const fn unit_ns(unit: &str, otherwise: &str) -> i64 {
+        match crate::units::unit_ns(unit) {
+            Some(unit_ns) => unit_ns,
+            None => panic!("{}", otherwise),
+        }
+    }
 
     /// `amount` units of `unit_ns` nanoseconds.
     pub const fn duration(amount: i64, unit_ns: i64) -> Duration {

@@ -25,12 +25,12 @@ use core::fmt;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use lf_model::units::unit_ns;
 use serde::Deserialize;
 use serde_saphyr::{Location, Spanned};
 
 use crate::diagnostics::did_you_mean;
 use crate::plan::{Federate, NetworkInput, Plan, ReactionKind, ScheduledReaction, Time};
-use crate::syntax::unit_length;
 use crate::yaml::{self, FileError};
 
 /// Bounds, in nanoseconds.
@@ -210,7 +210,7 @@ pub fn parse_time(text: &str) -> Result<i64, String> {
         let is_zero = number.bytes().all(|byte| byte == b'0' || byte == b'.');
         return if is_zero { Ok(0) } else { Err(format!("\"{text}\" needs a unit of time, like `{text} ms`")) };
     }
-    let length = unit_length(unit).ok_or_else(wrong)?;
+    let length = unit_ns(unit).ok_or_else(wrong)?;
     let whole: i64 = whole.parse().map_err(|_| too_long())?;
     let mut total = whole.checked_mul(length).ok_or_else(too_long)?;
     let mut digit_ns = length;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target declaration: `target Rust`, and each property honoured or refused by name.
 
+use lf_model::units::UNITS;
+
 use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
-use crate::syntax::{UNITS, nanoseconds};
+use crate::syntax::nanoseconds;
 
 /// Properties that are honoured.
 const HONOURED: &[&str] = &[

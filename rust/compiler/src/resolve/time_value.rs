@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values that are times.
 
+use lf_model::units::UNITS;
+
 use super::checker::Checker;
 use super::model::Parameter;
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
-use crate::syntax::{TimeError, UNITS, nanoseconds};
+use crate::syntax::{TimeError, nanoseconds};
 
 /// The nanoseconds of a value that is a correct time by itself; `forever` is the largest one.
 pub(crate) fn literal_ns(value: &Expression) -> Option<i64> {

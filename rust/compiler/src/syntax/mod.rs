@@ -16,4 +16,4 @@ mod type_text;
 pub(crate) mod words;
 
 pub(crate) use parser::parse;
-pub(crate) use time::{TimeError, UNITS, nanoseconds, unit_length};
+pub(crate) use time::{TimeError, nanoseconds};

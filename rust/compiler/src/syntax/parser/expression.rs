@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values.
 
+use lf_model::units::unit_ns;
+
 use super::super::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
-use super::super::time::unit_length;
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
@@ -122,7 +123,7 @@ impl Parser<'_> {
         let word = self.word_ahead(0)?;
         let token = self.peek(0);
         let begins_other = !token.adjacent
-            && unit_length(word).is_none()
+            && unit_ns(word).is_none()
             && matches!(self.peek(1).kind, Kind::Equals | Kind::Dot | Kind::Arrow | Kind::PhysicalArrow);
         if token.first_of_line || is_reserved(word) || begins_other {
             return None;
