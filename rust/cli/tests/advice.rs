@@ -13,7 +13,7 @@ fn texts(folder: &Path, found: &mut Vec<PathBuf>) {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
         if path.is_dir() && !name.starts_with('.') && !matches!(name.as_str(), "target" | "build") {
             texts(&path, found);
-        } else if name.ends_with(".rs") || name.ends_with(".md") || name.ends_with(".py") {
+        } else if path.extension().is_some_and(|kind| kind == "rs" || kind == "md" || kind == "py") {
             found.push(path);
         }
     }

@@ -214,9 +214,9 @@ impl ReactionContext<'_> {
         self.state.current == self.state.stop
     }
 
-    /// The threads that run reactions.
-    pub fn num_workers(&self) -> usize {
-        self.settings.workers
+    /// The threads that run reactions: the event loop does.
+    pub const fn num_workers(&self) -> usize {
+        1
     }
 
     /// What a physical thread is given. `spawn_physical_thread`, from the platform's prelude, is built on it.

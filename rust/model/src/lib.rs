@@ -31,7 +31,6 @@ mod engine;
 mod error;
 mod events;
 mod macros;
-mod multiport;
 mod payload;
 mod physical;
 mod port;
@@ -49,7 +48,6 @@ pub use engine::{Delivery, Engine, Progress, Settings};
 pub use error::{DeliverError, ModelError, ScheduleError};
 #[doc(hidden)]
 pub use macros::__private;
-pub use multiport::{Multiport, MultiportMut, PortsMut};
 pub use payload::{FixedPayload, Payload, PayloadError};
 pub use physical::{
     Inbox, Mailbox, Outside, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink,
@@ -75,8 +73,8 @@ pub mod prelude {
 
     pub use crate::Offset::{After, Asap};
     pub use crate::{
-        EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,
-        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer,
+        EventTag, FixedPayload, Instant, LogicalAction, Offset, Payload, PhysicalAction, PhysicalActionRef,
+        PhysicalLink, Port, ReactionContext, Timer,
     };
     pub use crate::{after, assert_tag_is, delay, payload, tag};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The forms in which reaction bodies of Lingua Franca's Rust target use `ctx`, ports, actions and banks.
+//! The forms in which reaction bodies of Lingua Franca's Rust target use `ctx`, ports and actions.
 //!
 //! Proves that they compile against this crate's prelude and mean the same. The functions have the signatures that
 //! the compiler generates, and bodies as users write them.
@@ -110,52 +110,5 @@ fn times_are_instants_and_durations_like_those_of_std() {
         assert_eq!(ctx.get_logical_time() - ctx.get_start_time(), ctx.get_elapsed_logical_time());
         assert_eq!(ctx.get_elapsed_physical_time().as_millis(), 0);
         assert_eq!(ctx.num_workers(), 1);
-    });
-}
-
-#[test]
-fn multiports_and_banks_are_indexed_and_iterated_over() {
-    fn write(ctx: &mut ReactionContext<'_>, out: &mut MultiportMut<'_, usize>, rest: &mut MultiportMut<'_, usize>) {
-        for i in 0..out.len() {
-            ctx.set(&mut out[i], i * 42);
-        }
-        assert_eq!(out.iter().filter(|port| ctx.is_present(*port)).count(), out.len());
-        for (i, chan) in rest.iter_mut().enumerate().skip(1) {
-            ctx.set(chan, i);
-        }
-        for (i, out) in out.into_iter().enumerate() {
-            ctx.set(out, i)
-        }
-        for chan in rest {
-            assert!(ctx.get(chan).is_none_or(|value| value == 1));
-        }
-    }
-    fn read(ctx: &mut ReactionContext<'_>, r#in: &Multiport<'_, usize>) {
-        assert_eq!((r#in.len(), r#in.is_empty()), (4, false));
-        for (i, port) in r#in.iter().enumerate().take(2) {
-            assert_eq!(Some(i), ctx.get(port), "Failed for input in[{}]", i);
-        }
-        assert_eq!(ctx.get(&r#in[1]), Some(1));
-        assert_eq!(r#in.iterate_set().count(), 3);
-        assert_eq!(r#in.enumerate_set().map(|(i, _)| i).collect::<Vec<_>>(), [0, 1, 3]);
-        let sum: usize = r#in.iterate_values().sum();
-        assert_eq!(sum, 2);
-        assert_eq!(r#in.iterate_values_ref().count(), 3);
-        for (i, v) in r#in.enumerate_values() {
-            assert_eq!(v, i.min(1));
-        }
-        for port in r#in {
-            if let Some(v) = ctx.get(port) {
-                assert!(v < 2);
-            }
-        }
-    }
-    // As the compiler makes them: channels of one multiport may lie in ports of several reactors.
-    let mut ports = [port(0), port(1), port(2), port(0)];
-    in_reaction(move |ctx| {
-        let [a, b, c, d] = &mut ports;
-        write(ctx, &mut MultiportMut::new(&mut [a, b]), &mut MultiportMut::new(&mut [c, d]));
-        let [a, b, c, d] = &ports;
-        read(ctx, &Multiport::new(&[a, b, c, d]));
     });
 }

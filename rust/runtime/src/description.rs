@@ -36,7 +36,6 @@ impl Description {
             timeout: self.timeout,
             keepalive: self.keepalive,
             fast: self.fast,
-            workers: 1,
         }
     }
 

@@ -185,9 +185,6 @@ pub struct RunArgs {
     /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "BOUNDS")]
     pub measure: Option<PathBuf>,
-    /// Record a trace of each participant; not supported yet.
-    #[arg(long, value_name = "DIR", hide = true, value_parser = refuse_trace)]
-    pub trace: Option<PathBuf>,
     /// Where files are generated and compiled.
     #[command(flatten)]
     pub places: Places,
@@ -211,10 +208,6 @@ pub struct Places {
     /// The lf-zephyr-rs repository with the runtime crates.
     #[arg(long, value_name = "DIR", env = "LFZ_HOME")]
     pub home: Option<PathBuf>,
-}
-
-fn refuse_trace(_: &str) -> Result<PathBuf, String> {
-    Err("tracing is not supported yet".to_owned())
 }
 
 #[cfg(test)]
@@ -242,11 +235,5 @@ mod tests {
         let Command::Run(arguments) = cli.command else { panic!("run was asked for") };
         assert_eq!(arguments.arguments, ["--fast"]);
         assert_eq!(arguments.timeout.map(|timeout| timeout.as_secs()), Some(2));
-    }
-
-    #[test]
-    fn tracing_is_refused_by_name() {
-        let error = Cli::try_parse_from(["lfz", "run", "P.lf", "--trace", "t"]).expect_err("it is not there yet");
-        assert!(error.to_string().contains("tracing is not supported yet"));
     }
 }

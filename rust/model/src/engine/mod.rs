@@ -29,13 +29,11 @@ pub struct Settings {
     pub keepalive: bool,
     /// Logical time does not wait for physical time. The event loop honours it.
     pub fast: bool,
-    /// The threads that run reactions, for `ctx.num_workers()`.
-    pub workers: usize,
 }
 
 impl Settings {
-    /// Not federated, no timeout, ends without events, in real time, one worker.
-    pub const DEFAULT: Self = Self { federated: false, timeout: None, keepalive: false, fast: false, workers: 1 };
+    /// Not federated, no timeout, ends without events, in real time.
+    pub const DEFAULT: Self = Self { federated: false, timeout: None, keepalive: false, fast: false };
 }
 
 impl Default for Settings {

@@ -304,7 +304,7 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let (mut storage, mut tardy_storage) = (NodeStorage::new(), TardyStorage::new());
     let Plan { fast, keepalive, .. } = *plan;
     let timeout = plan.timeouts.get(&id).copied().unwrap_or(plan.timeout);
-    let settings = Settings { federated: true, timeout, fast, keepalive, workers: 1 };
+    let settings = Settings { federated: true, timeout, fast, keepalive };
     let tables = lf_model::Program::tables(&node);
     let engine = if is_decentralized {
         Engine::new(tables, &mut tardy_storage, settings)

@@ -42,7 +42,6 @@ pub(crate) fn run_alone(
         timeout: plan.target.timeout_ns.map(Interval::from_nanos),
         keepalive: false,
         fast: true,
-        workers: 1,
     };
     let tables = program.tables();
     let mut memory = EngineMemory::new(tables);

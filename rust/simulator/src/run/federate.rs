@@ -73,7 +73,6 @@ impl FederateMemory {
             timeout: target.timeout_ns.map(Interval::from_nanos),
             keepalive: target.keepalive,
             fast: target.fast,
-            workers: 1,
         };
         let federation = federation(plan, federate, tables);
         let peer_spare = scenario.decentralized.map_or(0, |it| it.peer_spare);
