@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use super::unsupported::Feature;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::syntax::ast::{Import, ImportSource, Name, SourceUnit};
 use crate::syntax::parse;
@@ -121,10 +122,7 @@ impl Loader<'_> {
         let name = match &import.source {
             ImportSource::File(name) => name,
             ImportSource::Package(name) => {
-                let diagnostic =
-                    Diagnostic::new(Code::Unsupported, name.span, "imports from packages are not supported yet")
-                        .hint("import from a file: `import X from \"path/to/File.lf\"`");
-                self.diagnostics.push(diagnostic);
+                self.diagnostics.push(Feature::Package.refused(name.span));
                 return;
             }
         };

@@ -28,4 +28,5 @@ pub(crate) use model::{Class, ClassId, PortRef, ReactionParameter, Variable, Wai
 pub(crate) use reaction::signature;
 pub(crate) use target::check as check_target;
 pub(crate) use time_value::literal_ns;
+pub use unsupported::refused;
 pub(crate) use value::rust_text;

@@ -31,7 +31,7 @@ const HONOURED: &[&str] = &[
 ];
 
 /// Properties of LF that are not, with what to do instead.
-const REFUSED: &[(&str, &str)] = &[
+pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
     ("build-type", "remove it and choose when building: `lfz build --release`"),
     ("build", "remove it"),

@@ -1,51 +1,114 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
+use super::{attributes, target};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
 
+/// Declares the features, each with what to do instead; the README's table is made of the same list.
+macro_rules! features {
+    ($($feature:ident: $name:literal $verb:ident, $instead:literal;)*) => {
+        /// A feature that is refused.
+        #[derive(Clone, Copy)]
+        pub(super) enum Feature {
+            $($feature,)*
+        }
+
+        impl Feature {
+            const ALL: &[Self] = &[$(Self::$feature,)*];
+
+            const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$feature => $name,)*
+                }
+            }
+
+            const fn verb(self) -> &'static str {
+                match self {
+                    $(Self::$feature => stringify!($verb),)*
+                }
+            }
+
+            const fn instead(self) -> &'static str {
+                match self {
+                    $(Self::$feature => $instead,)*
+                }
+            }
+        }
+    };
+}
+
+features! {
+    Multiport: "multiports" are, "declare one port for each channel";
+    Bank: "banks of reactors" are, "write one instance for each member";
+    Interleaved: "`interleaved`" is, "name the ports one by one";
+    Extends: "`extends`" is, "contain the other reactor, or repeat its declarations";
+    TypeParameters: "type parameters of reactors" are, "write one reactor for each type";
+    TypeArguments: "type arguments of reactors" are, "write one reactor for each type";
+    Mode: "modes" are, "keep the mode in a state variable and test it in the reactions";
+    Transition: "mode transitions" are, "keep the mode in a state variable";
+    ResetState: "`reset` state variables" are, "remove the word; without modes nothing is reset";
+    ResetTrigger: "the trigger `reset`" is, "without modes nothing is reset; remove it";
+    Method: "methods" are, "write a function in a preamble that takes what it needs";
+    Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
+    Mutation: "mutations" are, "use a reaction";
+    Mutable: "`mutable` inputs" are, "remove the word and copy the value in the reaction";
+    Realtime: "`realtime` reactors" are, "remove the word";
+    Alias: "other names for ports" are, "use the port's own name in the body";
+    Serializer: "`serializer`" is, "remove it: values are sent in the layout of their type";
+    Package: "imports from packages" are, "import from a file: `import X from \"path/to/File.lf\"`";
+}
+
+impl Feature {
+    /// The refusal where the feature is used.
+    pub(super) fn refused(self, span: Span) -> Diagnostic {
+        let message = format!("{} {} not supported yet", self.name(), self.verb());
+        Diagnostic::new(Code::Unsupported, span, message).hint(self.instead())
+    }
+}
+
+/// All parts of LF that are refused by name, each with what to do instead, in Markdown.
+pub fn refused() -> Vec<(String, String)> {
+    let list = |names: &mut dyn Iterator<Item = &str>| names.collect::<Vec<_>>().join("`, `");
+    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead().to_owned()));
+    let attributes = list(&mut attributes::UNSUPPORTED.iter().copied());
+    let properties = list(&mut target::REFUSED.iter().map(|(name, _)| *name));
+    let removed = [
+        (format!("the attributes `@{}`", attributes.replace("`, `", "`, `@")), "remove them".to_owned()),
+        (format!("the target properties `{properties}`"), "the error says what to do instead of each".to_owned()),
+    ];
+    features.chain(removed).collect()
+}
+
 /// Reports every unsupported feature in a reactor.
 pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
-    let mut refuse = |span: Span, what: &str, hint: &str| {
-        let message = format!("{what} not supported yet");
-        found.push(Diagnostic::new(Code::Unsupported, span, message).hint(hint));
-    };
+    let mut refuse = |feature: Feature, span: Span| found.push(feature.refused(span));
     if let Some(span) = reactor.realtime {
-        refuse(span, "`realtime` reactors are", "remove the word");
+        refuse(Feature::Realtime, span);
     }
     if let Some(span) = reactor.type_parameters.first() {
-        refuse(*span, "type parameters of reactors are", "write one reactor for each type");
+        refuse(Feature::TypeParameters, *span);
     }
-    for name in &reactor.extends {
-        refuse(name.span, "`extends` is", "contain the other reactor, or repeat its declarations");
-    }
+    reactor.extends.iter().for_each(|name| refuse(Feature::Extends, name.span));
     let body = &reactor.body;
-    for mode in &body.modes {
-        refuse(mode.span, "modes are", "keep the mode in a state variable and test it in the reactions");
-    }
-    for method in &body.methods {
-        refuse(method.name.span, "methods are", "write a function in a preamble that takes what it needs");
-    }
-    for watchdog in &body.watchdogs {
-        refuse(watchdog.name.span, "watchdogs are", "schedule a logical action with a delay, or use a deadline");
-    }
-    for span in body.states.iter().filter_map(|state| state.reset) {
-        refuse(span, "`reset` state variables are", "remove the word; without modes nothing is reset");
-    }
+    body.modes.iter().for_each(|mode| refuse(Feature::Mode, mode.span));
+    body.methods.iter().for_each(|method| refuse(Feature::Method, method.name.span));
+    body.watchdogs.iter().for_each(|watchdog| refuse(Feature::Watchdog, watchdog.name.span));
+    body.states.iter().filter_map(|state| state.reset).for_each(|span| refuse(Feature::ResetState, span));
     for port in &body.ports {
         if let Some(span) = port.mutable {
-            refuse(span, "`mutable` inputs are", "remove the word and copy the value in the reaction");
+            refuse(Feature::Mutable, span);
         }
         if let Some(span) = port.width {
-            refuse(span, "multiports are", "declare one port for each channel");
+            refuse(Feature::Multiport, span);
         }
     }
     for instance in &body.instances {
         if let Some(span) = instance.width {
-            refuse(span, "banks of reactors are", "write one instance for each member");
+            refuse(Feature::Bank, span);
         }
         if let Some(span) = instance.type_arguments {
-            refuse(span, "type arguments of reactors are", "write one reactor for each type");
+            refuse(Feature::TypeArguments, span);
         }
     }
     check_hosts(reactor, found);
@@ -71,11 +134,7 @@ fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
-    if let Some(span) = connection.serializer {
-        let diagnostic = Diagnostic::new(Code::Unsupported, span, "`serializer` is not supported yet")
-            .hint("remove it: values are sent in the layout of their type");
-        found.push(diagnostic);
-    }
+    found.extend(connection.serializer.map(|span| Feature::Serializer.refused(span)));
     for reference in connection.left.iter().chain(&connection.right) {
         check_reference(reference, found);
     }
@@ -83,32 +142,20 @@ fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
 
 fn check_reference(reference: &Reference, found: &mut Vec<Diagnostic>) {
     if reference.interleaved {
-        let diagnostic = Diagnostic::new(Code::Unsupported, reference.span, "`interleaved` is not supported yet")
-            .hint("name the ports one by one");
-        found.push(diagnostic);
+        found.push(Feature::Interleaved.refused(reference.span));
     }
-    if let Some(alias) = &reference.alias {
-        let diagnostic = Diagnostic::new(Code::Unsupported, alias.span, "other names for ports are not supported yet")
-            .hint("use the port's own name in the body");
-        found.push(diagnostic);
-    }
+    found.extend(reference.alias.as_ref().map(|alias| Feature::Alias.refused(alias.span)));
     if reference.transition {
-        let diagnostic = Diagnostic::new(Code::Unsupported, reference.span, "mode transitions are not supported yet")
-            .hint("keep the mode in a state variable");
-        found.push(diagnostic);
+        found.push(Feature::Transition.refused(reference.span));
     }
 }
 
 fn check_reaction(reaction: &Reaction, found: &mut Vec<Diagnostic>) {
     if reaction.mutation {
-        let diagnostic = Diagnostic::new(Code::Unsupported, reaction.keyword, "mutations are not supported yet")
-            .hint("use a reaction");
-        found.push(diagnostic);
+        found.push(Feature::Mutation.refused(reaction.keyword));
     }
     for trigger in reaction.triggers.iter().filter(|trigger| trigger.name.text == "reset") {
-        let diagnostic = Diagnostic::new(Code::Unsupported, trigger.span, "the trigger `reset` is not supported yet")
-            .hint("without modes nothing is reset; remove it");
-        found.push(diagnostic);
+        found.push(Feature::ResetTrigger.refused(trigger.span));
     }
     for reference in reaction.triggers.iter().chain(&reaction.uses).chain(&reaction.effects) {
         check_reference(reference, found);
