@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
-//! the documentation, and files that do not belong in the tree.
+//! the documentation and its maps, and files that do not belong in the tree.
 
+mod crates;
 mod documents;
 mod rules;
 mod tree;
@@ -31,6 +32,8 @@ const RULES: &[(&str, Rule)] = &[
     ("waiting in tests", rules::waiting_in_tests),
     ("stray files", rules::stray_files),
     ("paths in documents", documents::paths_exist),
+    ("crates in the maps", crates::maps_complete),
+    ("what crates may know", crates::known_crates),
 ];
 
 /// Checks the repository; every rule counts as one test.

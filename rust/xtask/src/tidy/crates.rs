@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The maps of the documents have every crate, and what ARCHITECTURE.md lets a crate know is what it depends on.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Finding;
+use super::tree::Tree;
+
+/// The documents with a map.
+const MAPS: [&str; 2] = ["ARCHITECTURE.md", "README.md"];
+/// The column of crates that a crate may depend on: their folders' names in backquotes.
+const COLUMN: &str = "may know";
+/// The sections of a manifest that count. What only tests use may be anything.
+const SECTIONS: [&str; 2] = ["[dependencies]", "[build-dependencies]"];
+
+/// A crate of this repository.
+struct Crate {
+    name: String,
+    /// All names that its manifest depends on.
+    dependencies: BTreeSet<String>,
+}
+
+/// Every crate is in the maps.
+pub(super) fn maps_complete(tree: &Tree) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let crates = crates(tree);
+    for document in MAPS {
+        let mapped: Vec<&str> = text(tree, document).lines().filter_map(cells).flat_map(|row| quoted(row[0])).collect();
+        let is_mapped = |folder: &str| mapped.iter().any(|path| is_in(folder, path));
+        for folder in crates.keys().filter(|folder| !is_mapped(folder)) {
+            findings.push(Finding { place: document.to_owned(), what: format!("`{folder}` is not in its map") });
+        }
+    }
+    findings
+}
+
+/// Every crate depends on what the map says, and the map says no more.
+pub(super) fn known_crates(tree: &Tree) -> Vec<Finding> {
+    let crates = crates(tree);
+    let folders: BTreeMap<&str, &str> = crates.iter().map(|(folder, one)| (one.name.as_str(), short(folder))).collect();
+    let mut findings = Vec::new();
+    let mut column = None;
+    for line in text(tree, MAPS[0]).lines() {
+        let Some(row) = cells(line) else {
+            // The table ends.
+            column = None;
+            continue;
+        };
+        column = row.iter().position(|cell| *cell == COLUMN).or(column);
+        let Some(known) = column.and_then(|column| row.get(column)) else { continue };
+        let known: BTreeSet<&str> = quoted(known).collect();
+        for (folder, one) in quoted(row[0]).filter_map(|folder| crates.get_key_value(folder)) {
+            let found = one.dependencies.iter().filter_map(|name| folders.get(name.as_str()).copied()).collect();
+            let what = |names: Vec<&str>, text: &str| format!("`{folder}` {text} {}", names.join(", "));
+            let place = || format!("{folder}/Cargo.toml");
+            if !known.is_superset(&found) {
+                let names = found.difference(&known).copied().collect();
+                findings
+                    .push(Finding { place: place(), what: what(names, "may not know, as ARCHITECTURE.md has it,") });
+            }
+            if !found.is_superset(&known) {
+                let names = known.difference(&found).copied().collect();
+                findings.push(Finding { place: MAPS[0].to_owned(), what: what(names, "does not depend on") });
+            }
+        }
+    }
+    findings
+}
+
+/// The crates by their folders.
+fn crates(tree: &Tree) -> BTreeMap<String, Crate> {
+    let manifests = tree.files.iter().filter_map(|file| Some((file.path.strip_suffix("/Cargo.toml")?, file)));
+    manifests.map(|(folder, file)| (folder.to_owned(), read(file.text.as_deref().unwrap_or_default()))).collect()
+}
+
+fn read(manifest: &str) -> Crate {
+    let (mut name, mut dependencies, mut section) = ("", BTreeSet::new(), "");
+    for line in manifest.lines().map(str::trim) {
+        if line.starts_with('[') {
+            section = line;
+        } else if let Some((key, value)) = line.split_once('=').filter(|_| !line.starts_with('#')) {
+            let key = key.trim().split('.').next().unwrap_or_default();
+            if section == "[package]" && key == "name" {
+                name = value.trim().trim_matches('"');
+            } else if SECTIONS.contains(&section) {
+                dependencies.insert(key.to_owned());
+            }
+        }
+    }
+    Crate { name: name.to_owned(), dependencies }
+}
+
+/// The cells of a line that is a row of a table.
+fn cells(line: &str) -> Option<Vec<&str>> {
+    line.strip_prefix('|').map(|row| row.split('|').map(str::trim).collect())
+}
+
+fn quoted(cell: &str) -> impl Iterator<Item = &str> {
+    cell.split('`').skip(1).step_by(2)
+}
+
+/// Whether a folder is this one or lies in it.
+fn is_in(folder: &str, path: &str) -> bool {
+    folder.strip_prefix(path.trim_end_matches('/')).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+}
+
+/// The name of a folder, as the map has it.
+fn short(folder: &str) -> &str {
+    folder.strip_prefix("rust/").unwrap_or(folder)
+}
+
+fn text<'t>(tree: &'t Tree, path: &str) -> &'t str {
+    tree.files.iter().find(|file| file.path == path).and_then(|file| file.text.as_deref()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::super::tree::File;
+    use super::*;
+
+    /// Two crates, of which `top` depends on `base`, and a map with this entry for `top`.
+    fn tree(known: &str, readme: &str) -> Tree {
+        let map = format!(
+            "| path | may know |\n|---|---|\n| `rust/base` | nothing else here |\n| `rust/top` | {known} |\n\n\
+             | another | table |\n|---|---|\n| `rust/top` | `nothing` |\n"
+        );
+        let base = "[package]\nname = \"lf-base\"\n";
+        let top = "[package]\nname = \"lf-top\"\n[dependencies]\nlf-base.workspace = true\nserde = \"1\"\n\
+                   [dev-dependencies]\nlf-top = { path = \".\" }\n";
+        let files = [
+            ("ARCHITECTURE.md", map.as_str()),
+            ("README.md", readme),
+            ("Cargo.toml", "[workspace]\n"),
+            ("rust/base/Cargo.toml", base),
+            ("rust/top/Cargo.toml", top),
+        ];
+        let file = |(path, text): (&str, &str)| File { path: path.to_owned(), size: 0, text: Some(text.to_owned()) };
+        Tree { root: PathBuf::new(), files: files.map(file).into() }
+    }
+
+    #[test]
+    fn a_crate_that_is_in_no_map_is_found() {
+        assert_eq!(maps_complete(&tree("`base`", "| `rust/base`, `rust/top` | both |")), []);
+        assert_eq!(maps_complete(&tree("`base`", "| `rust/` | all |")), []);
+        let findings = maps_complete(&tree("`base`", "| `rust/base` | one |\n\n`rust/top` is in no table"));
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        assert!(findings[0].place == "README.md" && findings[0].what.contains("rust/top"));
+    }
+
+    #[test]
+    fn what_a_crate_depends_on_is_what_it_may_know() {
+        assert_eq!(known_crates(&tree("words, and `base`", "")), []);
+        let findings = known_crates(&tree("nothing else here", ""));
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        assert!(findings[0].place == "rust/top/Cargo.toml" && findings[0].what.contains("may not know"));
+        let findings = known_crates(&tree("`base`, `top`", ""));
+        assert!(findings.len() == 1 && findings[0].what.contains("does not depend on top"), "{findings:?}");
+    }
+}
