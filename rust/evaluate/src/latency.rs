@@ -8,6 +8,7 @@ use std::time::Instant;
 use lf_wire::june_2026::{Decoded, Message, decode};
 use lf_wire::{Limits, Tag};
 
+use crate::forwarder::Waiting;
 use crate::graph::{Graph, Shape};
 use crate::peer::{Load, Peer, connect};
 use crate::process::{Program, start_self};
@@ -79,8 +80,12 @@ pub fn program_latency(program: &Program, exchanges: u32) -> Result<Latency> {
 ///
 /// # Errors
 /// When the forwarder cannot be started.
-pub fn forwarder_latency(exchanges: u32) -> Result<Latency> {
-    let (_child, port, _) = start_self("forward")?;
+pub fn forwarder_latency(waiting: Waiting, exchanges: u32) -> Result<Latency> {
+    let role: &[&str] = match waiting {
+        Waiting::Asleep => &["forward"],
+        Waiting::Awake => &["forward", "--awake"],
+    };
+    let (_child, port, _) = start_self(role)?;
     let from = connect(port)?;
     from.set_nodelay(true)?;
     let to = connect(port)?;

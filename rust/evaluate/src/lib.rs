@@ -16,7 +16,7 @@ mod report;
 mod samples;
 mod swarm;
 
-pub use forwarder::forward;
+pub use forwarder::{Waiting, forward};
 pub use graph::{Graph, Shape};
 pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
 pub use peer::{Load, Peer};

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use lf_evaluate::Waiting;
 
 /// Measures RTIs side by side, and the applications of this repository, on this computer.
 #[derive(Debug, Parser)]
@@ -59,7 +60,11 @@ struct Arguments {
 enum Command {
     /// Be the forwarder that latencies are compared with.
     #[command(hide = true)]
-    Forward,
+    Forward {
+        /// Look for messages all the time instead of sleeping.
+        #[arg(long)]
+        awake: bool,
+    },
     /// Be the process that messages over a raw connection go to.
     #[command(hide = true)]
     Ping,
@@ -98,7 +103,10 @@ enum Part {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
-        Some(Command::Forward) => lf_evaluate::forward(|port| tell(port.into())),
+        Some(Command::Forward { awake }) => {
+            let waiting = if awake { Waiting::Awake } else { Waiting::Asleep };
+            lf_evaluate::forward(waiting, |port| tell(port.into()))
+        }
         Some(Command::Ping) => lf_evaluate::applications::answer_pings(tell),
         None => suite::run(&arguments),
     };

@@ -91,9 +91,9 @@ pub(crate) fn free_port() -> Result<u16> {
 pub(crate) type Output = Lines<BufReader<ChildStdout>>;
 
 /// This program in another role, which prints its port first. It is killed when this is dropped.
-pub(crate) fn start_self(role: &str) -> Result<(ChildGuard, u16, Output)> {
-    let (child, mut output) = start(Command::new(std::env::current_exe()?).arg(role))?;
-    let port = output.next().ok_or_else(|| format!("{role} does not say its port"))??.trim().parse()?;
+pub(crate) fn start_self(role: &[&str]) -> Result<(ChildGuard, u16, Output)> {
+    let (child, mut output) = start(Command::new(std::env::current_exe()?).args(role))?;
+    let port = output.next().ok_or_else(|| format!("{role:?} does not say its port"))??.trim().parse()?;
     Ok((child, port, output))
 }
 

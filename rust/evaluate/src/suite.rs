@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::ValueEnum;
 use lf_evaluate::applications::{self, Applications, Board};
 use lf_evaluate::{
-    Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, clock, forwarder_latency,
+    Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, Waiting, clock, forwarder_latency,
     program_latency,
 };
 
@@ -120,16 +120,21 @@ fn clocks(arguments: &Arguments) {
 
 fn latency(arguments: &Arguments, programs: &[Program]) -> Result<()> {
     println!("\nLatency in µs over {} exchanges, best of {} rounds", arguments.exchanges, arguments.rounds);
-    let mut all: Vec<Vec<Latency>> = vec![Vec::new(); programs.len() + 1];
+    println!("Forwarders: one sleeps until something comes, the other one looks all the time; the quicker one counts.");
+    let forwarders = [Waiting::Asleep, Waiting::Awake];
+    let mut all: Vec<Vec<Latency>> = vec![Vec::new(); forwarders.len() + programs.len()];
     for _ in 0..arguments.rounds {
-        all[0].push(forwarder_latency(arguments.exchanges)?);
-        for (program, results) in programs.iter().zip(&mut all[1..]) {
+        let (raw, measured) = all.split_at_mut(forwarders.len());
+        for (waiting, results) in forwarders.iter().zip(raw) {
+            results.push(forwarder_latency(*waiting, arguments.exchanges)?);
+        }
+        for (program, results) in programs.iter().zip(measured) {
             results.push(program_latency(program, arguments.exchanges)?);
         }
     }
-    let mut headings = vec!["", "forwarder"];
+    let mut headings = vec!["", "forwarder, asleep", "forwarder, awake"];
     headings.extend(programs.iter().map(Program::name));
-    headings.push("ours / forwarder");
+    headings.push("ours / quicker forwarder");
     headings.extend((programs.len() > 1).then_some("stock / ours"));
     let mut table = Table::new(&headings);
     let rows: [(&str, Pick); 4] = [
@@ -141,10 +146,11 @@ fn latency(arguments: &Arguments, programs: &[Program]) -> Result<()> {
     for (name, pick) in rows {
         let best: Vec<f64> =
             all.iter().map(|results| micros(results.iter().map(pick).min().unwrap_or_default())).collect();
+        let (raw, measured) = best.split_at(forwarders.len());
         let mut cells = vec![name.to_owned()];
         cells.extend(best.iter().map(|value| format!("{value:.1}")));
-        cells.push(ratio(best[1], best[0]));
-        cells.extend(best.get(2).map(|stock| ratio(*stock, best[1])));
+        cells.push(ratio(measured[0], raw[0].min(raw[1])));
+        cells.extend(measured.get(1).map(|stock| ratio(*stock, measured[0])));
         table.row(cells);
     }
     println!("{table}");

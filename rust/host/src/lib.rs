@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod attention;
 mod clock;
 mod logger;
 mod main_program;

@@ -12,10 +12,11 @@ use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
 
+use crate::attention::{Attention, look_until};
 use crate::clock::Clock;
 use crate::observations::Observations;
 use crate::outside::HostOutside;
-use crate::sockets::Sockets;
+use crate::sockets::{Sockets, Waited};
 use crate::wake::WakeUp;
 
 /// The clock, the sockets and the wake-up of this process.
@@ -25,6 +26,7 @@ pub struct Host {
     sockets: Sockets,
     wake_up: Arc<WakeUp>,
     observations: Option<Observations>,
+    attention: Attention,
 }
 
 impl Host {
@@ -37,11 +39,41 @@ impl Host {
         let _ = rustix::thread::set_current_timer_slack(NonZeroU64::new(1));
         let wake_up = WakeUp::of_program()?;
         let sockets = Sockets::new(wake_up.descriptor())?;
-        Ok(Self { clock: HostOutside::of_program().clock(), sockets, wake_up, observations: None })
+        Ok(Self {
+            clock: HostOutside::of_program().clock(),
+            sockets,
+            wake_up,
+            observations: None,
+            attention: Attention::default(),
+        })
     }
 }
 
 impl Host {
+    /// How long it is until a time.
+    fn until(&self, time: Instant) -> Duration {
+        let left = time.as_nanos().saturating_sub(self.clock.now().as_nanos());
+        Duration::from_nanos(u64::try_from(left).unwrap_or(0))
+    }
+
+    /// Waits for this long. `true` when something has come.
+    fn wait_for(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        let Waited { came, woken } = self.sockets.wait(time_out, ready);
+        if woken {
+            self.wake_up.clear();
+        }
+        came
+    }
+
+    fn look_until(&mut self, end: std::time::Instant, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        look_until(end, || self.wait_for(Some(Duration::ZERO), ready))
+    }
+
+    fn sleep_until(&mut self, end: Option<std::time::Instant>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+        let left = end.map(|end| end.saturating_duration_since(std::time::Instant::now()));
+        self.wait_for(left, ready)
+    }
+
     /// From now on writes what the event loop observes into a file.
     pub(crate) fn observe_into(&mut self, observations: Observations) {
         self.observations = Some(observations);
@@ -123,18 +155,36 @@ impl Platform for Host {
         self.sockets.set_interest(socket, interest);
     }
 
+    fn expect(&mut self, time: Deadline) {
+        self.attention.expect(match time {
+            Deadline::At(time) => Some(std::time::Instant::now() + self.until(time)),
+            Deadline::Now | Deadline::Never => None,
+        });
+    }
+
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
-        let time_out = match until {
-            Deadline::Now => Some(Duration::ZERO),
-            Deadline::Never => None,
-            Deadline::At(time) => {
-                let left = time.as_nanos().saturating_sub(self.clock.now().as_nanos());
-                Some(Duration::from_nanos(u64::try_from(left).unwrap_or(0)))
+        let begin = std::time::Instant::now();
+        let end = match until {
+            Deadline::Now => {
+                self.wait_for(Some(Duration::ZERO), ready);
+                return;
             }
+            Deadline::Never => None,
+            // A time that is too far away to be told is as good as for ever.
+            Deadline::At(time) => begin.checked_add(self.until(time)),
         };
-        if self.sockets.wait(time_out, ready) {
-            self.wake_up.clear();
+        let plan = self.attention.plan(begin, end);
+        let mut came = plan.first.is_some_and(|end| self.look_until(end, ready));
+        if let Some((wake, end)) = plan.second.filter(|_| !came) {
+            came = self.sleep_until(Some(wake), ready);
+            if !came && std::time::Instant::now() < wake {
+                // The sockets wanted to be looked after. What is expected is still to come.
+                return;
+            }
+            came = came || self.look_until(end, ready);
         }
+        came = came || self.sleep_until(end, ready);
+        self.attention.learn(&plan, std::time::Instant::now(), came);
     }
 
     fn interrupted(&mut self) -> bool {

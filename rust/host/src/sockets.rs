@@ -43,6 +43,15 @@ struct Socket {
     interest: Interest,
 }
 
+/// Why a wait has ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waited {
+    /// A socket or the wake-up is ready, or a signal has come.
+    pub(crate) came: bool,
+    /// The wake-up is.
+    pub(crate) woken: bool,
+}
+
 impl fmt::Debug for Sockets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Sockets").field("epoll", &self.epoll).field("places", &self.places).finish_non_exhaustive()
@@ -204,8 +213,8 @@ impl Sockets {
         socket.interest = interest;
     }
 
-    /// Waits until `time_out` has passed, a socket is ready or the wake-up is; `true` means the wake-up.
-    pub(crate) fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
+    /// Waits until `time_out` has passed, a socket is ready or the wake-up is.
+    pub(crate) fn wait(&mut self, time_out: Option<Duration>, ready: &mut dyn FnMut(SocketId, Interest)) -> Waited {
         let time_out = if self.end_the_silent() {
             Some(time_out.unwrap_or(silence::LOOK_INTERVAL).min(silence::LOOK_INTERVAL))
         } else {
@@ -217,7 +226,7 @@ impl Sockets {
         let spare = rustix::buffer::spare_capacity(&mut self.events);
         // Only an interruption by a signal can make it fail, and then nothing is ready.
         if epoll::wait(&self.epoll, spare, time_out.as_ref()).is_err() {
-            return false;
+            return Waited { came: true, woken: false };
         }
         let mut woken = false;
         for event in &self.events {
@@ -234,7 +243,7 @@ impl Sockets {
             };
             ready(from_key(data.u64()), interest);
         }
-        woken
+        Waited { came: !self.events.is_empty(), woken }
     }
 
     /// Ends connections whose peers are gone, of which the event loop then hears as of any other end. Gives whether

@@ -224,6 +224,10 @@ pub trait Platform {
     /// Says for what [`Platform::wait`] waits on this socket; a new socket has [`Interest::NONE`].
     fn set_interest(&mut self, socket: SocketId, interest: Interest);
 
+    /// Is told when something is likely to come, for the next [`Platform::wait`] only. A platform that takes long to
+    /// wake may be awake then.
+    fn expect(&mut self, _time: Deadline) {}
+
     /// Waits until a socket is as its interest says, or another thread wakes the loop, or `until` has come on
     /// [`Platform::now`]'s clock; calls `ready` for each socket that is. An error or end of a connection counts as
     /// readable and writable, whichever the interest asks for.

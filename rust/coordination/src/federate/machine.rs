@@ -129,6 +129,15 @@ impl<'a> Federate<'a> {
         self.net.granted()
     }
 
+    /// When something is likely to come, on the participant's own clock: what the RTI grants ends just before the
+    /// earliest event of those upstream, as far as their connections have no delay.
+    pub fn next_arrival(&self) -> Deadline {
+        match self.net.granted().time {
+            Instant::NEVER | Instant::FOREVER => Deadline::Never,
+            time => Deadline::At(self.clock.local(time)),
+        }
+    }
+
     /// The last provisional grant, if it is later than [`Federate::granted`].
     pub fn granted_provisionally(&self) -> Option<Tag> {
         self.provisional.filter(|tag| *tag > self.net.granted())

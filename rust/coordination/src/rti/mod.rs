@@ -216,6 +216,16 @@ impl<'s> Rti<'s> {
         ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into())
     }
 
+    /// When the first of the federates that are there will have an event, as far as they have said: then they are
+    /// likely to say something. Looks at every federate once.
+    pub fn next_event_after(&self, now: Instant) -> Deadline {
+        let times = self.slots.iter().enumerate().filter_map(|(federate, slot)| {
+            let is_there = matches!(slot.membership, Membership::Joined(_));
+            is_there.then(|| self.graph.next_event(federate).time).filter(|time| *time > now)
+        });
+        times.min().filter(|time| *time < Instant::FOREVER).into()
+    }
+
     /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
     /// on a start for which some have been missing for too long.
     /// Looks at every connection and every federate once.

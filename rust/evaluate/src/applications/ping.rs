@@ -18,7 +18,7 @@ const STAMP_BYTES: usize = 8;
 /// # Errors
 /// When there is no second process or no connection.
 pub(super) fn ping(count: u32, period: Duration) -> Result<Samples> {
-    let (_child, port, lines) = start_self("ping")?;
+    let (_child, port, lines) = start_self(&["ping"])?;
     let mut stream = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
     stream.set_nodelay(true)?;
     let mut next = Instant::now();

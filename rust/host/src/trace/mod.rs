@@ -223,6 +223,10 @@ impl<P: Platform> Platform for Traced<P> {
         self.platform.set_interest(socket, interest);
     }
 
+    fn expect(&mut self, time: Deadline) {
+        self.platform.expect(time);
+    }
+
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
         self.note_datagrams();
         self.platform.wait(until, ready);

@@ -324,6 +324,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// the time has come that the last [`FederateLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
         let (link, peers, port) = (&mut self.link, &mut self.peers, &mut self.port);
+        self.platform.expect(self.machine.next_arrival());
         self.platform.wait(until, &mut |socket, interest| {
             port.handle_ready(socket);
             link.handle_ready(socket, interest);

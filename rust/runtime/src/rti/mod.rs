@@ -408,6 +408,9 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             Some(_) => self.accept_again.into(),
             None => Deadline::Never,
         };
+        let now = self.platform.now();
+        let next_event = self.rti.next_event_after(now);
+        self.platform.expect(next_event);
         self.rti.poll_timeout().min(self.next_round()).min(self.closing).min(accept)
     }
 }

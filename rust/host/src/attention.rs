@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+//! When the event loop looks for input instead of sleeping.
+//!
+//! A thread that sleeps is woken by the processor on which the sender runs; on a virtual machine, and wherever a
+//! processor sleeps deeply, that takes several times as long as all that an RTI does with a message. So the loop looks
+//! for a short while before it sleeps, and around the time at which it was told to expect something.
+//!
+//! Looking has to pay. Each look in vain makes the next ones rarer, down to one in 2⁶ waits, and one that found
+//! something, or would have, brings them back. So a loop to which nothing comes sleeps; one that is busy looks for no
+//! more than [`SPAN`] at a time; and one whose processor is wanted by somebody else gives it up at once.
+
+use std::time::{Duration, Instant};
+
+/// How long a look after something has come takes at most: the time of a few answers of another process.
+const SPAN: Duration = Duration::from_micros(50);
+/// How long before an expected time the loop begins to look: what it takes to wake.
+const LEAD: Duration = Duration::from_micros(60);
+/// How long after an expected time it gives up.
+const WINDOW: Duration = Duration::from_micros(150);
+/// A yield that takes longer than this was somebody else's turn on the processor.
+const CROWDED: Duration = Duration::from_micros(20);
+/// After so many looks in vain they do not become rarer.
+const IN_VAIN_MAX: u32 = 6;
+
+/// What one kind of look has been good for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Worth {
+    /// Looks in vain since one that was not.
+    in_vain: u32,
+    /// So many waits are to come without a look.
+    skipped: u32,
+}
+
+impl Worth {
+    /// Whether the coming wait has this look.
+    fn looks(self) -> bool {
+        self.skipped == 0
+    }
+
+    /// A wait is over: `paid` says whether a look found something, or would have.
+    fn learn(&mut self, paid: bool) {
+        if paid {
+            *self = Self::default();
+        } else if self.skipped > 0 {
+            self.skipped -= 1;
+        } else {
+            self.in_vain = (self.in_vain + 1).min(IN_VAIN_MAX);
+            self.skipped = (1 << self.in_vain) - 1;
+        }
+    }
+}
+
+/// Decides when the loop looks.
+#[derive(Debug, Default)]
+pub(crate) struct Attention {
+    after: Worth,
+    around: Worth,
+    expected: Option<Instant>,
+}
+
+/// One wait: when to look, and when to sleep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plan {
+    begin: Instant,
+    /// Looks until this time, first of all.
+    pub(crate) first: Option<Instant>,
+    /// Then sleeps until the first of these times, and looks until the second.
+    pub(crate) second: Option<(Instant, Instant)>,
+    expected: Option<Instant>,
+}
+
+impl Attention {
+    /// Something is likely to come at this time; counts for one wait.
+    pub(crate) fn expect(&mut self, time: Option<Instant>) {
+        self.expected = time;
+    }
+
+    /// How to wait from now until `end`.
+    pub(crate) fn plan(&mut self, begin: Instant, end: Option<Instant>) -> Plan {
+        let before_end = |time: Instant| end.map_or(time, |end| time.min(end));
+        let expected =
+            self.expected.take().filter(|expected| *expected > begin && end.is_none_or(|end| *expected < end));
+        let second = expected.filter(|_| self.around.looks()).map(|expected| {
+            let sleeps_until = expected.checked_sub(LEAD).unwrap_or(begin).max(begin);
+            (sleeps_until, before_end(expected + WINDOW))
+        });
+        let first = self.after.looks().then(|| before_end(begin + SPAN));
+        Plan { begin, first, second, expected }
+    }
+
+    /// The wait is over, at this time; `came`: because something has come.
+    pub(crate) fn learn(&mut self, plan: &Plan, now: Instant, came: bool) {
+        // What came while the loop slept has had to wake it first.
+        self.after.learn(came && now.duration_since(plan.begin) <= 2 * SPAN);
+        if let Some(expected) = plan.expected
+            && (came || now >= expected + WINDOW)
+        {
+            let near = now + LEAD >= expected && now <= expected + WINDOW;
+            self.around.learn(came && near);
+        }
+    }
+}
+
+/// Looks with `look` until it finds something (`true`), or the time has come, or somebody else wants the processor.
+pub(crate) fn look_until(end: Instant, mut look: impl FnMut() -> bool) -> bool {
+    let mut now = Instant::now();
+    loop {
+        if look() {
+            return true;
+        }
+        if now >= end {
+            return false;
+        }
+        std::thread::yield_now();
+        let before = std::mem::replace(&mut now, Instant::now());
+        if now.duration_since(before) > CROWDED {
+            return look();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waits that begin at `begin`, each of which ends as `ends` says: how many of them looked first.
+    fn looks(attention: &mut Attention, begin: Instant, count: usize, waited: Duration, came: bool) -> usize {
+        let mut looks = 0;
+        for _ in 0..count {
+            let plan = attention.plan(begin, None);
+            looks += usize::from(plan.first.is_some());
+            attention.learn(&plan, begin + waited, came);
+        }
+        looks
+    }
+
+    /// Where nothing comes, or late, a loop sleeps all the time but for one look in 64 waits; where answers come at
+    /// once, it looks in each.
+    #[test]
+    fn a_loop_looks_as_often_as_that_is_of_use() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let late = Duration::from_millis(10);
+        looks(&mut attention, begin, 200, late, true);
+        assert_eq!(looks(&mut attention, begin, 640, late, true), 10);
+        assert_eq!(looks(&mut attention, begin, 640, late, false), 10);
+        // The first wait without a look in which it would have been of use brings it back.
+        assert!(looks(&mut attention, begin, 100, SPAN / 2, true) >= 99);
+    }
+
+    /// A wait for a time ends its looks at that time.
+    #[test]
+    fn no_look_goes_beyond_the_end_of_the_wait() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let end = begin + SPAN / 5;
+        attention.expect(Some(begin + SPAN / 10));
+        let plan = attention.plan(begin, Some(end));
+        assert_eq!(plan.first, Some(end));
+        assert_eq!(plan.second, Some((begin, end)));
+    }
+
+    /// What is expected counts for one wait, and only if it is to come in it.
+    #[test]
+    fn an_expected_time_counts_for_the_wait_in_which_it_lies() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let (second, expected) = (Duration::from_secs(1), begin + Duration::from_millis(5));
+        attention.expect(Some(expected));
+        let plan = attention.plan(begin, Some(begin + second));
+        assert_eq!(plan.second, Some((expected - LEAD, expected + WINDOW)));
+        assert_eq!(attention.plan(begin, None).second, None);
+        for gone in [begin, begin + second] {
+            attention.expect(Some(gone));
+            assert_eq!(attention.plan(begin, Some(begin + second)).second, None);
+        }
+    }
+
+    /// Where nothing comes at the expected times, the loop sleeps through them, and where something begins to come at
+    /// them, it is awake again.
+    #[test]
+    fn expectations_that_are_not_met_are_given_up_until_they_are() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let expected = begin + Duration::from_millis(5);
+        let mut looks = |count, end, came| {
+            let mut looks = 0;
+            for _ in 0..count {
+                attention.expect(Some(expected));
+                let plan = attention.plan(begin, None);
+                looks += usize::from(plan.second.is_some());
+                attention.learn(&plan, end, came);
+            }
+            looks
+        };
+        looks(200, expected + 10 * WINDOW, true);
+        assert_eq!(looks(640, expected + 10 * WINDOW, true), 10);
+        assert!(looks(100, expected + WINDOW / 2, true) >= 99);
+    }
+
+    /// A look ends with what it finds, and at its end.
+    #[test]
+    fn a_look_ends_with_what_it_finds() {
+        let begin = Instant::now();
+        let mut count = 0;
+        let found = look_until(begin + Duration::from_secs(3600), || {
+            count += 1;
+            true
+        });
+        assert!(found && count == 1);
+        assert!(!look_until(begin, || false));
+    }
+}
