@@ -213,6 +213,27 @@ fn silent_connections() {
     assert_eq!(rti.finish().code(), 0);
 }
 
+/// More connections than an RTI has places say nothing, and others are refused and do not close: the oldest make way.
+#[test]
+fn more_strangers_than_there_are_places() {
+    let (rti, port) = rti(&[]);
+    let silent: Vec<Federate> = (0..200).map(|_| Federate::connect(port)).collect();
+    let refused: Vec<Federate> = (0..100)
+        .map(|_| {
+            let mut stranger = Federate::connect(port);
+            stranger.send(&[99]);
+            stranger
+        })
+        .collect();
+    for federate in started(port) {
+        federate.resign();
+    }
+    drop((silent, refused));
+    let finished = rti.finish();
+    assert_eq!(finished.code(), 0);
+    finished.line(&["a connection that had not said which federate it is was closed", "all places are taken"]);
+}
+
 #[test]
 fn a_burst_of_20000_messages_without_an_ltc() {
     let (rti, port) = rti(&[]);

@@ -17,6 +17,9 @@ pub const START_DELAY: Interval = Interval::from_secs(1);
 pub const CLOCK_SYNC_TRIALS: u32 = 10;
 /// How long a connection may be silent before its handshake is complete, and after it resigned.
 pub const CONNECTION_TIME_OUT: Interval = Interval::from_secs(10);
+/// How long a federate that has joined may be silent before it tells its clock: longer than federates try to connect
+/// with each other.
+pub const CLOCK_TIME_OUT: Interval = Interval::from_secs(90);
 /// How long all may take to answer a stop request.
 pub const STOP_REPLY_TIME_OUT: Interval = Interval::from_secs(30);
 
@@ -72,6 +75,8 @@ pub struct Config<'a> {
     pub after_loss: AfterLoss,
     /// How long a connection may be silent before its handshake is complete, and after it resigned.
     pub connection_time_out: Interval,
+    /// How long a federate that has joined may be silent before it tells its clock.
+    pub clock_time_out: Interval,
     /// How long all may take to answer a stop request.
     pub stop_reply_time_out: Interval,
     /// How long the start waits after the first loss of a federate before it; `None`: for ever.
@@ -95,6 +100,7 @@ impl<'a> Config<'a> {
             dnet: true,
             after_loss: AfterLoss::GoOn,
             connection_time_out: CONNECTION_TIME_OUT,
+            clock_time_out: CLOCK_TIME_OUT,
             stop_reply_time_out: STOP_REPLY_TIME_OUT,
             start_barrier_time_out: Some(START_BARRIER_TIME_OUT),
             window: WINDOW,

@@ -48,6 +48,9 @@ impl Rti<'_> {
     /// A connection has been silent for too long.
     pub(super) fn lose_patience(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
         let known = self.connections[connection.0];
+        if let Some(federate) = self.joined_on(connection) {
+            return self.expel(federate, Cause::NoClock, outlet);
+        }
         if known.phase != Phase::Draining {
             let federate = known.federate.map(crate::FederateId);
             outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: true });

@@ -105,8 +105,10 @@ impl Rti<'_> {
         };
         match self.take_step(now, connection, message, outlet) {
             Ok(Step::Done) => {
-                let joined = self.connections[connection.0].phase == Phase::Joined;
-                self.set_deadline(connection, (!joined).then(|| now + self.config.connection_time_out));
+                match self.joined_on(connection) {
+                    Some(federate) => self.await_clock(now, federate, connection),
+                    None => self.set_deadline(connection, Some(now + self.config.connection_time_out)),
+                }
                 Verdict::Consumed(len)
             }
             Ok(Step::NoRoom) => Verdict::Blocked(connection),

@@ -4,7 +4,7 @@
 //! It lets the federates in, gives them one start time, forwards their messages, and grants tags such that no message
 //! can still come for what has been granted. The owner accepts connections, reads and writes them, and calls:
 //!
-//! - [`Rti::handle_connect`] for every new connection;
+//! - [`Rti::handle_connect`] for every new connection; [`Rti::make_way`] when there is no place for one;
 //! - [`Rti::handle_input`] for what has been read, as long as it consumes something: at most one message per call;
 //! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, input that is
 //!   [`Verdict::Blocked`] by that connection is offered again, as is, after input, what is [`Verdict::Held`] for it;
@@ -44,6 +44,7 @@ mod sending;
 mod start;
 mod stop;
 mod storage;
+mod strangers;
 mod suspend;
 mod window;
 
@@ -55,7 +56,7 @@ use lf_wire::june_2026::message_bytes_max;
 
 pub use clock_sync::Datagram;
 pub use config::{
-    AfterLoss, CLOCK_SYNC_TRIALS, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
+    AfterLoss, CLOCK_SYNC_TRIALS, CLOCK_TIME_OUT, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
 pub use graph::Node;

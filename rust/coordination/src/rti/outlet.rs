@@ -73,6 +73,8 @@ pub enum Cause {
     ConnectionLost,
     /// It sent what no federate may send.
     Violation(Violation),
+    /// It joined, and then said nothing for too long.
+    NoClock,
     /// It did not answer a stop request in time.
     NoStopReply,
     /// The RTI was told to end.
@@ -85,6 +87,7 @@ impl fmt::Display for Cause {
             Self::Failed => f.write_str("it reported that it has failed"),
             Self::ConnectionLost => f.write_str("its connection ended without a word"),
             Self::Violation(violation) => write!(f, "it broke the protocol: {violation}"),
+            Self::NoClock => f.write_str("it has joined, but was silent for too long before it was ready to start"),
             Self::NoStopReply => f.write_str("it did not answer a stop request in time"),
             Self::Aborted => f.write_str("the RTI was told to end"),
         }
@@ -172,6 +175,8 @@ pub enum Notice<'a> {
         /// Whether the RTI gave up, not the peer.
         timed_out: bool,
     },
+    /// A connection that had not said which federate it is was closed, because a new one came and there was no place.
+    MadeWay,
     /// A federate left in order.
     Resigned(FederateId),
     /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
@@ -245,6 +250,10 @@ impl fmt::Display for Notice<'_> {
                 f.write_str(if timed_out { " was silent for too long" } else { " ended" })?;
                 f.write_str(" before its handshake was complete")
             }
+            Self::MadeWay => f.write_str(
+                "a connection that had not said which federate it is was closed, because another one has come and all \
+                 places are taken",
+            ),
             Self::Resigned(federate) => write!(f, "federate {federate} has resigned"),
             Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
             Self::Lost { federate, cause, started: false } => {

@@ -66,10 +66,13 @@ impl Rti<'_> {
             Err(error) => Err(Violation::Bytes(error)),
         };
         match step {
-            Ok((Step::Done, len)) => match self.connections[connection.0].phase {
-                Phase::Vacant => Verdict::Closed,
-                _ => Verdict::Consumed(len),
-            },
+            Ok((Step::Done, len)) => {
+                self.await_clock(now, federate, connection);
+                match self.connections[connection.0].phase {
+                    Phase::Vacant => Verdict::Closed,
+                    _ => Verdict::Consumed(len),
+                }
+            }
             Ok((Step::NoRoom(connection), _)) => Verdict::Blocked(connection),
             Err(violation) => {
                 self.expel(federate, Cause::Violation(violation), outlet);

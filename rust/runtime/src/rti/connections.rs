@@ -177,6 +177,20 @@ impl<'s> Outgoing<'s> {
         self.awaited = false;
     }
 
+    /// Frees the place: gives the socket, which is to be closed.
+    pub(super) fn vacate(&mut self) -> Option<SocketId> {
+        self.buffer.clear();
+        self.socket.take()
+    }
+
+    /// Until when it is kept only for the peer to read what it has been sent.
+    pub(super) fn lingers_until(&self) -> Option<Instant> {
+        match self.state {
+            State::Draining(until) if self.socket.is_some() => Some(until),
+            _ => None,
+        }
+    }
+
     /// Whether it is open in both directions; nothing waits for room on one that is not.
     pub(super) fn is_open(&self) -> bool {
         self.socket.is_some() && self.state == State::Open

@@ -91,6 +91,8 @@ pub struct RtiLoop<'a, 's, P, N> {
     port: Port,
     /// A connection may be waiting at the listener.
     acceptable: bool,
+    /// The listener has said so since the last one was taken.
+    knocks: bool,
     /// When to accept again after the system had no resources.
     accept_again: Option<Instant>,
     aborted: bool,
@@ -149,6 +151,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             listener: Some(listener),
             port,
             acceptable: true,
+            knocks: false,
             accept_again: None,
             aborted: false,
             stop_tag: None,
@@ -191,10 +194,10 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let Self { platform, inlets, outgoings, due, listener, port, acceptable, .. } = self;
+        let Self { platform, inlets, outgoings, due, listener, port, acceptable, knocks, .. } = self;
         platform.wait(until, &mut |socket, interest| {
             if Some(socket) == *listener {
-                *acceptable = true;
+                (*acceptable, *knocks) = (true, true);
             } else if port.handle_ready(socket) {
                 // It is read at the beginning of the next turn.
             } else if let Some(index) = connection_of(outgoings, socket) {
@@ -232,7 +235,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
         while self.acceptable {
             let Some(listener) = self.listener else { return };
-            let Some(index) = self.outgoings.iter().position(|outgoing| outgoing.socket.is_none()) else { return };
+            let Some(index) = self.place() else { return };
+            self.knocks = false;
             match self.platform.accept(listener) {
                 Ok(Some((socket, address))) => {
                     let mut nonce = Nonce::default();
@@ -261,6 +265,36 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                 }
             }
         }
+    }
+
+    /// A place for a new connection. When there is none, and one has come for sure, somebody makes way for it: who is
+    /// being closed, or else who has not said which federate it is.
+    fn place(&mut self) -> Option<usize> {
+        let vacant = self.outgoings.iter().position(|outgoing| outgoing.socket.is_none());
+        if vacant.is_some() {
+            return vacant;
+        }
+        // Asked again when the listener says that one waits.
+        self.acceptable = core::mem::take(&mut self.knocks);
+        if !self.acceptable {
+            return None;
+        }
+        let index = match self.lingering() {
+            Some(index) => index,
+            None => self.tell(|rti, outlet| rti.make_way(outlet))?.0,
+        };
+        let socket = self.outgoings.get_mut(index)?.vacate()?;
+        self.platform.close(socket);
+        self.open -= 1;
+        self.let_go_on(Awaited::Room(ConnectionId(index)));
+        self.let_go_on(Awaited::Input(ConnectionId(index)));
+        Some(index)
+    }
+
+    /// The connection that has been being closed for longest, if its peer has been sent all.
+    fn lingering(&self) -> Option<usize> {
+        let until = |(index, outgoing): (usize, &Outgoing<'_>)| outgoing.lingers_until().map(|until| (until, index));
+        self.outgoings.iter().enumerate().filter_map(until).min().map(|(_, index)| index)
     }
 
     /// Looks at the connections that are being closed, if the time of one may have come.
@@ -396,7 +430,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     fn prepare_wait(&mut self) -> Deadline {
         let room = self.open < self.outgoings.len();
         if let Some(listener) = self.listener {
-            let accepting = room && self.accept_again.is_none();
+            let place = room || self.lingering().is_some() || self.rti.can_make_way();
+            let accepting = place && self.accept_again.is_none();
             self.platform.set_interest(listener, if accepting { Interest::READ } else { Interest::NONE });
         }
         if self.due.len() > 0 {

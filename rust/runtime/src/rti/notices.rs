@@ -12,6 +12,7 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::RejectedBy { .. }
         | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. }
+        | Notice::MadeWay
         | Notice::Stranger(_)
         | Notice::UnknownType { .. }
         | Notice::InTransitFull(_) => {

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who says nothing keeps nobody from joining, and no federation from starting or ending.
+
+mod rti_support;
+
+use lf_coordination::Deadline;
+use lf_coordination::rti::{CLOCK_TIME_OUT, ConnectionId, Outcome, START_BARRIER_TIME_OUT, Status};
+use lf_model::time::Interval;
+use lf_wire::june_2026::Message;
+use rti_support::dialogue::{FEDERATION, config, hello, read, wait};
+use rti_support::{Sizes, World};
+
+const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come and \
+                       all places are taken";
+
+/// The oldest of those that have not said who they are goes first, and nobody who has.
+#[test]
+fn the_oldest_stranger_makes_way() {
+    let mut world = World::new(config(), Sizes { connections: 4, ..Sizes::ample(2) });
+    let joining = world.connect();
+    world.message(joining, &Message::FedIds { federate: 0, federation_id: FEDERATION });
+    let joined = hello(&mut world, 1, &[]);
+    let older = world.connect();
+    wait(&mut world, Interval::from_millis(1));
+    let newer = world.connect();
+    // What it has said is no message yet.
+    world.send(older, &[1, 0]);
+    for stranger in [older, newer] {
+        assert!(world.rti.can_make_way());
+        assert_eq!(world.rti.make_way(&mut world.outlet), Some(stranger));
+        assert_eq!(world.outlet.notices.pop().as_deref(), Some(CROWDED));
+    }
+    assert!(!world.rti.can_make_way());
+    assert_eq!(world.rti.make_way(&mut world.outlet), None);
+    for federate in [joining, joined] {
+        assert!(world.outlet.list[federate.0].open);
+    }
+}
+
+/// Whoever joins and says no more holds the start up for a limited time, as long as it is not silent for that long; then
+/// it is named, and has as much time to come back as any that has left.
+#[test]
+fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
+    let mut world = World::new(config(), Sizes::ample(2));
+    let squatter = hello(&mut world, 0, &[]);
+    let federate = hello(&mut world, 1, &[]);
+    world.message(federate, &Message::Timestamp(0));
+    wait(&mut world, Interval(CLOCK_TIME_OUT.0 - 1));
+    // It is looking for another federate.
+    world.message(squatter, &Message::AddressQuery { federate: 1 });
+    assert_eq!(read(&mut world, squatter), ["ADDRESS_QUERY_REPLY"]);
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
+    wait(&mut world, CLOCK_TIME_OUT);
+    assert_eq!(read(&mut world, squatter), ["FAILED"]);
+    assert!(world.outlet.notices.contains(
+        &"federate 0 is lost before the start, its place is free again: it has joined, but was silent for too long \
+          before it was ready to start"
+            .to_owned()
+    ));
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + START_BARRIER_TIME_OUT));
+    wait(&mut world, START_BARRIER_TIME_OUT);
+    assert_eq!(world.rti.status(), Status::Finished(Outcome::NotStarted { first: 0.into(), missing: 1 }));
+}
+
+/// Once it has told its clock, a federate may be silent for as long as it likes.
+#[test]
+fn whoever_has_told_its_clock_may_be_silent() {
+    let mut world = World::new(config(), Sizes::ample(2));
+    let federate: ConnectionId = hello(&mut world, 1, &[]);
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
+    world.message(federate, &Message::Timestamp(0));
+    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+    // A connection in its place of the table has deadlines of its own.
+    assert_eq!(read(&mut world, federate), Vec::<String>::new());
+}
