@@ -10,39 +10,59 @@ use lf_wire::{DecodeError, Limits};
 
 use crate::FederateId;
 
+/// Bytes of `P2P_SENDING_FED_ID` before the federation id.
+const HEADER_BYTES: usize = MessageType::P2pSendingFedId.fixed_bytes();
+
 /// What a federate that has connected is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
-    /// Nothing yet: its introduction has at least this many bytes.
+    /// Nothing yet: its introduction has at least this many bytes more.
     Incomplete(usize),
-    /// ACK: it is this federate, and its introduction has this many bytes.
-    Welcome(FederateId, usize),
+    /// It says that it is this federate: ACK if that one is awaited.
+    Introduced(FederateId),
     /// REJECT with this code; the connection is then closed.
     Refuse(RejectCode),
 }
 
-/// Judges the first bytes that a federate sends. `is_awaited` says of which federates a connection is still to come.
-pub fn judge_arrival(bytes: &[u8], federation_id: &[u8], is_awaited: impl FnOnce(FederateId) -> bool) -> Arrival {
-    let header = MessageType::P2pSendingFedId.fixed_bytes();
-    if bytes.len() < header {
-        return Arrival::Incomplete(header);
-    }
-    if bytes[0] != MessageType::P2pSendingFedId.byte() {
-        return Arrival::Refuse(RejectCode::WrongServer);
-    }
-    let limits = Limits { federation_id_bytes_max: usize::from(u8::MAX), ..Limits::NONE };
-    match decode(bytes, &limits) {
-        Ok(Decoded::Incomplete { need, .. }) => Arrival::Incomplete(need),
-        Ok(Decoded::Complete { message: Message::P2pSendingFedId { federate, federation_id: theirs }, len }) => {
-            if theirs != federation_id {
-                Arrival::Refuse(RejectCode::FederationIdMismatch)
-            } else if is_awaited(FederateId(federate)) {
-                Arrival::Welcome(FederateId(federate), len)
-            } else {
-                Arrival::Refuse(RejectCode::IdOutOfRange)
+/// The introduction of whoever has connected, as far as it has come. It is compared byte by byte, so that nobody who is
+/// not known takes more memory than this.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Introduction {
+    header: [u8; HEADER_BYTES],
+    taken: usize,
+    /// A byte of the federation id was another one.
+    differs: bool,
+}
+
+impl Introduction {
+    /// Takes what has come next, which has to be at most as many bytes as are missing.
+    pub fn take(&mut self, bytes: &[u8], federation_id: &[u8]) {
+        for &byte in bytes {
+            match self.taken.checked_sub(HEADER_BYTES) {
+                None => self.header[self.taken] = byte,
+                Some(place) => self.differs |= federation_id.get(place) != Some(&byte),
             }
+            self.taken += 1;
         }
-        Ok(Decoded::Complete { .. }) | Err(_) => Arrival::Refuse(RejectCode::UnexpectedMessage),
+    }
+
+    /// What is to be told.
+    pub fn judge(&self, federation_id: &[u8]) -> Arrival {
+        if self.taken < HEADER_BYTES {
+            return Arrival::Incomplete(HEADER_BYTES - self.taken);
+        }
+        let [message_type, low, high, length] = self.header;
+        if message_type != MessageType::P2pSendingFedId.byte() {
+            return Arrival::Refuse(RejectCode::WrongServer);
+        }
+        let whole = HEADER_BYTES + usize::from(length);
+        if self.taken < whole {
+            return Arrival::Incomplete(whole - self.taken);
+        }
+        if self.differs || usize::from(length) != federation_id.len() {
+            return Arrival::Refuse(RejectCode::FederationIdMismatch);
+        }
+        Arrival::Introduced(FederateId(u16::from_le_bytes([low, high])))
     }
 }
 
@@ -76,21 +96,41 @@ mod tests {
 
     const ID: &[u8] = b"Unidentified Federation";
 
+    /// Gives so many bytes at a time to a new introduction, never more than it says are missing.
+    fn judge(bytes: &[u8], piece: usize) -> Arrival {
+        let mut introduction = Introduction::default();
+        let mut rest = bytes;
+        loop {
+            let arrival = introduction.judge(ID);
+            let Arrival::Incomplete(missing) = arrival else { return arrival };
+            let next = &rest[..rest.len().min(missing).min(piece)];
+            if next.is_empty() {
+                return arrival;
+            }
+            introduction.take(next, ID);
+            rest = &rest[next.len()..];
+        }
+    }
+
     /// The bytes of recording 52b, in order: a wrong first message, another federation, the right one.
     #[test]
     fn arrivals_are_judged_as_in_the_recording() {
-        let judge = |bytes: &[u8]| judge_arrival(bytes, ID, |federate| federate == FederateId(0));
-        assert_eq!(judge(&[0x12, 0, 0, 1]), Arrival::Refuse(RejectCode::WrongServer));
         let introduction = |id: &[u8]| [&[0x10, 0, 0, u8::try_from(id.len()).expect("it is short")][..], id].concat();
-        let refused = Arrival::Refuse(RejectCode::FederationIdMismatch);
-        assert_eq!(judge(&introduction(b"Another Federation")), refused);
-        let right = introduction(ID);
-        assert_eq!(judge(&right), Arrival::Welcome(FederateId(0), right.len()));
-        for length in 0..right.len() {
-            assert!(matches!(judge(&right[..length]), Arrival::Incomplete(need) if need > length));
+        for piece in [1, 3, 1000] {
+            let judge = |bytes: &[u8]| judge(bytes, piece);
+            assert_eq!(judge(&[0x12, 0, 0, 1]), Arrival::Refuse(RejectCode::WrongServer));
+            let refused = Arrival::Refuse(RejectCode::FederationIdMismatch);
+            for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], b"", &[ID, b"s"].concat()] {
+                assert_eq!(judge(&introduction(other)), refused);
+            }
+            let right = introduction(ID);
+            assert_eq!(judge(&right), Arrival::Introduced(FederateId(0)));
+            for length in 0..right.len() {
+                assert!(
+                    matches!(judge(&right[..length]), Arrival::Incomplete(missing) if missing <= right.len() - length)
+                );
+            }
         }
-        let stranger = judge_arrival(&right, ID, |_| false);
-        assert_eq!(stranger, Arrival::Refuse(RejectCode::IdOutOfRange));
     }
 
     #[test]

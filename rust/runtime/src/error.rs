@@ -9,6 +9,7 @@ use lf_coordination::rti::SetupError;
 use lf_model::time::EventTag;
 use lf_model::{DeliverError, ModelError};
 use lf_wire::DecodeError;
+use lf_wire::june_2026::RejectCode;
 
 use crate::platform::{NetError, RandomError};
 
@@ -152,6 +153,12 @@ pub enum PeerFault {
         /// The input that it named.
         port: u16,
     },
+    /// It cannot be connected to, for this reason.
+    Unreachable(NetError),
+    /// It does not answer a connection, or ends it.
+    Unanswered,
+    /// It refuses the connection, with this code.
+    Refuses(RejectCode),
     /// It takes nothing any more, while this federate waits for that in the middle of a tag.
     Stuck,
 }
@@ -165,6 +172,20 @@ impl fmt::Display for PeerFault {
                 f,
                 "sent a value for input {port} of federate {federate}, to which it has no such connection: check \
                  that all federates are built from the same program",
+            ),
+            Self::Unreachable(error) => write!(
+                f,
+                "cannot be reached, though this federate sends to it directly: {error}; check that this computer or \
+                 board can connect to that one",
+            ),
+            Self::Unanswered => f.write_str(
+                "does not answer, though this federate sends to it directly: check that it runs, and that no other \
+                 program connects to its port",
+            ),
+            Self::Refuses(code) => write!(
+                f,
+                "refuses the connection of this one: {code}; check that both are built from the same program, and that \
+                 no other program connects in this one's name",
             ),
             Self::Stuck => f.write_str(
                 "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \

@@ -38,8 +38,9 @@ impl Rti<'_> {
 
     /// A federate that has joined has said something: until it has told its clock, it may not be silent for long.
     pub(super) fn await_clock(&mut self, now: Instant, federate: usize, connection: ConnectionId) {
-        if self.start.is_none() && self.connections[connection.0].phase == Phase::Joined {
-            let waits = self.slots[federate].clock.is_none();
+        let known = &self.connections[connection.0];
+        let waits = self.slots[federate].clock.is_none();
+        if known.phase == Phase::Joined && (waits || known.deadline.is_some()) {
             self.set_deadline(connection, waits.then(|| now + self.config.clock_time_out));
         }
     }

@@ -24,7 +24,8 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         if !P::PEERS {
             return Ok(());
         }
-        self.peers.welcome(self.platform, self.federation_id, self.federation.peers_in);
+        let begun = self.machine.phase() >= Phase::Running;
+        self.peers.welcome(self.platform, self.federation_id, self.federation.peers_in, begun);
         self.peers.look_for_ends(self.platform);
         let Some(index) = self.meeting.filter(|_| self.machine.phase() == Phase::Meeting) else { return Ok(()) };
         let introduction = Message::P2pSendingFedId { federate: self.federation.id, federation_id: self.federation_id };
@@ -35,7 +36,10 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             if connected {
                 self.machine.peer_connected(now);
             } else {
-                self.machine.peer_lost(now)?;
+                let fault = self.peers.trouble(index).unwrap_or(PeerFault::Unanswered);
+                let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
+                log::debug!("federate {federate} {fault}");
+                self.machine.peer_lost(now).map_err(|_| RunError::Peer { federate, fault })?;
             }
         }
         Ok(())

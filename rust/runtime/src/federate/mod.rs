@@ -9,6 +9,7 @@ mod output;
 mod peers;
 mod stuck;
 mod tags;
+mod visitors;
 mod waits;
 
 use core::fmt;

@@ -6,23 +6,30 @@
 
 use core::net::SocketAddrV4;
 
-use lf_coordination::peer::{Answer, Arrival, judge_arrival, read_answer};
+use lf_coordination::peer::{Answer, read_answer};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{Message, RejectCode};
 use lf_wire::{InBuffer, OutBuffer};
 
 use super::input::Held;
+use super::visitors::{Introduced, Visitors, refuse};
+use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
-/// How long a connection of another federate may take to say whose it is.
-const INTRODUCTION_TIME_OUT: Interval = Interval::from_secs(10);
+/// How long a connection to another federate may take until that has answered; then it is made anew.
+const ANSWER_TIME_OUT: Interval = Interval::from_secs(10);
+
 /// A connection to a federate to which this one sends directly, with its memory.
 #[derive(Debug)]
 pub struct Outbound<'s> {
     pub(super) output: OutBuffer<&'s mut [u8]>,
     answer: InBuffer<[u8; 2]>,
     state: State,
+    /// When the wait for the answer of the other federate is over.
+    answer_due: Instant,
+    /// Why the last attempt has failed.
+    trouble: Option<PeerFault>,
     /// Since when a message has had no room.
     pub(super) stuck: Option<Instant>,
     /// Messages that the other federate cannot have got, because it has left.
@@ -56,15 +63,14 @@ pub struct Inbound<'s> {
     pub(super) held: Held,
     readable: bool,
     ended: bool,
-    /// When the wait for its introduction is over.
-    deadline: Instant,
 }
 
 impl<'s> Outbound<'s> {
     /// A connection that is still to be made, with a send buffer in this memory.
     pub fn new(output: &'s mut [u8]) -> Self {
         let (output, answer) = (OutBuffer::new(output), InBuffer::new([0; 2]));
-        Self { output, answer, state: State::Absent, stuck: None, lost: 0, left_early: false }
+        let (state, answer_due) = (State::Absent, Instant::NEVER);
+        Self { output, answer, state, answer_due, trouble: None, stuck: None, lost: 0, left_early: false }
     }
 
     /// Whether the other federate has left, so that what is sent to it goes nowhere.
@@ -125,35 +131,51 @@ impl<'s> Outbound<'s> {
 
     /// Goes on with a connection that is being made. `Some` when it is there (`true`), or cannot be made (`false`).
     fn establish<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Option<bool> {
-        if let State::Connecting(socket, true) = self.state {
-            if platform.connected(socket).is_err() || self.output.push(introduction).is_err() {
-                self.end(platform);
-                return Some(false);
-            }
-            self.state = State::Introduced(socket);
-        }
-        self.flush(platform);
-        let State::Introduced(socket) = self.state else { return (self.state == State::Ended).then_some(false) };
-        match platform.read(socket, self.answer.space()) {
-            Ok(Transfer::Bytes(count)) => self.answer.filled(count),
-            Ok(Transfer::WouldBlock) => return None,
-            Ok(Transfer::Closed) | Err(_) => {
-                self.end(platform);
-                return Some(false);
-            }
-        }
-        match read_answer(self.answer.bytes()) {
-            Answer::Incomplete => None,
-            Answer::Accepted => {
-                self.state = State::Open(socket);
-                Some(true)
-            }
-            answer => {
-                log::warn!("another federate refuses the connection of this one: {answer:?}");
+        match self.step(platform, introduction) {
+            Ok(connected) => connected.then_some(true),
+            Err(fault) => {
+                self.trouble = Some(fault);
                 self.end(platform);
                 Some(false)
             }
         }
+    }
+
+    /// `true` when the connection is there.
+    fn step<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Result<bool, PeerFault> {
+        if let State::Connecting(socket, true) = self.state {
+            platform.connected(socket).map_err(PeerFault::Unreachable)?;
+            self.output.push(introduction).map_err(|_| PeerFault::Unreachable(NetError::NoSocketLeft))?;
+            self.state = State::Introduced(socket);
+        }
+        self.flush(platform);
+        if let State::Introduced(socket) = self.state {
+            match platform.read(socket, self.answer.space()) {
+                Ok(Transfer::Bytes(count)) => self.answer.filled(count),
+                Ok(Transfer::WouldBlock) => {}
+                Ok(Transfer::Closed) => return Err(PeerFault::Unanswered),
+                Err(error) => return Err(PeerFault::Unreachable(error)),
+            }
+            match read_answer(self.answer.bytes()) {
+                Answer::Incomplete => {}
+                Answer::Accepted => {
+                    self.state = State::Open(socket);
+                    return Ok(true);
+                }
+                Answer::Rejected(code) => return Err(PeerFault::Refuses(code)),
+                Answer::Wrong(error) => return Err(PeerFault::Bytes(error)),
+            }
+        }
+        if self.state == State::Ended {
+            return Err(self.trouble.unwrap_or(PeerFault::Unanswered));
+        }
+        let attempts = matches!(self.state, State::Connecting(..) | State::Introduced(_));
+        if attempts && platform.now() < self.answer_due { Ok(false) } else { Err(PeerFault::Unanswered) }
+    }
+
+    /// When to give up the attempt that is under way.
+    fn answer_due(&self) -> Option<Instant> {
+        matches!(self.state, State::Connecting(..) | State::Introduced(_)).then_some(self.answer_due)
     }
 
     /// Looks for the end of the other side, which never says anything else.
@@ -179,8 +201,8 @@ impl<'s> Outbound<'s> {
 impl<'s> Inbound<'s> {
     /// A place for a connection that is still to come, with a receive buffer in this memory.
     pub fn new(input: &'s mut [u8]) -> Self {
-        let (input, deadline) = (InBuffer::new(input), Instant::NEVER);
-        Self { input, socket: None, from: None, held: Held::NONE, readable: false, ended: false, deadline }
+        let input = InBuffer::new(input);
+        Self { input, socket: None, from: None, held: Held::NONE, readable: false, ended: false }
     }
 
     /// Reads once, if a wait has told that there is something to read.
@@ -220,23 +242,6 @@ impl<'s> Inbound<'s> {
         self.held = Held::NONE;
         self.input.clear();
     }
-
-    fn refuse<P: Platform>(&mut self, platform: &mut P, code: RejectCode) {
-        log::warn!("a connection was refused: {code}");
-        let mut bytes = [0; 2];
-        if let (Some(socket), Ok(length)) = (self.socket, Message::Reject(code).encode(&mut bytes)) {
-            // The first bytes of a connection always find room.
-            let mut rest = &bytes[..length];
-            while let Ok(Transfer::Bytes(count)) = platform.write(socket, rest) {
-                rest = rest.get(count..).unwrap_or_default();
-                if rest.is_empty() {
-                    break;
-                }
-            }
-            platform.shut_down_writing(socket);
-        }
-        self.close(platform);
-    }
 }
 
 /// All connections with other federates.
@@ -244,8 +249,7 @@ impl<'s> Inbound<'s> {
 pub(crate) struct Peers<'s> {
     pub(super) outbound: &'s mut [Outbound<'s>],
     pub(super) inbound: &'s mut [Inbound<'s>],
-    listener: Option<SocketId>,
-    acceptable: bool,
+    visitors: Visitors,
     /// Messages wait in a receive buffer, and there may be room for them now.
     pub(super) stale: bool,
 }
@@ -258,7 +262,7 @@ impl Default for Peers<'_> {
 
 impl<'s> Peers<'s> {
     pub(crate) fn new(outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
-        Self { outbound, inbound, listener: None, acceptable: false, stale: false }
+        Self { outbound, inbound, visitors: Visitors::default(), stale: false }
     }
 
     /// A tag has been begun: there is room for messages that wait.
@@ -274,18 +278,23 @@ impl<'s> Peers<'s> {
         if !P::PEERS || self.inbound.is_empty() {
             return Ok(None);
         }
-        let listener = platform.listen(0)?;
-        self.listener = Some(listener);
-        platform.local_port(listener).map(Some)
+        self.visitors.listen(platform).map(Some)
     }
 
     /// Begins to connect.
     pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, index: usize, address: SocketAddrV4) {
         let Some(outbound) = self.outbound.get_mut(index).filter(|_| P::PEERS) else { return };
         outbound.end(platform);
-        if let Ok(socket) = platform.connect(address) {
-            outbound.state = State::Connecting(socket, false);
+        match platform.connect(address) {
+            Ok(socket) => outbound.state = State::Connecting(socket, false),
+            Err(error) => outbound.trouble = Some(PeerFault::Unreachable(error)),
         }
+        outbound.answer_due = platform.now() + ANSWER_TIME_OUT;
+    }
+
+    /// Why the last attempt to connect to the federate with this index has failed.
+    pub(super) fn trouble(&self, index: usize) -> Option<PeerFault> {
+        self.outbound.get(index)?.trouble
     }
 
     /// Goes on with the connection that is being made, if it has this index. See [`Outbound::establish`].
@@ -298,52 +307,49 @@ impl<'s> Peers<'s> {
         self.outbound.get_mut(index)?.establish(platform, introduction)
     }
 
-    /// Takes connections that wait, and lets those in that say who they are. Bounded by the number of places.
-    pub(super) fn welcome<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8], awaited: &[u16]) {
-        let now = platform.now();
-        for index in 0..self.inbound.len() {
-            if self.inbound[index].socket.is_none() && self.acceptable {
-                self.accept(platform, index, now);
-            }
-            let inbound = &self.inbound[index];
-            if inbound.socket.is_none() || inbound.from.is_some() {
-                continue;
-            }
-            self.inbound[index].fill(platform);
-            let is_there = |id| self.inbound.iter().any(|other| other.from == Some(id));
-            let is_awaited = |id: FederateId| awaited.contains(&id.0) && !is_there(id);
-            let verdict = judge_arrival(self.inbound[index].input.bytes(), federation_id, is_awaited);
-            let inbound = &mut self.inbound[index];
-            match verdict {
-                Arrival::Welcome(federate, length) => {
-                    inbound.input.consume(length);
-                    inbound.from = Some(federate);
-                    if let Some(socket) = inbound.socket {
-                        // The first byte of a connection always finds room.
-                        let _ = platform.write(socket, &[lf_wire::june_2026::MessageType::Ack.byte()]);
-                    }
+    /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not started
+    /// with all of them. Bounded by the number of places.
+    pub(super) fn welcome<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        federation_id: &[u8],
+        awaited: &[u16],
+        begun: bool,
+    ) {
+        if begun && self.inbound.iter().all(|inbound| inbound.from.is_some()) {
+            return self.visitors.close(platform);
+        }
+        while let Some(Introduced { federate, socket, address }) = self.visitors.receive(platform, federation_id) {
+            match self.place_for(platform, federate, awaited, begun) {
+                Ok(place) => {
+                    let inbound = &mut self.inbound[place];
+                    (inbound.from, inbound.socket, inbound.readable) = (Some(federate), Some(socket), true);
+                    // The first byte of a connection always finds room.
+                    let _ = platform.write(socket, &[lf_wire::june_2026::MessageType::Ack.byte()]);
                 }
-                Arrival::Refuse(code) => inbound.refuse(platform, code),
-                Arrival::Incomplete(_) if inbound.ended || inbound.deadline <= now => inbound.close(platform),
-                Arrival::Incomplete(_) => {}
+                Err(code) => refuse(platform, socket, address, code),
             }
         }
     }
 
-    fn accept<P: Platform>(&mut self, platform: &mut P, index: usize, now: Instant) {
-        let Some(listener) = self.listener else { return };
-        match platform.accept(listener) {
-            Ok(Some((socket, _))) => {
-                let inbound = &mut self.inbound[index];
-                inbound.socket = Some(socket);
-                (inbound.readable, inbound.deadline) = (true, now + INTRODUCTION_TIME_OUT);
+    /// The place of a federate that has introduced itself, or why there is none.
+    fn place_for<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        federate: FederateId,
+        awaited: &[u16],
+        begun: bool,
+    ) -> Result<usize, RejectCode> {
+        if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from == Some(federate)) {
+            // It may have come anew, because its first connection was lost.
+            before.fill_now(platform);
+            if begun || !before.ended {
+                return Err(RejectCode::IdInUse);
             }
-            Ok(None) => self.acceptable = false,
-            Err(error) => {
-                log::warn!("a connection could not be accepted: {error}");
-                self.acceptable = false;
-            }
+            before.close(platform);
         }
+        let vacant = self.inbound.iter().position(|inbound| inbound.from.is_none());
+        vacant.filter(|_| awaited.contains(&federate.0)).ok_or(RejectCode::IdOutOfRange)
     }
 
     /// Writes what is pending on all connections. `true` when nothing is left.
@@ -363,10 +369,8 @@ impl<'s> Peers<'s> {
         if !P::PEERS {
             return false;
         }
-        if let Some(listener) = self.listener.take() {
-            platform.close(listener);
-        }
-        for inbound in self.inbound.iter_mut().filter(|inbound| !hears || inbound.from.is_none()) {
+        self.visitors.close(platform);
+        for inbound in self.inbound.iter_mut().filter(|_| !hears) {
             inbound.close(platform);
         }
         self.look_for_ends(platform);
@@ -396,12 +400,9 @@ impl<'s> Peers<'s> {
         if !P::PEERS {
             return;
         }
-        if let Some(listener) = self.listener {
-            let places = self.inbound.iter().any(|inbound| inbound.socket.is_none());
-            platform.set_interest(listener, if places { Interest::READ } else { Interest::NONE });
-        }
+        self.visitors.set_interest(platform);
         for inbound in self.inbound.iter_mut() {
-            let wanted = !inbound.ended && (running || inbound.from.is_none()) && !inbound.input.space().is_empty();
+            let wanted = !inbound.ended && running && !inbound.input.space().is_empty();
             if let Some(socket) = inbound.socket {
                 platform.set_interest(socket, if wanted { Interest::READ } else { Interest::NONE });
             }
@@ -416,9 +417,7 @@ impl<'s> Peers<'s> {
         if !P::PEERS {
             return;
         }
-        if self.listener == Some(ready) {
-            self.acceptable = true;
-        }
+        self.visitors.handle_ready(ready);
         for inbound in self.inbound.iter_mut().filter(|inbound| inbound.socket == Some(ready)) {
             inbound.readable |= interest.readable;
         }
@@ -449,12 +448,8 @@ impl<'s> Peers<'s> {
         if running && (self.stale || self.inbound.iter_mut().any(unread)) {
             return Deadline::Now;
         }
-        let free = self.inbound.iter().any(|inbound| inbound.socket.is_none());
-        if self.acceptable && free && self.listener.is_some() {
-            return Deadline::Now;
-        }
-        let nameless = self.inbound.iter().filter(|inbound| inbound.socket.is_some() && inbound.from.is_none());
-        nameless.map(|inbound| inbound.deadline).min().into()
+        let answers = self.outbound.iter().filter_map(Outbound::answer_due).min();
+        self.visitors.poll_timeout().min(answers.into())
     }
 
     /// Ends all connections.
@@ -462,9 +457,7 @@ impl<'s> Peers<'s> {
         if !P::PEERS {
             return;
         }
-        if let Some(listener) = self.listener.take() {
-            platform.close(listener);
-        }
+        self.visitors.close(platform);
         for outbound in self.outbound.iter_mut() {
             outbound.end(platform);
         }

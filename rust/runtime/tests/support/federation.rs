@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Mutex;
 
+use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_rti_memory::{Memory, Sizes};
-use lf_runtime::platform::Platform as _;
+use lf_runtime::platform::{Interest, Platform as _, Transfer};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
     Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
@@ -20,6 +21,10 @@ use super::network::Conditions;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use super::world::{Fate, Trouble, VirtualPlatform, World};
 
+/// The port of the first listener of a federate.
+const FIRST_EPHEMERAL_PORT: u16 = 49_152;
+/// How long intruders stay.
+pub const INTRUSION: Interval = Interval::from_secs(200);
 /// The RTI's port.
 pub const PORT: u16 = 15045;
 /// The RTI's number among the participants; the federates come after it, in order of id.
@@ -68,8 +73,57 @@ pub struct Plan {
     pub rti: Ipv4Addr,
     /// Federates that want to join another federation.
     pub strangers: BTreeSet<u16>,
+    /// Who connects to federates without being one: as soon as that listens, with so many connections, on each of which
+    /// it says this and no more.
+    pub intruders: Vec<Intruder>,
     /// What happens to which participant, and when.
     pub fates: Vec<(Interval, usize, Fate)>,
+}
+
+/// Somebody who is no federate, and connects to one.
+#[derive(Clone, Debug)]
+pub struct Intruder {
+    pub to: u16,
+    pub connections: usize,
+    pub says: Vec<u8>,
+}
+
+impl Intruder {
+    /// Connects, and keeps its connections until it is interrupted.
+    fn intrude(&self, platform: &mut VirtualPlatform) {
+        let address = SocketAddrV4::new(address_of(1 + usize::from(self.to)), FIRST_EPHEMERAL_PORT);
+        for _ in 0..self.connections {
+            while !self.connect(platform, address) {
+                let later = platform.now() + Interval::from_millis(1);
+                platform.wait(Deadline::At(later), &mut |_, _| {});
+            }
+        }
+        while !platform.interrupted() {
+            let later = platform.now() + Interval::from_secs(1);
+            platform.wait(Deadline::At(later), &mut |_, _| {});
+        }
+    }
+
+    fn connect(&self, platform: &mut VirtualPlatform, address: SocketAddrV4) -> bool {
+        let Ok(socket) = platform.connect(address) else { return false };
+        platform.set_interest(socket, Interest::WRITE);
+        let mut ready = false;
+        while !ready && !platform.interrupted() {
+            platform.wait(Deadline::Never, &mut |found, _| ready |= found == socket);
+        }
+        platform.set_interest(socket, Interest::NONE);
+        let connected = platform.connected(socket).is_ok();
+        if !connected {
+            platform.close(socket);
+            return false;
+        }
+        let mut rest = &self.says[..];
+        while let [_, ..] = rest {
+            let Ok(Transfer::Bytes(count)) = platform.write(socket, rest) else { panic!("so little finds room") };
+            rest = &rest[count..];
+        }
+        true
+    }
 }
 
 impl Plan {
@@ -93,6 +147,7 @@ impl Plan {
             rti_begins: Some(Interval::ZERO),
             rti: address_of(RTI),
             strangers: BTreeSet::new(),
+            intruders: Vec::new(),
             fates: Vec::new(),
         }
     }
@@ -163,6 +218,11 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
             (id, world.join(plan.begins.get(&id).copied().unwrap_or_default(), offset))
         })
         .collect();
+    let intruders: Vec<_> =
+        plan.intruders.iter().map(|intruder| (intruder, world.join(Interval::ZERO, Interval::ZERO))).collect();
+    for (_, platform) in &intruders {
+        world.plan(INTRUSION, platform.number(), Fate::Kill);
+    }
     for (at, participant, fate) in &plan.fates {
         world.plan(*at, *participant, *fate);
     }
@@ -186,6 +246,12 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
                     _ => run_node::<16>(plan, id, &mut platform),
                 };
                 results.lock().unwrap().federates.insert(id, (ran, world.now()));
+            });
+        }
+        for (intruder, mut platform) in intruders {
+            scope.spawn(move || {
+                platform.begin();
+                intruder.intrude(&mut platform);
             });
         }
         world.start();

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who connects before the start, until it has said which federate it is.
+//!
+//! A visitor takes none of the places that the other federates have. There are few places for visitors; when they are
+//! taken and another one comes, the oldest has had its time, however short: a federate introduces itself at once.
+
+use core::net::Ipv4Addr;
+
+use lf_coordination::peer::{Arrival, Introduction};
+use lf_coordination::{Deadline, FederateId};
+use lf_model::time::{Instant, Interval};
+use lf_wire::june_2026::{Message, RejectCode};
+
+use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
+
+/// How many visitors there can be at once. The compiler counts their sockets, too.
+const VISITORS_MAX: usize = 2;
+/// How long a visitor may take to say who it is.
+const INTRODUCTION_TIME_OUT: Interval = Interval::from_secs(10);
+/// How long it has for that while others wait for its place.
+const CROWDED_TIME_OUT: Interval = Interval::from_millis(250);
+/// How long no connection is accepted after the system has had no resources for one.
+const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
+/// How many bytes of an introduction are read at once.
+const PIECE_BYTES: usize = 64;
+/// How much of what a refused visitor has said is read at most.
+const UNREAD_BYTES_MAX: usize = 1024;
+
+#[derive(Debug)]
+struct Visitor {
+    socket: SocketId,
+    address: Ipv4Addr,
+    introduction: Introduction,
+    since: Instant,
+    readable: bool,
+}
+
+/// A visitor that has said which federate it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Introduced {
+    pub(super) federate: FederateId,
+    pub(super) socket: SocketId,
+    pub(super) address: Ipv4Addr,
+}
+
+/// The listener and those who have come to it.
+#[derive(Debug, Default)]
+pub(super) struct Visitors {
+    listener: Option<SocketId>,
+    /// Somebody may wait at the listener.
+    acceptable: bool,
+    /// When to accept again after the system had no resources.
+    accept_again: Option<Instant>,
+    places: [Option<Visitor>; VISITORS_MAX],
+    /// How many have gone without having said who they are.
+    nameless: u32,
+}
+
+impl Visitors {
+    /// Begins to await connections; gives the port.
+    pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<u16, NetError> {
+        let listener = platform.listen(0)?;
+        (self.listener, self.acceptable) = (Some(listener), true);
+        platform.local_port(listener)
+    }
+
+    /// Takes those that wait, and gives one that has said which federate it is. To be called until there is none.
+    pub(super) fn receive<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Option<Introduced> {
+        let now = platform.now();
+        self.accept(platform, now);
+        for place in &mut self.places {
+            let Some(visitor) = place else { continue };
+            match visitor.read(platform, federation_id) {
+                Reading::Waits if visitor.since + INTRODUCTION_TIME_OUT > now => {}
+                Reading::Waits | Reading::Ended => {
+                    self.nameless = self.nameless.saturating_add(1);
+                    turn_away(platform, visitor, self.nameless);
+                    *place = None;
+                }
+                Reading::Refused(code) => {
+                    refuse(platform, visitor.socket, visitor.address, code);
+                    *place = None;
+                }
+                Reading::Is(federate) => {
+                    let introduced = Introduced { federate, socket: visitor.socket, address: visitor.address };
+                    *place = None;
+                    return Some(introduced);
+                }
+            }
+        }
+        None
+    }
+
+    /// Takes those that wait, as long as there are places or somebody has had its time.
+    fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) {
+        if self.accept_again.is_some_and(|time| time <= now) {
+            (self.accept_again, self.acceptable) = (None, true);
+        }
+        while self.acceptable && self.accept_again.is_none() {
+            let (Some(listener), Some(place)) = (self.listener, self.place(now)) else { return };
+            match platform.accept(listener) {
+                Ok(Some((socket, address))) => {
+                    let introduction = Introduction::default();
+                    let visitor = Visitor { socket, address, introduction, since: now, readable: true };
+                    if let Some(before) = self.places[place].replace(visitor) {
+                        self.nameless = self.nameless.saturating_add(1);
+                        turn_away(platform, &before, self.nameless);
+                    }
+                }
+                Ok(None) => self.acceptable = false,
+                Err(error) => {
+                    log::warn!("a connection could not be accepted: {error}");
+                    (self.acceptable, self.accept_again) = (false, Some(now + ACCEPT_PAUSE));
+                }
+            }
+        }
+    }
+
+    /// A place for one more: a free one, or that of the oldest visitor once it has had its time.
+    fn place(&self, now: Instant) -> Option<usize> {
+        let free = self.places.iter().position(Option::is_none);
+        free.or_else(|| self.oldest().filter(|(since, _)| *since + CROWDED_TIME_OUT <= now).map(|(_, place)| place))
+    }
+
+    fn oldest(&self) -> Option<(Instant, usize)> {
+        let visitors = self.places.iter().enumerate();
+        visitors.filter_map(|(index, place)| place.as_ref().map(|visitor| (visitor.since, index))).min()
+    }
+
+    /// Says what to wait for.
+    pub(super) fn set_interest<P: Platform>(&self, platform: &mut P) {
+        if let Some(listener) = self.listener {
+            // Who is known to wait need not be told of again.
+            let asks = !self.acceptable && self.accept_again.is_none();
+            platform.set_interest(listener, if asks { Interest::READ } else { Interest::NONE });
+        }
+        for visitor in self.places.iter().flatten() {
+            platform.set_interest(visitor.socket, Interest::READ);
+        }
+    }
+
+    /// A wait found this socket ready.
+    pub(super) fn handle_ready(&mut self, ready: SocketId) {
+        self.acceptable |= self.listener == Some(ready);
+        for visitor in self.places.iter_mut().flatten().filter(|visitor| visitor.socket == ready) {
+            visitor.readable = true;
+        }
+    }
+
+    /// When there is something to do though no socket is ready.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        let Some((since, _)) = self.oldest() else {
+            return if self.acceptable { Deadline::Now } else { self.accept_again.into() };
+        };
+        let ends = Deadline::At(since + INTRODUCTION_TIME_OUT).min(self.accept_again.into());
+        match (self.acceptable, self.places.iter().any(Option::is_none)) {
+            (false, _) => ends,
+            (true, true) => Deadline::Now,
+            (true, false) => ends.min(Deadline::At(since + CROWDED_TIME_OUT)),
+        }
+    }
+
+    /// Awaits nobody any more.
+    pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
+        let visitors = self.places.iter_mut().filter_map(|place| place.take().map(|visitor| visitor.socket));
+        for socket in visitors.chain(self.listener.take()) {
+            platform.close(socket);
+        }
+    }
+}
+
+/// What a visitor has said.
+enum Reading {
+    /// Not all yet.
+    Waits,
+    /// It has gone.
+    Ended,
+    Is(FederateId),
+    Refused(RejectCode),
+}
+
+impl Visitor {
+    /// Reads what has come of its introduction, and not a byte more.
+    fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Reading {
+        loop {
+            let missing = match self.introduction.judge(federation_id) {
+                Arrival::Incomplete(missing) => missing.min(PIECE_BYTES),
+                Arrival::Introduced(federate) => return Reading::Is(federate),
+                Arrival::Refuse(code) => return Reading::Refused(code),
+            };
+            if !self.readable {
+                return Reading::Waits;
+            }
+            let mut bytes = [0; PIECE_BYTES];
+            match platform.read(self.socket, &mut bytes[..missing]) {
+                Ok(Transfer::Bytes(count)) => self.introduction.take(&bytes[..count], federation_id),
+                Ok(Transfer::WouldBlock) => self.readable = false,
+                Ok(Transfer::Closed) | Err(_) => return Reading::Ended,
+            }
+        }
+    }
+}
+
+/// Tells whoever has connected why it is refused, and closes the connection.
+pub(super) fn refuse<P: Platform>(platform: &mut P, socket: SocketId, address: Ipv4Addr, code: RejectCode) {
+    log::warn!("a connection from {address} was refused: {code}");
+    let mut bytes = [0; 2];
+    let mut rest = Message::Reject(code).encode(&mut bytes).map_or(&[][..], |length| &bytes[..length]);
+    // The first bytes of a connection always find room.
+    while !rest.is_empty()
+        && let Ok(Transfer::Bytes(count)) = platform.write(socket, rest)
+    {
+        rest = rest.get(count..).unwrap_or_default();
+    }
+    platform.shut_down_writing(socket);
+    // A socket that is closed with something unread resets the connection, and the code may be lost.
+    for _ in 0..UNREAD_BYTES_MAX / PIECE_BYTES {
+        if !matches!(platform.read(socket, &mut [0; PIECE_BYTES]), Ok(Transfer::Bytes(_))) {
+            break;
+        }
+    }
+    platform.close(socket);
+}
+
+/// Closes a connection whose visitor has not said who it is: said once, for anybody can connect.
+fn turn_away<P: Platform>(platform: &mut P, visitor: &Visitor, count: u32) {
+    let Visitor { socket, address, .. } = *visitor;
+    platform.close(socket);
+    if count == 1 {
+        log::warn!("a connection from {address} did not say which federate it is, and was closed");
+    } else {
+        log::debug!("{count} connections did not say which federates they are, and were closed; the last: {address}");
+    }
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who connects to a federate without being one keeps no other federate from connecting, and nobody waits for ever.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use lf_coordination::rti::Outcome;
+use lf_model::time::Interval;
+use lf_owned_messages::encoded;
+use lf_runtime::{Coordination, PeerFault, RunError};
+use lf_wire::june_2026::{Message, RejectCode};
+use proptest::prelude::*;
+use support::federation::{Edge, INTRUSION, Intruder, Plan, run};
+use support::network::Conditions;
+use support::node::Behavior;
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+
+/// Two senders and a receiver without an RTI between them, with these intruders at the receiver.
+fn plan(intruders: Vec<Intruder>) -> Plan {
+    let sender = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
+    let waits = (Interval::FOREVER, Interval::ZERO);
+    let edge = |from| Edge { from, to: 2, delay: None, physical: false, waits };
+    Plan {
+        coordination: Coordination::Decentralized,
+        timeout: Some(MS(95)),
+        // The intruders come first.
+        begins: [(0, MS(400)), (1, MS(500))].into(),
+        intruders,
+        ..Plan::new(vec![sender, sender, Behavior::default()], vec![edge(0), edge(1)])
+    }
+}
+
+fn introduction(federate: u16) -> Vec<u8> {
+    encoded(&Message::P2pSendingFedId { federate, federation_id: b"virtual" })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    /// More idle connections than there are places, some of which have begun to say who they are: they make way.
+    #[test]
+    fn idle_connections_make_way(seed: u64, connections in 1..12usize, says in 0..5usize) {
+        let says = introduction(0)[..says].to_vec();
+        let report = run(&plan(vec![Intruder { to: 2, connections, says }]), Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        prop_assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+        prop_assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
+        prop_assert_eq!(report.logs[2].len(), 20);
+        prop_assert!(report.ended.iter().all(|ended| *ended < MS(15_000)), "{:?}", report.ended);
+    }
+
+    /// Nobody can tell who connects first in the name of a federate from that federate, as long as connections between
+    /// federates are not authenticated: then the true one says why it cannot go on, and all end.
+    #[test]
+    fn who_takes_the_place_of_a_federate_is_noticed(seed: u64) {
+        let intruder = Intruder { to: 2, connections: 1, says: introduction(1) };
+        let report = run(&plan(vec![intruder]), Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None);
+        let refused = RunError::Peer { federate: 2, fault: PeerFault::Refuses(RejectCode::IdInUse) };
+        prop_assert_eq!(report.results[1], Err(refused));
+        prop_assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);
+        prop_assert!(report.ended.iter().all(|ended| *ended < INTRUSION), "{:?}", report.ended);
+    }
+}
