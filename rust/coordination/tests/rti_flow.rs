@@ -3,7 +3,8 @@
 
 mod rti_support;
 
-use lf_coordination::rti::{Config, ConnectionId, Outcome, Status};
+use lf_coordination::FederateId;
+use lf_coordination::rti::{Cause, Config, ConnectionId, Outcome, Status};
 use lf_wire::june_2026::{DELAY_NONE, Message};
 use rti_support::dialogue::{at, chain, config, message, read, started};
 use rti_support::{Awaited, Sizes, World};
@@ -168,4 +169,55 @@ fn who_leaves_behind_what_is_held_agrees_to_a_stop() {
     assert_eq!(is_held(&world, connections[0]), None);
     world.message(connections[1], &Message::Resign);
     assert_eq!(world.rti.status(), Status::Finished(Outcome::Complete));
+}
+
+/// The sender of these is gone, and what it has said is passed on as its receiver gets on, to the last message.
+fn assert_passed_on(world: &mut World, receiver: ConnectionId, tags: impl IntoIterator<Item = i64>) {
+    for ns in tags {
+        assert!(read(world, receiver).contains(&"message []".to_owned()), "at {ns}");
+        assert!(!world.outlet.notices.iter().any(|notice| notice.contains("is lost")), "{:?}", world.outlet.notices);
+        world.message(receiver, &Message::LatestTagComplete(at(ns)));
+    }
+}
+
+#[test]
+fn who_is_lost_behind_what_is_held_agrees_to_a_stop_and_has_said_what_it_has_said() {
+    for stop_first in [true, false] {
+        let (mut world, connections) = chain(window(1), Sizes::ample(3));
+        let (sender, receiver, other) = (connections[0], connections[1], connections[2]);
+        for ns in [10, 20, 30, 40] {
+            step(&mut world, sender, 1, ns);
+        }
+        if stop_first {
+            world.message(other, &Message::StopRequest(at(50)));
+            world.close(sender);
+        } else {
+            world.close(sender);
+            world.message(other, &Message::StopRequest(at(50)));
+        }
+        world.message(receiver, &Message::StopReply(at(50)));
+        assert!(read(&mut world, other).contains(&"STOP_GRANTED".to_owned()), "{:?}", world.outlet.notices);
+        assert_passed_on(&mut world, receiver, [10, 20, 30]);
+        assert_eq!(read(&mut world, receiver).iter().filter(|said| *said == "message []").count(), 1);
+        assert!(world.outlet.notices.last().is_some_and(|notice| notice.contains("federate 0 is lost")));
+        for connection in [receiver, other] {
+            world.message(connection, &Message::Resign);
+        }
+        let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
+        assert_eq!(world.rti.status(), Status::Finished(lost));
+    }
+}
+
+#[test]
+fn the_answer_that_a_lost_sender_has_left_counts() {
+    let (mut world, connections) = chain(window(1), Sizes::ample(3));
+    let (sender, receiver, other) = (connections[0], connections[1], connections[2]);
+    for ns in [10, 20, 30] {
+        step(&mut world, sender, 1, ns);
+    }
+    world.message(sender, &Message::StopReply(at(70)));
+    world.close(sender);
+    world.message(other, &Message::StopRequest(at(50)));
+    world.message(receiver, &Message::StopReply(at(50)));
+    assert_eq!(world.rti.stop_tag(), Some(lf_coordination::from_wire(at(70))));
 }

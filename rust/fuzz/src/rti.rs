@@ -25,6 +25,8 @@ pub(crate) struct World<'s> {
     pub(crate) now: Instant,
     /// Which connection each one waits for.
     waits: [Option<usize>; CONNECTIONS],
+    /// Those that may say more though they wait.
+    reads_on: [bool; CONNECTIONS],
 }
 
 /// Makes an RTI, and does something with it.
@@ -36,7 +38,14 @@ pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(
     let rti = Rti::new(config, memory.storage()).expect("the storage fits");
     assert_eq!(rti.message_bytes_max(), message_bytes_max(&limits));
     let oracle = Oracle::new(CONNECTIONS, message_bytes_max(&limits));
-    act(&mut World { rti, oracle, limits, now: Instant(0), waits: [None; CONNECTIONS] });
+    act(&mut World {
+        rti,
+        oracle,
+        limits,
+        now: Instant(0),
+        waits: [None; CONNECTIONS],
+        reads_on: [false; CONNECTIONS],
+    });
 }
 
 /// The configuration that the first byte of the input chooses.
@@ -97,15 +106,13 @@ impl World<'_> {
         self.resume();
     }
 
-    /// A peer closes its connection.
+    /// A peer closes its connection. What it has said before is still taken, as far as it is whole.
     pub(crate) fn close(&mut self, connection: usize) {
         let peer = &mut self.oracle.peers[connection];
         peer.pending = 0;
-        peer.input.clear();
-        if std::mem::take(&mut peer.open) {
-            peer.ended = true;
-            self.waits[connection] = None;
-            self.rti.handle_disconnect(self.now, ConnectionId(connection), &mut self.oracle);
+        if peer.open && !std::mem::replace(&mut peer.closing, true) {
+            self.rti.handle_end(ConnectionId(connection));
+            self.offer(connection);
         }
         self.resume();
     }
@@ -138,7 +145,7 @@ impl World<'_> {
     /// A peer says something. What the RTI cannot take yet stays where it is, and no more is said meanwhile.
     pub(crate) fn say(&mut self, connection: usize, bytes: &[u8]) {
         let peer = &mut self.oracle.peers[connection];
-        if peer.open && self.waits[connection].is_none() {
+        if peer.open && !peer.closing && (self.waits[connection].is_none() || self.reads_on[connection]) {
             peer.input.extend(bytes);
             self.offer(connection);
             self.resume();
@@ -159,10 +166,11 @@ impl World<'_> {
     fn offer(&mut self, connection: usize) -> bool {
         let mut any = false;
         loop {
-            self.waits[connection] = None;
+            (self.waits[connection], self.reads_on[connection]) = (None, false);
             let bytes = std::mem::take(&mut self.oracle.peers[connection].input);
-            if let Ok(Decoded::Complete { message, .. }) = decode(&bytes, &self.limits) {
-                self.oracle.expect(connection, &message);
+            let front = decode(&bytes, &self.limits);
+            if let Ok(Decoded::Complete { message, .. }) = &front {
+                self.oracle.expect(connection, message);
             }
             let verdict = self.rti.handle_input(self.now, ConnectionId(connection), &bytes, &mut self.oracle);
             let peer = &mut self.oracle.peers[connection];
@@ -175,7 +183,15 @@ impl World<'_> {
                 }
                 Verdict::Incomplete(need) => {
                     assert!(need > bytes.len() && need <= message_bytes_max(&self.limits), "it wants {need} bytes");
-                    peer.input = bytes;
+                    let holds_message =
+                        matches!(front, Ok(Decoded::Complete { message: Message::TaggedMessage { .. }, .. }));
+                    assert!(!holds_message, "a message that is whole would be dropped with its connection");
+                    if peer.closing {
+                        (peer.open, peer.ended) = (false, true);
+                        self.rti.handle_disconnect(self.now, ConnectionId(connection), &mut self.oracle);
+                    } else {
+                        peer.input = bytes;
+                    }
                 }
                 Verdict::Blocked(ConnectionId(on)) => {
                     assert!(self.oracle.peers[on].pending > 0, "it waits for room where there is all the room");
@@ -185,6 +201,12 @@ impl World<'_> {
                 Verdict::Held(ConnectionId(on)) => {
                     peer.input = bytes;
                     self.waits[connection] = Some(on);
+                }
+                Verdict::HeldReadOn(ConnectionId(on)) => {
+                    assert!(!peer.closing, "nothing more is to be looked for");
+                    assert!(bytes.len() < message_bytes_max(&self.limits), "there is no space to read on");
+                    peer.input = bytes;
+                    (self.waits[connection], self.reads_on[connection]) = (Some(on), true);
                 }
                 Verdict::Closed => assert!(!peer.open, "a connection that is closed is closed"),
             }

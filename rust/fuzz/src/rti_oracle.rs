@@ -15,6 +15,8 @@ const ANSWERS_MAX: usize = 2_000;
 #[derive(Default)]
 pub(crate) struct Peer {
     pub(crate) open: bool,
+    /// The peer has closed it; what it has said may still wait.
+    pub(crate) closing: bool,
     /// The RTI's direction is closed.
     pub(crate) ended: bool,
     /// Bytes that wait to be sent.
@@ -110,6 +112,9 @@ impl Outlet for Oracle {
         assert!(self.answers < ANSWERS_MAX, "one input leads to no end of messages");
         let peer = &mut self.peers[connection];
         assert!(peer.open && !peer.ended, "{message:?} is sent on a connection that is closed");
+        if peer.closing {
+            return;
+        }
         peer.pending += message.encoded_len();
         assert!(peer.pending <= self.capacity, "{message:?} is sent although there is no room");
         match *message {

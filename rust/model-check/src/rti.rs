@@ -125,7 +125,7 @@ impl Suspension {
         match verdict {
             Verdict::Consumed(len) if len == bytes.len() => Some((contents.suspend(), outlet)),
             // Nothing has changed, so nothing has happened.
-            Verdict::Held(_) => None,
+            Verdict::Held(_) | Verdict::HeldReadOn(_) => None,
             Verdict::Consumed(_) | Verdict::Incomplete(_) | Verdict::Blocked(_) | Verdict::Closed => {
                 outlet.broken = Some(Broken::Refused { from: from.try_into().unwrap_or(u8::MAX) });
                 Some((contents.suspend(), outlet))

@@ -97,6 +97,12 @@ fn who_waits_for_a_lost_federate_of_its_cycle_goes_on() {
     hold(Coordination::Centralized, &[65362]);
 }
 
+/// A federate was lost while the RTI held its messages and waited for its answer to a stop, and they were dropped.
+#[test]
+fn what_a_lost_federate_has_said_arrives_though_all_are_stopping() {
+    hold(Coordination::Centralized, &[5_017_221]);
+}
+
 /// The RTI had closed its port for rounds of clock synchronization, and woke up for them again and again until the last
 /// connection had ended.
 #[test]

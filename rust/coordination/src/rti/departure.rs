@@ -11,7 +11,15 @@ use super::storage::{Membership, Phase};
 use super::{AfterLoss, Cause, ConnectionId, Notice, Outlet, Rti, Slot, id};
 
 impl Rti<'_> {
-    /// A connection has ended, and all that came on it has been offered.
+    /// Nothing more will come on a connection. What has come and is not consumed is to be offered as before, since it
+    /// was said while its sender was there; then [`handle_disconnect`](Self::handle_disconnect) is due.
+    pub fn handle_end(&mut self, connection: ConnectionId) {
+        if let Some(known) = self.connections.get_mut(connection.0) {
+            known.ended = known.phase != Phase::Vacant;
+        }
+    }
+
+    /// A connection has ended, and all that came on it and is whole has been consumed.
     pub fn handle_disconnect(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
         if let Some(federate) = self.joined_on(connection) {
             self.release(connection);

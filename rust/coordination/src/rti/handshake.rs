@@ -65,7 +65,7 @@ impl Rti<'_> {
             Some(known) if known.phase == Phase::Vacant && !self.aborted => {
                 let authenticates = self.config.authentication.is_some();
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
-                *known = Connection { phase, federate: None, address, deadline: None };
+                *known = Connection { phase, federate: None, address, deadline: None, ended: false };
                 self.set_deadline(connection, deadline);
             }
             _ => outlet.close(connection),

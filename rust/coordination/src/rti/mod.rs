@@ -8,7 +8,8 @@
 //! - [`Rti::handle_input`] for what has been read, as long as it consumes something: at most one message per call;
 //! - [`Rti::handle_writable`] when something that was pending on a connection has been sent; after it, input that is
 //!   [`Verdict::Blocked`] by that connection is offered again, as is, after input, what is [`Verdict::Held`] for it;
-//! - [`Rti::handle_disconnect`] when a connection has ended and all its input has been offered;
+//! - [`Rti::handle_end`] when nothing more will come on a connection, though what has come may still wait; and
+//!   [`Rti::handle_disconnect`] when all that is whole of it has been consumed, too;
 //! - [`Rti::poll_round`] and [`Rti::handle_datagram`] for clock synchronization over UDP;
 //! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
 //!

@@ -48,7 +48,8 @@ pub trait Outlet {
 pub enum Verdict {
     /// This many bytes at the front are done with, at least one. There may be more messages behind them.
     Consumed(usize),
-    /// A message begins here, but is not whole. It has at least this many bytes, more than there are.
+    /// A message begins here, but is not whole. It has at least this many bytes, more than there are. If nothing more
+    /// will come, [`handle_disconnect`](super::Rti::handle_disconnect) is due.
     Incomplete(usize),
     /// The message at the front has to wait until there is room on the named connection. Keep it, do not read its own
     /// connection meanwhile, and offer it again after [`handle_writable`](super::Rti::handle_writable) for the named
@@ -60,6 +61,9 @@ pub enum Verdict {
     /// by whomever; and once [`stop_tag`](super::Rti::stop_tag) is known. Connections never wait for each other in a
     /// circle.
     Held(ConnectionId),
+    /// As [`Held`](Self::Held), but go on reading its own connection, and offer the message also when more has come
+    /// there, or nothing more will: a federate's answer to a stop request is looked for behind the message.
+    HeldReadOn(ConnectionId),
     /// The connection is closed. Forget its input.
     Closed,
 }

@@ -50,6 +50,9 @@ impl Rti<'_> {
         bytes: &[u8],
         outlet: &mut impl Outlet,
     ) -> Verdict {
+        if self.connections[connection.0].ended && self.awaits_stop_tag(federate) {
+            self.conclude(federate, bytes, outlet);
+        }
         let step = match decode(bytes, &self.limits) {
             Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
             Ok(Decoded::Complete { message, len }) => {

@@ -183,9 +183,12 @@ pub struct Connection {
     pub(super) address: [u8; 4],
     /// When the RTI loses patience with it.
     pub(super) deadline: Option<Instant>,
+    /// Nothing more will come but what has.
+    pub(super) ended: bool,
 }
 
 impl Connection {
     /// What fresh storage holds.
-    pub const EMPTY: Self = Self { phase: Phase::Vacant, federate: None, address: [0; 4], deadline: None };
+    pub const EMPTY: Self =
+        Self { phase: Phase::Vacant, federate: None, address: [0; 4], deadline: None, ended: false };
 }

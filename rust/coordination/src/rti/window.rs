@@ -20,9 +20,12 @@
 //!
 //! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
 //! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
-//! it is looked for there; input that does not have it is taken as not whole, until there are as many bytes as the
-//! longest message has. Then the message goes. Once the stop tag is known, messages with later tags hold nothing back,
-//! for they are never taken.
+//! it is looked for there, and the connection read on meanwhile, until there are as many bytes as the longest message
+//! has. Then the message goes. Once the stop tag is known, messages with later tags hold nothing back, for they are
+//! never taken.
+//!
+//! **A sender that is gone** has said all the same what is held. If its answer to a stop is not behind that, it never
+//! comes, so the sender counts as agreed, as one that has left does, though it leaves only when all has been passed on.
 //!
 //! **What it bounds.** Per input, there are messages of less than `window` tags before the tag where the sender is, and
 //! what the sender has sent from there on: as long as it announces an event after each tag at which it has sent
@@ -52,7 +55,7 @@ impl Rti<'_> {
         if !self.awaits_stop_tag(sender) || self.look_ahead(sender, rest, outlet) {
             return Some(Verdict::Held(connection));
         }
-        (bytes.len() < self.message_bytes_max()).then(|| Verdict::Incomplete(bytes.len() + 1))
+        (bytes.len() < self.message_bytes_max()).then_some(Verdict::HeldReadOn(connection))
     }
 
     /// Whether a federate is too far behind one that has a message for it: then its connection.
@@ -67,6 +70,13 @@ impl Rti<'_> {
     /// A tag that is not later than that at which a federate has sent what is at the front of its connection.
     fn position(&self, federate: usize) -> Tag {
         self.graph.next_event(federate).min(self.stop_tag().unwrap_or(Tag::FOREVER))
+    }
+
+    /// A federate that says nothing any more behind these bytes agrees to a stop as it says there, or in silence.
+    pub(super) fn conclude(&mut self, federate: usize, bytes: &[u8], outlet: &mut impl Outlet) {
+        if !self.look_ahead(federate, bytes, outlet) {
+            self.on_stop_reply(federate, Tag::NEVER, outlet);
+        }
     }
 
     /// Looks for what a federate says about a stop, or for its end, behind what it has to say before. Returns whether

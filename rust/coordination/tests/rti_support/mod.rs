@@ -25,6 +25,8 @@ pub struct Wire {
     pub outgoing: Vec<u8>,
     pub incoming: Vec<u8>,
     pub open: bool,
+    /// The peer has closed it, and reads and says no more.
+    pub closing: bool,
     /// The RTI's direction is closed.
     pub ended: bool,
     /// What the input waits for.
@@ -63,7 +65,9 @@ impl Outlet for Wires {
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
         let wire = &mut self.list[connection.0];
         assert!(wire.open && !wire.ended, "{message:?} is sent on a connection that is closed");
-        wire.outgoing.extend(encoded(message));
+        if !wire.closing {
+            wire.outgoing.extend(encoded(message));
+        }
         assert!(wire.outgoing.len() <= self.capacity, "{message:?} is sent although there is no room");
     }
 
@@ -178,9 +182,15 @@ impl World {
                     wire.incoming.drain(..len);
                     continue;
                 }
-                Verdict::Incomplete(need) => assert!(need > wire.incoming.len()),
+                Verdict::Incomplete(need) => {
+                    assert!(need > wire.incoming.len());
+                    if wire.closing {
+                        wire.open = false;
+                        self.rti.handle_disconnect(self.now, connection, &mut self.outlet);
+                    }
+                }
                 Verdict::Blocked(on) => wire.blocked = Some(Awaited::Room(on)),
-                Verdict::Held(until) => wire.blocked = Some(Awaited::Input(until)),
+                Verdict::Held(until) | Verdict::HeldReadOn(until) => wire.blocked = Some(Awaited::Input(until)),
                 Verdict::Closed => wire.incoming.clear(),
             }
             return;
@@ -198,12 +208,13 @@ impl World {
         taken
     }
 
-    /// The peer closes a connection.
+    /// The peer closes a connection. What it has said before still counts.
     pub fn close(&mut self, connection: ConnectionId) {
         let wire = &mut self.outlet.list[connection.0];
         wire.outgoing.clear();
-        if std::mem::take(&mut wire.open) {
-            self.rti.handle_disconnect(self.now, connection, &mut self.outlet);
+        if wire.open && !std::mem::replace(&mut wire.closing, true) {
+            self.rti.handle_end(connection);
+            self.pump(connection);
         }
         self.resume();
     }

@@ -31,7 +31,7 @@ pub struct Inlet<'s> {
     pub(super) ended: bool,
     /// The message at the front waits for this.
     pub(super) awaits: Option<Awaited>,
-    /// The buffer may hold whole messages that have not been offered.
+    /// The buffer may hold whole messages that have not been consumed.
     pub(super) fresh: bool,
 }
 
@@ -42,13 +42,23 @@ pub(super) enum Awaited {
     Room(ConnectionId),
     /// Input of this connection.
     Input(ConnectionId),
+    /// Input of this connection, or more behind the message.
+    InputOrMore(ConnectionId),
 }
 
 impl Awaited {
     /// The connection where it has to come about.
     pub(super) fn connection(self) -> ConnectionId {
-        let (Self::Room(connection) | Self::Input(connection)) = self;
+        let (Self::Room(connection) | Self::Input(connection) | Self::InputOrMore(connection)) = self;
         connection
+    }
+
+    /// Whether this has come about: room or input.
+    pub(super) fn is(self, what: Self) -> bool {
+        match self {
+            Self::Room(_) | Self::Input(_) => self == what,
+            Self::InputOrMore(connection) => Self::Input(connection) == what,
+        }
     }
 }
 
@@ -128,13 +138,13 @@ impl<'s> Inlet<'s> {
         (self.readable, self.ended, self.awaits, self.fresh) = (true, false, None, false);
     }
 
-    /// Reads once, as much as there is space for.
-    pub(super) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
+    /// Reads once, as much as there is space for. Returns whether more has come, or the end.
+    pub(super) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> bool {
         let space = self.buffer.space();
         let len = space.len().min(READ_BYTES_MAX);
         let space = &mut space[..len];
         if !self.readable || self.ended || space.is_empty() {
-            return;
+            return false;
         }
         self.readable = false;
         match platform.read(socket, space) {
@@ -142,9 +152,20 @@ impl<'s> Inlet<'s> {
                 self.buffer.filled(count);
                 self.fresh = true;
             }
-            Ok(Transfer::WouldBlock) => {}
+            Ok(Transfer::WouldBlock) => return false,
             Ok(Transfer::Closed) | Err(_) => self.ended = true,
         }
+        true
+    }
+
+    /// Whether more is wanted, and there is space for it.
+    pub(super) fn wants_more(&mut self) -> bool {
+        !self.ended && self.reads_on() && !self.buffer.space().is_empty()
+    }
+
+    /// Whether the message at the front, if there is one, does not wait for others alone.
+    pub(super) fn reads_on(&self) -> bool {
+        matches!(self.awaits, None | Some(Awaited::InputOrMore(_)))
     }
 
     /// Reads once and forgets it: for a peer whose connection is closed for the RTI.

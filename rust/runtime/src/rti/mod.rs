@@ -320,7 +320,15 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             self.inlets[index].discard(self.platform, socket);
             return;
         }
-        self.inlets[index].fill(self.platform, socket);
+        let inlet = &mut self.inlets[index];
+        if inlet.fill(self.platform, socket) {
+            if inlet.reads_on() {
+                inlet.awaits = None;
+            }
+            if inlet.ended {
+                self.rti.handle_end(ConnectionId(index));
+            }
+        }
         if self.inlets[index].fresh && self.inlets[index].awaits.is_none() {
             self.offer(index);
             self.let_go_on(Awaited::Input(ConnectionId(index)));
@@ -351,6 +359,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                 }
                 Verdict::Blocked(by) => return self.put_off(index, Awaited::Room(by)),
                 Verdict::Held(until) => return self.put_off(index, Awaited::Input(until)),
+                Verdict::HeldReadOn(until) => return self.put_off(index, Awaited::InputOrMore(until)),
                 Verdict::Closed => {
                     inlet.fresh = false;
                     inlet.buffer.clear();
@@ -384,8 +393,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             return;
         };
         self.closing = self.closing.min(self.outgoings[index].poll_timeout());
-        let inlet = &mut self.inlets[index];
-        let reading = !inlet.ended && inlet.awaits.is_none() && !inlet.buffer.space().is_empty();
+        let reading = self.inlets[index].wants_more();
         self.platform.set_interest(socket, self.outgoings[index].interest(reading));
         if self.has_work(index) {
             self.due.push(self.outgoings, index);
@@ -411,7 +419,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
         for index in 0..self.inlets.len() {
             let inlet = &mut self.inlets[index];
-            if inlet.awaits == Some(awaited) {
+            if inlet.awaits.is_some_and(|awaits| awaits.is(awaited)) {
                 inlet.awaits = None;
                 self.due.push(self.outgoings, index);
             } else if inlet.awaits.is_some_and(|other| other.connection() == on) {

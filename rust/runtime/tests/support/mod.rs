@@ -12,4 +12,5 @@
 pub mod federation;
 pub mod network;
 pub mod node;
+pub mod raw;
 pub mod world;

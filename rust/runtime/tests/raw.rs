@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI's event loop with federates that a tester plays, because no federate of ours does what they do.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use lf_coordination::FederateId;
+use lf_coordination::rti::{AfterLoss, Cause, Outcome};
+use lf_runtime::DELAY_NONE;
+use lf_wire::Tag;
+use lf_wire::june_2026::Message;
+use support::network::Conditions;
+use support::raw::{Tester, config, with_rti};
+
+/// Sends messages to federate 1, each with the announcement of the next.
+fn send(tester: &mut Tester, from: usize, count: i64) {
+    for ns in 1..=count {
+        let tag = tester.at(ns);
+        tester.say(from, &Message::NextEventTag(tag));
+        tester.say(from, &Message::TaggedMessage { port: 0, federate: 1, tag, payload: b"x" });
+    }
+}
+
+/// Takes what comes, gets on with it, and agrees to a stop, until all is granted. Gives how many messages there were.
+fn take_all(tester: &mut Tester, connection: usize) -> usize {
+    let mut count = 0;
+    loop {
+        let mut answer = None;
+        assert!(tester.hear(connection, |message| match message {
+            Message::TaggedMessage { tag, .. } => {
+                answer = Some(Message::LatestTagComplete(*tag));
+                true
+            }
+            Message::StopRequest(tag) => {
+                answer = Some(Message::StopReply(*tag));
+                true
+            }
+            Message::TagGrant(tag) => *tag == Tag::FOREVER,
+            _ => false,
+        }));
+        match answer {
+            Some(answer) => {
+                count += usize::from(matches!(answer, Message::LatestTagComplete(_)));
+                tester.say(connection, &answer);
+            }
+            None => return count,
+        }
+    }
+}
+
+/// The sender is gone, and its answer to a stop cannot come: what it has said is passed on all the same.
+#[test]
+fn what_a_lost_sender_has_said_arrives_though_it_is_held_and_a_stop_is_pending() {
+    for seed in 0..16 {
+        let config = lf_coordination::rti::Config { after_loss: AfterLoss::GoOn, ..config() };
+        let ended = with_rti(config, 3, Conditions::seeded(seed), |tester| {
+            let federates = tester.start(&[&[], &[(0, DELAY_NONE)], &[]]);
+            let [sender, receiver, other] = federates[..] else { panic!("there are three") };
+            send(tester, sender, 20);
+            tester.say(other, &Message::StopRequest(tester.at(1000)));
+            tester.end(sender);
+            assert_eq!(take_all(tester, receiver), 20, "seed {seed}");
+        });
+        let lost = Outcome::Lost { federate: FederateId(0), cause: Cause::ConnectionLost };
+        assert_eq!((ended.outcome, ended.trouble), (Ok(lost), None), "{:?}", ended.notices);
+    }
+}

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An RTI whose federates one tester plays, message by message: for what no federate of ours does by itself.
+
+use std::net::SocketAddrV4;
+use std::sync::Mutex;
+
+use lf_coordination::Deadline;
+use lf_coordination::rti::{ClockSync, Config, Outcome};
+use lf_model::time::{Instant, Interval};
+use lf_owned_messages::encoded;
+use lf_rti_memory::{Memory, Sizes};
+use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
+use lf_virtual_network::address_of;
+use lf_wire::june_2026::{Decoded, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{Limits, Tag};
+
+use super::federation::{PORT, RTI};
+use super::network::Conditions;
+use super::world::{Trouble, VirtualPlatform, World};
+
+const ID: &[u8] = b"raw";
+/// Longest payload that the RTI takes.
+pub const PAYLOAD_BYTES_MAX: usize = 100;
+/// How long the tester waits for anything.
+const PATIENCE: Interval = Interval::from_secs(120);
+
+/// Without clock synchronization.
+pub fn config() -> Config<'static> {
+    Config { clock_sync: ClockSync::Off, ..Config::new(ID, PAYLOAD_BYTES_MAX) }
+}
+
+/// How the RTI ended, and what it said meanwhile.
+#[derive(Debug)]
+pub struct Ended {
+    pub outcome: Result<Outcome, RunError>,
+    pub notices: Vec<String>,
+    pub trouble: Option<Trouble>,
+}
+
+/// All federates of an RTI, and whoever else connects to it.
+pub struct Tester {
+    platform: VirtualPlatform,
+    /// The connections, and what has come on each and has not been heard.
+    connections: Vec<(SocketId, Vec<u8>)>,
+    start: i64,
+}
+
+/// Runs an RTI for so many federates, with some connections to spare, to its end; `act` plays all others.
+pub fn with_rti(
+    config: Config<'static>,
+    federates: usize,
+    conditions: Conditions,
+    act: impl FnOnce(&mut Tester) + Send,
+) -> Ended {
+    let world = World::new(conditions);
+    let rti = world.join(Interval::ZERO, Interval::ZERO);
+    // By then the RTI listens.
+    let tester = world.join(Interval::from_millis(1), Interval::ZERO);
+    let notices = Mutex::new(Vec::new());
+    let outcome = std::thread::scope(|scope| {
+        let notices = &notices;
+        let outcome = scope.spawn(move || {
+            let mut platform = rti;
+            platform.begin();
+            run(&mut platform, config, federates, notices)
+        });
+        scope.spawn(move || {
+            let mut platform = tester;
+            platform.begin();
+            act(&mut Tester { platform, connections: Vec::new(), start: 0 });
+        });
+        world.start();
+        outcome.join().unwrap()
+    });
+    Ended { outcome, notices: notices.into_inner().unwrap(), trouble: world.trouble() }
+}
+
+fn run(
+    platform: &mut VirtualPlatform,
+    config: Config<'static>,
+    federates: usize,
+    notices: &Mutex<Vec<String>>,
+) -> Result<Outcome, RunError> {
+    let listener = platform.listen(PORT).unwrap();
+    let (connections, bytes) = (federates + 2, config.message_bytes_max(federates));
+    let mut buffers: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
+    let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
+        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+    let mut memory = Memory::new(Sizes { federates, connections, upstream: federates, in_transit: 64 });
+    let setup =
+        RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings, datagrams: None };
+    run_rti(platform, setup, listener, &mut |notice| notices.lock().unwrap().push(notice.to_string()))
+}
+
+impl Tester {
+    /// A new connection, by its number.
+    pub fn connect(&mut self) -> usize {
+        let socket = self.platform.connect(SocketAddrV4::new(address_of(RTI), PORT)).unwrap();
+        self.wait_for(socket, Interest::WRITE, |platform| platform.connected(socket).ok());
+        self.connections.push((socket, Vec::new()));
+        self.connections.len() - 1
+    }
+
+    /// Connections of federates with these upstream federates and delays, who have all joined and know the start.
+    pub fn start(&mut self, upstream: &[&[(u16, i64)]]) -> Vec<usize> {
+        let join = |(upstream, id): (&&[(u16, i64)], u16)| {
+            let connection = self.connect();
+            self.say(connection, &Message::FedIds { federate: id, federation_id: ID });
+            self.say(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
+            self.say(connection, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
+            self.hear(connection, |message| *message == Message::Ack);
+            connection
+        };
+        let connections: Vec<_> = upstream.iter().zip(0..).map(join).collect();
+        for connection in &connections {
+            self.say(*connection, &Message::Timestamp(0));
+        }
+        let mut start = 0;
+        for connection in &connections {
+            self.hear(*connection, |message| match message {
+                Message::Timestamp(time) => {
+                    start = *time;
+                    true
+                }
+                _ => false,
+            });
+        }
+        self.start = start;
+        connections
+    }
+
+    /// A tag so many nanoseconds after the start.
+    pub fn at(&self, ns: i64) -> Tag {
+        Tag::new(self.start + ns, 0)
+    }
+
+    /// Sends a message, and waits until the network has taken it.
+    pub fn say(&mut self, connection: usize, message: &Message<'_>) {
+        self.say_bytes(connection, &encoded(message));
+    }
+
+    pub fn say_bytes(&mut self, connection: usize, bytes: &[u8]) {
+        let socket = self.connections[connection].0;
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let count =
+                self.wait_for(socket, Interest::WRITE, |platform| match platform.write(socket, rest).unwrap() {
+                    Transfer::Bytes(count) => Some(count),
+                    Transfer::WouldBlock => None,
+                    Transfer::Closed => panic!("the connection is closed"),
+                });
+            rest = &rest[count..];
+        }
+    }
+
+    /// Takes messages of a connection until one is `enough`, or the RTI has closed it. Returns whether one was.
+    pub fn hear(&mut self, connection: usize, mut enough: impl FnMut(&Message<'_>) -> bool) -> bool {
+        loop {
+            let (socket, bytes) = &mut self.connections[connection];
+            while let Ok(Decoded::Complete { message, len }) = decode(bytes, &Limits::NONE) {
+                let is_enough = enough(&message);
+                bytes.drain(..len);
+                if is_enough {
+                    return true;
+                }
+            }
+            let socket = *socket;
+            let more = self.wait_for(socket, Interest::READ, |platform| {
+                let mut buffer = [0; 64];
+                match platform.read(socket, &mut buffer) {
+                    Ok(Transfer::Bytes(count)) => Some(buffer[..count].to_vec()),
+                    Ok(Transfer::WouldBlock) => None,
+                    Ok(Transfer::Closed) | Err(_) => Some(Vec::new()),
+                }
+            });
+            if more.is_empty() {
+                return false;
+            }
+            self.connections[connection].1.extend(more);
+        }
+    }
+
+    /// Ends this direction of a connection. To close it could reset it, and then what is on its way would be lost.
+    pub fn end(&mut self, connection: usize) {
+        self.platform.shut_down_writing(self.connections[connection].0);
+    }
+
+    pub fn close(&mut self, connection: usize) {
+        self.platform.close(self.connections[connection].0);
+    }
+
+    /// Lets so much virtual time pass.
+    pub fn pass(&mut self, time: Interval) {
+        let until = self.platform.now() + time;
+        while self.now() < until {
+            self.platform.wait(Deadline::At(until), &mut |_, _| {});
+        }
+    }
+
+    pub fn now(&mut self) -> Instant {
+        self.platform.now()
+    }
+
+    /// Asks again and again, as the socket becomes ready, until there is something.
+    fn wait_for<T>(
+        &mut self,
+        socket: SocketId,
+        interest: Interest,
+        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
+    ) -> T {
+        let until = self.now() + PATIENCE;
+        loop {
+            if let Some(found) = ask(&mut self.platform) {
+                self.platform.set_interest(socket, Interest::NONE);
+                return found;
+            }
+            assert!(!self.platform.interrupted() && self.now() < until, "the RTI does nothing");
+            self.platform.set_interest(socket, interest);
+            self.platform.wait(Deadline::At(until), &mut |_, _| {});
+        }
+    }
+}
