@@ -156,7 +156,7 @@ fn what_was_not_transmitted_is_replaced_by_what_says_more() {
         federate.next_event(NOW, ms(time));
         federate.begin(ms(time)).unwrap();
         if time % 100 == 0 {
-            federate.sent(ms(time));
+            federate.sent();
         }
         federate.complete(true);
     }
@@ -173,7 +173,7 @@ fn a_source_waits_until_the_rti_has_taken_its_messages() {
         let mut tags = 0;
         while federate.next_event(NOW, ms(from + tags)) {
             federate.begin(ms(from + tags)).unwrap();
-            federate.sent(ms(from + tags));
+            federate.sent();
             federate.complete(false);
             questions +=
                 drain(federate).iter().filter(|message| **message == Message::AddressQuery { federate: 1 }).count();
@@ -202,6 +202,31 @@ fn a_dnet_at_the_skipped_net_is_not_earlier() {
     assert_eq!(drain(&mut federate), [net(ms(10))]);
     federate.handle_message(NOW, dnet(Tag::NEVER)).unwrap();
     assert_eq!(drain(&mut federate), []);
+}
+
+/// The RTI knows what the receiver of a message needs as soon as it forwards it, and asks for that; nothing else does.
+#[test]
+fn what_was_left_out_behind_a_message_is_told_when_the_rti_asks_for_it() {
+    let mut federate = started(config(&[], DOWNSTREAM));
+    federate.handle_message(NOW, Message::DownstreamNextEventTag(to_wire(Tag::FOREVER))).unwrap();
+    let step = |federate: &mut Federate<'static>, at: i64| {
+        assert!(federate.next_event(NOW, ms(at)));
+        let said = drain(federate);
+        federate.begin(ms(at)).unwrap();
+        said
+    };
+    assert_eq!(step(&mut federate, 0), []);
+    // With an `after` of 25 ms.
+    federate.sent();
+    federate.complete(false);
+    // That it has left the tag of the message is told in any case.
+    assert_eq!(step(&mut federate, 10), [net(ms(10))]);
+    for at in [20, 30] {
+        federate.complete(false);
+        assert_eq!(step(&mut federate, at), []);
+    }
+    federate.handle_message(NOW, Message::DownstreamNextEventTag(to_wire(ms(25)))).unwrap();
+    assert_eq!(drain(&mut federate), [net(ms(30))]);
 }
 
 #[test]

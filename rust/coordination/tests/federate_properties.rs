@@ -40,7 +40,7 @@ enum Deed {
     NextEvent(Tag),
     Begin(Tag),
     Complete(bool),
-    Sent(Tag),
+    Sent,
     RequestStop(Tag),
     LimitStop(Tag),
     Finish,
@@ -65,7 +65,7 @@ fn any_deed() -> impl Strategy<Value = Deed> {
         8 => any_tag().prop_map(Deed::NextEvent),
         8 => any_tag().prop_map(Deed::Begin),
         4 => any::<bool>().prop_map(Deed::Complete),
-        2 => any_tag().prop_map(Deed::Sent),
+        2 => Just(Deed::Sent),
         1 => any_tag().prop_map(Deed::RequestStop),
         1 => any_tag().prop_map(Deed::LimitStop),
         1 => prop_oneof![Just(Deed::Finish), Just(Deed::Fail), Just(Deed::Disconnected)],
@@ -124,7 +124,7 @@ fn act(federate: &mut Federate<'_>, now: Instant, deed: &Deed) -> bool {
         Deed::NextEvent(tag) => drop(federate.next_event(now, *tag)),
         Deed::Begin(tag) => return federate.begin(*tag).is_ok(),
         Deed::Complete(input) => federate.complete(*input),
-        Deed::Sent(tag) => federate.sent(*tag),
+        Deed::Sent => federate.sent(),
         Deed::RequestStop(tag) => federate.request_stop(*tag),
         Deed::LimitStop(tag) => federate.limit_stop(*tag),
         Deed::Finish => federate.finish(),
@@ -323,7 +323,7 @@ impl Loop {
         if tag < Tag::FOREVER && self.federate.may_advance(tag) {
             self.federate.begin(tag).unwrap();
             self.events.remove(&tag);
-            self.federate.sent(tag);
+            self.federate.sent();
             let input = self.inputs.remove(&tag);
             self.federate.complete(input);
         }

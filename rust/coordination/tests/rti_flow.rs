@@ -5,7 +5,8 @@ mod rti_support;
 
 use lf_coordination::FederateId;
 use lf_coordination::rti::{Cause, Config, ConnectionId, Outcome, Status};
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
+use lf_wire::{Limits, Tag};
 use rti_support::dialogue::{at, chain, config, message, read, started};
 use rti_support::{Awaited, Sizes, World};
 
@@ -112,6 +113,36 @@ fn an_event_that_is_not_announced_holds_nothing_back() {
     world.message(connections[1], &Message::LatestTagComplete(at(50)));
     world.message(connections[1], &message(2, 60, b"unannounced"));
     assert_eq!(is_held(&world, connections[1]), None);
+}
+
+/// Federates rely on this DNET: they do not count a message that they have sent as one.
+#[test]
+fn who_sends_a_message_is_asked_for_what_its_receiver_needs_then() {
+    // 0 → 1 → 2, and 0 → 2 after 30 ns.
+    let upstream = [vec![], vec![(0, DELAY_NONE)], vec![(1, DELAY_NONE), (0, 30)]];
+    let (mut world, connections) = started(config(), Sizes::ample(3), &upstream);
+    for connection in [connections[2], connections[1], connections[0]] {
+        let next = if connection == connections[0] { at(5) } else { Tag::FOREVER };
+        world.message(connection, &Message::NextEventTag(next));
+    }
+    let asked = |world: &mut World| -> Vec<_> {
+        let said = world.take(connections[0], usize::MAX);
+        let mut rest = &said[..];
+        std::iter::from_fn(|| match decode(rest, &Limits::NONE) {
+            Ok(Decoded::Complete { message: Message::DownstreamNextEventTag(tag), len }) => {
+                rest = &rest[len..];
+                Some(tag)
+            }
+            _ => None,
+        })
+        .collect()
+    };
+    assert_eq!(asked(&mut world).last(), Some(&Tag::FOREVER));
+    // By way of 1, what 0 does at 35 can reach 2 at once.
+    world.message(connections[0], &message(2, 35, b""));
+    assert_eq!(asked(&mut world), [at(35)]);
+    world.message(connections[0], &message(1, 5, b""));
+    assert_eq!(asked(&mut world), [at(5)]);
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub(crate) enum Deed {
     /// Begins what it was told that may be begun.
     BeginIfAllowed(Tag),
     Complete(bool),
-    Sent(Tag),
+    Sent,
     RequestStop(Tag),
     LimitStop(Tag),
     Finish,
@@ -60,7 +60,7 @@ impl Deed {
             180..184 => Self::Begin(tag(input, start)?),
             184..215 => Self::BeginIfAllowed(tag(input, start)?),
             215..235 => Self::Complete(bool::arbitrary(input)?),
-            235..245 => Self::Sent(tag(input, start)?),
+            235..245 => Self::Sent,
             245..248 => Self::RequestStop(tag(input, start)?),
             248..251 => Self::LimitStop(tag(input, start)?),
             251..253 => Self::Finish,
@@ -81,7 +81,7 @@ impl Deed {
             Self::BeginIfAllowed(tag) if federate.may_advance(*tag) => return federate.begin(*tag).is_ok(),
             Self::BeginIfAllowed(_) | Self::Transmit(_) => {}
             Self::Complete(input) => federate.complete(*input),
-            Self::Sent(tag) => federate.sent(*tag),
+            Self::Sent => federate.sent(),
             Self::RequestStop(tag) => federate.request_stop(*tag),
             Self::LimitStop(tag) => federate.limit_stop(*tag),
             Self::Finish => federate.finish(),

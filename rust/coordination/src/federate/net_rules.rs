@@ -4,6 +4,15 @@
 //! The rules are those of the stock federate, but for NETs that it sends twice: what the RTI knows is not told again.
 //! A DNET says that no NET up to and including it matters to anybody downstream.
 //!
+//! One rule is left out. The stock federate also takes a message that it sends for a DNET of that tag, as its receiver
+//! will need the NETs up to there. But the RTI, the stock one too, knows that as soon as it forwards the message: the
+//! receiver's next event is that of the message, where it was later, and each change of a next event sends those
+//! upstream of it their new DNETs. It withholds one only where it knows a later NET already, and what it knows of a
+//! sender when it forwards its message is not later than the tag at which that was sent, so not later than this DNET.
+//! Then what was left out meanwhile is told. So nobody waits for more than that, and what both sides take for the last
+//! DNET stays the same, for the RTI does not send the same one twice. The federates of the model check do without the
+//! rule, too.
+//!
 //! Two rules are added. The NET after a tag with messages is told in any case. Only then the RTI knows that this
 //! federate has left that tag, and can tell a receiver that is too far behind from one whose messages have tags to
 //! come.
@@ -24,7 +33,7 @@ pub(super) struct NetRules {
     has_downstream: bool,
     /// The last TAG.
     granted: Tag,
-    /// The last DNET, lowered by the messages that this federate has sent since.
+    /// The last DNET.
     dnet: Tag,
     any_dnet: bool,
     /// The last NET that was due, or what the RTI made of it: it lowers a NET when it forwards an earlier message.
@@ -140,9 +149,8 @@ impl NetRules {
         self.told = self.told.filter(|told| *told <= tag);
     }
 
-    /// A message with this tag goes out: its receiver's next event is not later, whatever the RTI has said before.
-    pub(super) fn message_sent(&mut self, tag: Tag) {
-        self.dnet = self.dnet.min(tag);
+    /// A message goes out.
+    pub(super) fn message_sent(&mut self) {
         self.untold = Some(self.current);
     }
 

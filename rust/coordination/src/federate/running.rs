@@ -86,9 +86,9 @@ impl Federate<'_> {
         }
     }
 
-    /// A tagged message with this tag has been put into the out-buffer.
-    pub fn sent(&mut self, tag: Tag) {
-        self.net.message_sent(tag);
+    /// A tagged message has been put into the out-buffer.
+    pub fn sent(&mut self) {
+        self.net.message_sent();
         self.pace.message_sent();
     }
 

@@ -140,7 +140,7 @@ impl<'a> Driver<'a> {
         if sends(self.fired) && self.federate.may_send(tag) {
             let payload = self.fired.to_le_bytes();
             self.push(&Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(tag), payload: &payload });
-            self.federate.sent(tag);
+            self.federate.sent();
         }
     }
 

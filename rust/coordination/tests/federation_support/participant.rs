@@ -201,7 +201,7 @@ impl Participant {
         if let Some(value) = self.graph.value(port, offset, open.fires, &open.inputs) {
             let payload = value.to_le_bytes();
             self.outgoing.extend(encoded(&Message::TaggedMessage { port, federate, tag, payload: &payload }));
-            self.federate.sent(at);
+            self.federate.sent();
         } else if self.graph.tells_absence(edge) {
             self.outgoing.extend(encoded(&Message::PortAbsent { port, federate, tag }));
         }

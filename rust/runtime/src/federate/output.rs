@@ -139,7 +139,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
                 .push_tagged_with(output.port, output.federate, tag, output.max_len, |bytes| message.encode(bytes));
         match pushed {
             Ok(_) => {
-                self.machine.sent(message.tag);
+                self.machine.sent();
                 Ok(())
             }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
