@@ -20,6 +20,9 @@ const PPB: i32 = 1_000_000_000;
 /// ([`ClockCorrection::with_offset`]); this is the only step. Whatever is learnt afterwards only changes the rate
 /// ([`ClockCorrection::slew`], [`ClockCorrection::set_drift`]), and no rate is below zero: physical time never runs
 /// backwards. In integers throughout, exact to 1 ns per change of rate.
+///
+/// Between changes, physical time is one rising line, or two where an error comes to be made up for, and is rounded
+/// down once: so it does not run backwards by a rounding either, and [`ClockCorrection::local`] is exact.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ClockCorrection {
     /// Where the present stretch of constant rate began, by the own clock.
@@ -58,27 +61,28 @@ impl ClockCorrection {
     /// change of rate.
     pub fn physical(&self, local: Instant) -> Instant {
         let elapsed = local.as_nanos().saturating_sub(self.local);
-        let drifted = elapsed.saturating_add(scale(elapsed, self.drift_ppb));
-        Instant(self.physical.saturating_add(drifted).saturating_add(self.made_up(elapsed)))
+        let (ppb, made_up) = if self.is_made_up(elapsed) {
+            (self.drift_ppb, if elapsed < 0 { 0 } else { self.error })
+        } else {
+            (self.slewing_ppb(), 0)
+        };
+        let advanced = elapsed.saturating_add(scale(elapsed, ppb)).saturating_add(made_up);
+        Instant(self.physical.saturating_add(advanced))
     }
 
-    /// A reading of the own clock at which physical time has reached `physical`, to wait for.
-    ///
-    /// Exact to some nanoseconds, and rather too early: waiting, asking [`ClockCorrection::physical`] and waiting again
-    /// comes to an end after a few rounds, however long ago the rate has changed, and never too late by more than 1 ns.
+    /// The earliest reading of the own clock at which physical time has reached `physical`, to wait for.
     pub fn local(&self, physical: Instant) -> Instant {
         let ahead = physical.as_nanos().saturating_sub(self.physical);
         let elapsed = if ahead <= 0 {
-            ahead
+            unscale(ahead, self.drift_ppb)
         } else {
             // First the error is made up for, then time goes on without.
             let slewing = unscale(self.error.saturating_abs(), SLEW_PPB_MAX - PPB);
-            let slewed = slewing.saturating_add(scale(slewing, self.drift_ppb)).saturating_add(self.error);
-            if ahead < slewed || slewed < 0 {
-                let slew_ppb = if self.error < 0 { -SLEW_PPB_MAX } else { SLEW_PPB_MAX };
-                unscale(ahead, self.drift_ppb.saturating_add(slew_ppb))
+            let meanwhile = unscale(ahead, self.slewing_ppb());
+            if meanwhile < slewing {
+                meanwhile
             } else {
-                slewing.saturating_add(unscale(ahead.saturating_sub(slewed), self.drift_ppb))
+                unscale(ahead.saturating_sub(self.error), self.drift_ppb).max(slewing)
             }
         };
         Instant(self.local.saturating_add(elapsed))
@@ -126,20 +130,31 @@ impl ClockCorrection {
         let most = scale(elapsed.max(0), SLEW_PPB_MAX);
         self.error.clamp(most.saturating_neg(), most)
     }
+
+    /// Whether nothing of the error is being made up for after `elapsed` of this stretch.
+    fn is_made_up(&self, elapsed: i64) -> bool {
+        self.error == 0 || elapsed < 0 || self.made_up(elapsed) == self.error
+    }
+
+    /// How much faster physical time is than the own clock while the error is made up for.
+    fn slewing_ppb(&self) -> i32 {
+        self.drift_ppb.saturating_add(if self.error < 0 { -SLEW_PPB_MAX } else { SLEW_PPB_MAX })
+    }
 }
 
-/// `nanos` × `ppb` / 10⁹, without overflow for any rate of less than 1.
+/// `nanos` × `ppb` / 10⁹, rounded down, without overflow for any rate of less than 1.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
     let ppb = i64::from(ppb);
-    let (whole, rest) = (nanos / BILLION, nanos % BILLION);
-    whole.saturating_mul(ppb).saturating_add(rest * ppb / BILLION)
+    let (whole, rest) = (nanos.div_euclid(BILLION), nanos.rem_euclid(BILLION));
+    whole.saturating_mul(ppb).saturating_add((rest * ppb).div_euclid(BILLION))
 }
 
-/// `nanos` / (1 + `ppb` / 10⁹), rounded down, without overflow for any rate between -1 and 1.
+/// The least number to which its product by `ppb` / 10⁹ is to be added to come to `nanos`: `nanos` / (1 + `ppb` / 10⁹),
+/// rounded up, without overflow for any rate between -1 and 1.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 fn unscale(nanos: i64, ppb: i32) -> i64 {
     let rate = BILLION.saturating_add(ppb.into()).max(1);
-    let (whole, rest) = (nanos / rate, nanos % rate);
-    whole.saturating_mul(BILLION).saturating_add(rest * BILLION / rate)
+    let (whole, rest) = (nanos.div_euclid(rate), nanos.rem_euclid(rate));
+    whole.saturating_mul(BILLION).saturating_add((rest * BILLION + rate - 1) / rate)
 }
