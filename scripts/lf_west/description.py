@@ -33,6 +33,8 @@ class Rti:
     dnet: bool
     # Whether the federates authenticate.
     auth: bool
+    # After how long the RTI logs what a federate waits for, if at all.
+    log_waits_ns: int | None
 
 
 @dataclass(frozen=True)
@@ -206,6 +208,7 @@ def _rti(item: Any) -> Rti:
         clock_sync_period_ns=_number(item["clock_sync_period_ns"]),
         dnet=_truth(item["dnet"]),
         auth=_truth(item["auth"]),
+        log_waits_ns=None if item["log_waits_ns"] is None else _number(item["log_waits_ns"]),
     )
 
 

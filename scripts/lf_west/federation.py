@@ -86,6 +86,8 @@ def rti_words(rti: Rti, lfz: str, federation_id: str, port: int) -> list[str]:
         words.append("--dnet_disabled")
     if rti.auth:
         words.append("--auth")
+    if rti.log_waits_ns is not None:
+        words += ["--log-waits", f"{rti.log_waits_ns} ns"]
     words += ["--clock_sync", rti.clock_sync]
     if rti.clock_sync == "on":
         words += ["period", str(rti.clock_sync_period_ns)]

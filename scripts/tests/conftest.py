@@ -162,7 +162,7 @@ class World:
             item["joint_rti"] = item["name"] == rti
         said = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
         said |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000}
-        said |= {"dnet": True, "auth": False}
+        said |= {"dnet": True, "auth": False, "log_waits_ns": None}
         if rti is not None and rti not in platforms:
             image = self.participant(0, rti, "native_sim/native/64")
             del image["id"], image["joint_rti"]

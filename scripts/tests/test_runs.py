@@ -236,6 +236,15 @@ def test_clock_sync_can_go_on(world: World) -> None:
     assert planned(world).rti_command()[-6:] == words
 
 
+def test_waits_are_logged_where_the_program_asks_for_it(world: World) -> None:
+    world.program("grid-a", "")
+    source = description.load(world.description).source
+    assert "--log-waits" not in planned(world).rti_command()
+    world.write({**source, "rti": {**source["rti"], "log_waits_ns": 500_000_000}})
+    words = planned(world).rti_command()
+    assert words[words.index("--log-waits") + 1] == "500000000 ns"
+
+
 def test_dnet_can_be_off(world: World) -> None:
     world.program("grid-a", "")
     source = description.load(world.description).source

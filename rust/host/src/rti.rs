@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
-use lf_coordination::rti::{AfterLoss, Config};
+use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_rti_memory::{Memory, Sizes};
@@ -42,6 +42,8 @@ pub struct Options {
     pub dnet: bool,
     /// Whether the others go on when a federate is lost; otherwise the federation is stopped.
     pub go_on_after_loss: bool,
+    /// While the federation runs, it is logged of each participant that waits for longer than this what it waits for.
+    pub log_waits: Option<Interval>,
     /// How long the start waits for a federate that was there and has left; `None`: for ever.
     pub start_barrier_time_out: Option<Interval>,
     /// Files for traces of the messages.
@@ -60,6 +62,7 @@ impl Options {
         Self {
             federates,
             start_barrier_time_out,
+            log_waits: None,
             traces: Vec::new(),
             federation_id: federation_id.to_owned(),
             authentication: false,
@@ -160,6 +163,8 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
         dnet: options.dnet,
         after_loss: if options.go_on_after_loss { AfterLoss::GoOn } else { AfterLoss::StopAll },
         start_barrier_time_out: options.start_barrier_time_out,
+        start_report: Some(START_REPORT),
+        log_waits: options.log_waits,
         ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
     };
     // The longest of all messages: a payload, or the neighbors of a federate that is connected with all others.

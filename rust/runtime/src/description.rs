@@ -94,6 +94,8 @@ pub struct Federation {
     /// The target property `advance-message-interval`: how often the federate tells how far it has got while its
     /// outputs depend on physical actions; longer than 0.
     pub advance_interval: Interval,
+    /// The target property `log-waits`: after how long it is said what a running federate waits for, if at all.
+    pub log_waits: Option<Interval>,
     /// Bytes of the receive buffer, at least [`buffer_bytes`] of the longest payload that can come.
     pub input_bytes: usize,
     /// Bytes of the send buffer, at least [`buffer_bytes`] of the longest payload that can be sent.

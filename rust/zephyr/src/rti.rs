@@ -11,8 +11,10 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 pub use lf_coordination::rti::ClockSync;
-use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, Slot};
-use lf_model::time::Tag;
+use lf_coordination::rti::{
+    AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, START_REPORT, Slot,
+};
+use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
@@ -35,6 +37,8 @@ pub struct Description {
     pub clock_sync: ClockSync,
     /// Whether federates are told which of their next events nobody waits for.
     pub dnet: bool,
+    /// After how long it is logged what a running federate waits for, if at all.
+    pub log_waits: Option<Interval>,
     /// How much is logged.
     pub logging: LevelFilter,
     /// Bytes of the longest payload that is passed on.
@@ -47,6 +51,8 @@ impl Description {
         config.authentication = self.authentication;
         config.clock_sync = self.clock_sync;
         config.dnet = self.dnet;
+        config.start_report = Some(START_REPORT);
+        config.log_waits = self.log_waits;
         config.after_loss = AfterLoss::StopAll;
         config
     }

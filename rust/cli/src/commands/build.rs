@@ -58,6 +58,7 @@ fn description(built: &Built) -> Value {
         json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
             "port": built.rti.port.unwrap_or(rti.port), "federation_id": rti.federation_id,
             "federates": built.plan.federates.len(), "clock_sync": target.clock_sync,
+            "log_waits_ns": target.log_waits_ns,
             "clock_sync_trials": target.clock_sync_trials,
             "clock_sync_period_ns": target.clock_sync_period_ns, "dnet": target.dnet, "auth": target.authentication })
     });
@@ -156,7 +157,7 @@ federated reactor at example.com:4242 {
             value["rti"],
             json!({ "host": "example.com", "port": 4242, "federation_id": "Pair",
                 "federates": 2, "clock_sync": "init", "clock_sync_trials": 7,
-                "clock_sync_period_ns": 5_000_000, "dnet": true, "auth": true })
+                "clock_sync_period_ns": 5_000_000, "dnet": true, "auth": true, "log_waits_ns": null })
         );
         let first = &value["participants"][0];
         assert_eq!((&first["id"], &first["name"]), (&json!(0), &json!("first")));

@@ -81,6 +81,9 @@ fn federation(
             let port = if rti.port == PORT_DEFAULT { 0 } else { rti.port };
             let mut command = guard::command(std::env::current_exe()?)?;
             command.arg("rti");
+            if let Some(ns) = built.plan.target.log_waits_ns {
+                command.args(["--log-waits", &format!("{ns} ns")]);
+            }
             supervisor.start(RTI_NAME, Role::Rti, command.args(rti_options(&built.plan, port, &id)))?;
             supervisor.wait_for_line(listening_port)?
         }

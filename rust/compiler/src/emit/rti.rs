@@ -11,7 +11,7 @@ use quote::quote;
 
 use super::crate_layout::Layout;
 use super::deployment::{Deployment, Platform};
-use super::federate::{clock_sync_trials, interval, log_level};
+use super::federate::{clock_sync_trials, interval, log_level, optional_interval};
 use super::reactor::{is_copy, type_path, type_tokens};
 use super::source_map::FileMap;
 use super::splice::Splices;
@@ -128,6 +128,7 @@ pub(super) fn emit(
             quote!(On { trials: #trials, period: #period })
         }
     };
+    let log_waits = optional_interval(plan.target.log_waits_ns);
     let logging = log_level(plan.target.logging);
     let lengths = payloads.lengths(plan, layout)?;
     let tokens = quote! {
@@ -139,6 +140,7 @@ pub(super) fn emit(
             authentication: #authentication,
             clock_sync: lf::rti::ClockSync::#clock_sync,
             dnet: #dnet,
+            log_waits: #log_waits,
             logging: lf::log::LevelFilter::#logging,
             payload_bytes_max: lf::rti::longest(&[#(#lengths),*]),
         };

@@ -79,6 +79,9 @@ pub struct Target {
     /// `coordination-options: {advance-message-interval}` in nanoseconds: how often a federate whose outputs depend on
     /// physical actions tells how far it has got.
     pub advance_interval_ns: i64,
+    /// `coordination-options: {log-waits}` in nanoseconds: after how long it is logged what a running participant waits
+    /// for, if at all.
+    pub log_waits_ns: Option<i64>,
     /// `DNET`: whether the RTI tells federates which of their next event tags nobody waits for.
     pub dnet: bool,
     /// `auth`: the RTI and the federates prove to each other that they know the federation id.
@@ -112,6 +115,7 @@ impl Default for Target {
             clock_sync_local: false,
             clock_sync_test_offset_ns: 0,
             advance_interval_ns: ADVANCE_INTERVAL_NS_DEFAULT,
+            log_waits_ns: None,
             dnet: true,
             authentication: false,
             joint_rti: false,

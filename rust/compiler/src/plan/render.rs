@@ -90,6 +90,9 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
     if target.advance_interval_ns != ADVANCE_INTERVAL_NS_DEFAULT {
         words.push(format!("advance message interval {}", Time(target.advance_interval_ns)));
     }
+    if let Some(ns) = target.log_waits_ns {
+        words.push(format!("log waits of {}", Time(ns)));
+    }
     if !target.dnet {
         words.push("no DNET".to_owned());
     }

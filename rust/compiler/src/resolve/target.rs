@@ -299,8 +299,14 @@ impl Reader {
         };
         self.unique(properties);
         for Property { key, value } in properties {
-            if key.text != "advance-message-interval" {
-                self.unknown(key, ["advance-message-interval"].into_iter());
+            if key.text == "log-waits" {
+                match self.time(key, value) {
+                    Some(ns) if ns > 0 => self.target.log_waits_ns = Some(ns),
+                    Some(_) => self.bad(key, value, "a time longer than 0"),
+                    None => {}
+                }
+            } else if key.text != "advance-message-interval" {
+                self.unknown(key, ["advance-message-interval", "log-waits"].into_iter());
             } else if matches!(value.kind, PropertyKind::Time(TimeValue::Forever)) {
                 self.bad(key, value, "a time after which progress is told again");
             } else {

@@ -50,6 +50,11 @@ impl<'a> Awaited<'a> {
         self.known().filter(|(input, _)| input.port == port).all(|(_, known)| known >= tag)
     }
 
+    /// The first input of which it is not known what has come up to this tag.
+    pub fn first_unknown(&self, tag: Tag) -> Option<u16> {
+        self.known().find(|(_, known)| *known < tag).map(|(input, _)| input.port)
+    }
+
     pub(super) fn inputs(&mut self) -> impl Iterator<Item = (&AwaitedInput, &mut Tag)> {
         self.inputs.iter().zip(&mut *self.known)
     }

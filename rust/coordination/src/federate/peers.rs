@@ -35,6 +35,11 @@ impl Federate<'_> {
         self.config.peers.get(self.meeting.done).copied().map(FederateId)
     }
 
+    /// The place of the federate to which a connection is to be made next, among those to which this one sends.
+    pub fn next_peer_index(&self) -> Option<usize> {
+        (self.meeting.done < self.config.peers.len()).then_some(self.meeting.done)
+    }
+
     /// Asks for the next address, or goes on to the start barrier when all connections are there.
     pub(super) fn meet(&mut self, now: Instant) {
         self.patience = Deadline::Never;

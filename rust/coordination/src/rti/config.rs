@@ -79,6 +79,11 @@ pub struct Config<'a> {
     pub clock_time_out: Interval,
     /// How long all may take to answer a stop request.
     pub stop_reply_time_out: Interval,
+    /// After how long it is said for whom the start waits, again and again after longer pauses; `None`: never.
+    pub start_report: Option<Interval>,
+    /// While the federation runs, it is said of each federate that waits for longer than this what it waits for;
+    /// `None`: never. Longer than 0.
+    pub log_waits: Option<Interval>,
     /// How long the start waits after the first loss of a federate before it; `None`: for ever.
     pub start_barrier_time_out: Option<Interval>,
     /// How many different tags with messages a federate may have before it while more are passed on to it from senders
@@ -102,6 +107,8 @@ impl<'a> Config<'a> {
             connection_time_out: CONNECTION_TIME_OUT,
             clock_time_out: CLOCK_TIME_OUT,
             stop_reply_time_out: STOP_REPLY_TIME_OUT,
+            start_report: None,
+            log_waits: None,
             start_barrier_time_out: Some(START_BARRIER_TIME_OUT),
             window: WINDOW,
             payload_bytes_max,

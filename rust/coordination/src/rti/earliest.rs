@@ -68,6 +68,12 @@ impl Graph<'_> {
         self.earliest(federate, Side::Incoming)
     }
 
+    /// The federate from which that message may come: the one because of which nothing later can be granted.
+    pub(super) fn earliest_source(&self, federate: usize) -> Option<usize> {
+        let row = self.nodes[federate].incoming;
+        (row.len > 0).then(|| self.other_end(row, self.winner(row, 1)))
+    }
+
     /// The latest tag of a federate that can matter to any other federate downstream, by its next event. Up to date
     /// only if DNETs are sent.
     pub(super) fn earliest_needed(&self, federate: usize) -> Tag {

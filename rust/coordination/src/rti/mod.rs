@@ -47,6 +47,7 @@ mod stop;
 mod storage;
 mod strangers;
 mod suspend;
+mod watch;
 mod window;
 
 use core::fmt;
@@ -65,6 +66,7 @@ pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
 pub use path::PathWords;
 pub use storage::{Connection, RtiStorage, Slot};
 pub use suspend::Suspended;
+pub use watch::{Progress, START_REPORT};
 
 use crate::{Deadline, FederateId};
 use barrier::Barrier;
@@ -75,6 +77,7 @@ use in_transit::InTransit;
 use lf_model::time::Tag;
 use stop::Stop;
 use storage::{Membership, Phase};
+use watch::Watch;
 
 /// How a federation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,6 +148,7 @@ pub struct Rti<'s> {
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
     rounds: Rounds,
+    watch: Watch,
     aborted: bool,
 }
 
@@ -176,6 +180,7 @@ impl<'s> Rti<'s> {
             loss: None,
             barrier: Barrier::default(),
             rounds: Rounds::default(),
+            watch: Watch::default(),
             aborted: false,
         })
     }
@@ -215,7 +220,8 @@ impl<'s> Rti<'s> {
     /// When [`handle_timeout`](Self::handle_timeout) is to be called.
     pub fn poll_timeout(&self) -> Deadline {
         let ends = self.patience.min(self.idle.deadline());
-        ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into())
+        let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
+        ends.min(self.watch_deadline())
     }
 
     /// When the first of the federates that are there will have an event, as far as they have said: then they are
@@ -246,6 +252,9 @@ impl<'s> Rti<'s> {
             self.give_up_start(outlet);
         }
         self.limit_start(now);
+        if self.watch_deadline().is_due(now) {
+            self.look(now, outlet);
+        }
         if self.idle.deadline().is_due(now) {
             self.tell_idleness(now, outlet);
         }
@@ -258,10 +267,15 @@ impl<'s> Rti<'s> {
         }
     }
 
-    /// The federate that has joined over this connection and is still there.
+    /// As [`federate_on`](Self::federate_on), as the place of its slot.
     fn joined_on(&self, connection: ConnectionId) -> Option<usize> {
         let known = self.connections.get(connection.0)?;
         known.federate.filter(|_| known.phase == Phase::Joined).map(usize::from)
+    }
+
+    /// The federate that has joined over this connection and is still there.
+    pub fn federate_on(&self, connection: ConnectionId) -> Option<FederateId> {
+        self.joined_on(connection).map(id)
     }
 
     /// The connection of a federate that is part of the federation.

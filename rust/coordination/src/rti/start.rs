@@ -5,6 +5,7 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::MessageType;
 
 use super::storage::Membership;
+use super::watch::Watch;
 use super::{Notice, Outlet, Rti, START_DELAY, Violation};
 
 impl Rti<'_> {
@@ -28,6 +29,7 @@ impl Rti<'_> {
         }
         let start = start_time(latest, self.config.start_time_multiple);
         self.start = Some(start);
+        self.watch = Watch::default();
         self.graph.find_paths();
         outlet.notice(Notice::Started(start));
         self.broadcast(|_| true, |pending| pending.start = true, outlet);

@@ -33,6 +33,10 @@ impl Stop {
         self.granted.then_some(self.tag)
     }
 
+    pub(super) fn is_requested(&self) -> bool {
+        self.requested
+    }
+
     pub(super) fn deadline(&self) -> Option<Instant> {
         self.deadline
     }

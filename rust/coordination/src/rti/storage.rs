@@ -9,6 +9,7 @@ use super::graph::Node;
 use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 use super::path::PathWords;
+use super::watch::Seen;
 use crate::auth::Nonce;
 use crate::clock_sync::Poll;
 use crate::in_turn;
@@ -116,6 +117,8 @@ pub struct Slot {
     pub(super) udp_port: u16,
     /// The rounds of its clock synchronization.
     pub(super) poll: Poll,
+    /// What it waits for, if that is looked at.
+    pub(super) seen: Seen,
 }
 
 impl Slot {
@@ -136,6 +139,7 @@ impl Slot {
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
         poll: Poll::NONE,
+        seen: Seen::NOTHING,
     };
 
     /// Whether the federate wants to be told of a stop in its turn.

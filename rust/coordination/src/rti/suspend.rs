@@ -10,6 +10,7 @@ use super::config::SetupError;
 use super::graph::Graph;
 use super::idle::Idle;
 use super::stop::Stop;
+use super::watch::Watch;
 use super::{Cause, Config, Rti, RtiStorage};
 use crate::FederateId;
 
@@ -51,6 +52,7 @@ impl<'s> Rti<'s> {
             loss,
             barrier,
             rounds,
+            watch: _,
             aborted,
         } = self;
         Suspended { start, stop, idle, loss, barrier, rounds, aborted }
@@ -84,6 +86,7 @@ impl<'s> Rti<'s> {
             loss,
             barrier,
             rounds,
+            watch: Watch::default(),
             aborted,
         })
     }

@@ -10,6 +10,7 @@ mod peers;
 mod stuck;
 mod tags;
 mod visitors;
+mod waiting;
 mod waits;
 
 use core::fmt;
@@ -35,6 +36,7 @@ use link::{Arrival, Link};
 pub(crate) use peers::Peers;
 pub use peers::{Inbound, Outbound};
 use tags::Advance;
+use waiting::Waiting;
 
 /// How long a federate that has failed tries to tell the RTI, and any federate tries to tell its peers.
 const LAST_WORDS: Interval = Interval::from_secs(1);
@@ -150,6 +152,7 @@ pub struct FederateLoop<'a, 's, P> {
     silent: bool,
     /// With decentralized coordination.
     late: Late,
+    waiting: Waiting,
     stage: Stage,
 }
 
@@ -235,6 +238,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             federation_id: join.federation_id,
             silent: false,
             late: Late::default(),
+            waiting: Waiting::default(),
             stage: Stage::Taking,
         })
     }
@@ -415,7 +419,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         self.link.set_interest(self.platform);
         self.peers.set_interest(self.platform, running);
         let sockets = self.link.poll_timeout().min(self.peers.poll_timeout::<P>(running));
-        event.min(self.machine.poll_timeout()).min(sockets)
+        let report = self.report_wait(advance);
+        event.min(self.machine.poll_timeout()).min(sockets).min(report)
     }
 
     /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when

@@ -31,6 +31,10 @@ pub struct Inlet<'s> {
     pub(super) ended: bool,
     /// The message at the front waits for this.
     pub(super) awaits: Option<Awaited>,
+    /// Since when that has been waiting, or one before it that has not been consumed.
+    pub(super) awaits_since: Option<Instant>,
+    /// It was told.
+    pub(super) told: bool,
     /// The buffer may hold whole messages that have not been consumed.
     pub(super) fresh: bool,
 }
@@ -130,12 +134,20 @@ pub(super) enum State {
 impl<'s> Inlet<'s> {
     /// An inlet that keeps what has come in `buffer`, which has to hold the longest message.
     pub fn new(buffer: &'s mut [u8]) -> Self {
-        Self { buffer: InBuffer::new(buffer), readable: false, ended: false, awaits: None, fresh: false }
+        Self {
+            buffer: InBuffer::new(buffer),
+            readable: false,
+            ended: false,
+            awaits: None,
+            awaits_since: None,
+            told: false,
+            fresh: false,
+        }
     }
 
     pub(super) fn reset(&mut self) {
         self.buffer.clear();
-        (self.readable, self.ended, self.awaits, self.fresh) = (true, false, None, false);
+        (self.readable, self.ended, self.awaits, self.awaits_since, self.fresh) = (true, false, None, None, false);
     }
 
     /// Reads once, as much as there is space for. Returns whether more has come, or the end.

@@ -100,6 +100,8 @@ pub struct RtiLoop<'a, 's, P, N> {
     stop_tag: Option<Tag>,
     /// Each connection gets a nonce.
     authentication: bool,
+    /// After how long it is said that messages wait, and when to look whether some do.
+    log_waits: Option<(Interval, Instant)>,
     notices: &'a mut N,
 }
 
@@ -127,6 +129,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
         let mut port = Port::new(platform, datagrams);
         let authentication = config.authentication.is_some();
+        let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
         let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
             check_buffers(rti.message_bytes_max(), inlets, outgoings)?;
             Ok(rti)
@@ -156,6 +159,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             aborted: false,
             stop_tag: None,
             authentication,
+            log_waits,
             notices,
         })
     }
@@ -177,6 +181,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         if self.rti.poll_timeout().is_due(now) {
             self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
         }
+        self.look_for_waits(now);
         if self.stop_tag != self.rti.stop_tag() {
             self.stop_tag = self.rti.stop_tag();
             (0..self.inlets.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
@@ -352,14 +357,17 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                 return;
             }
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
-                Verdict::Consumed(count) => inlet.buffer.consume(count),
+                Verdict::Consumed(count) => {
+                    inlet.buffer.consume(count);
+                    (inlet.awaits_since, inlet.told) = (None, false);
+                }
                 Verdict::Incomplete(_) => {
                     inlet.fresh = false;
                     return;
                 }
-                Verdict::Blocked(by) => return self.put_off(index, Awaited::Room(by)),
-                Verdict::Held(until) => return self.put_off(index, Awaited::Input(until)),
-                Verdict::HeldReadOn(until) => return self.put_off(index, Awaited::InputOrMore(until)),
+                Verdict::Blocked(by) => return self.put_off(now, index, Awaited::Room(by)),
+                Verdict::Held(until) => return self.put_off(now, index, Awaited::Input(until)),
+                Verdict::HeldReadOn(until) => return self.put_off(now, index, Awaited::InputOrMore(until)),
                 Verdict::Closed => {
                     inlet.fresh = false;
                     inlet.buffer.clear();
@@ -400,9 +408,30 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
     }
 
+    /// Says whose messages have been waiting for too long, and for whom, if it is time to look.
+    fn look_for_waits(&mut self, now: Instant) {
+        let Some((interval, due)) = self.log_waits.filter(|(_, due)| *due <= now) else { return };
+        self.log_waits = Some((interval, due.max(now) + Interval((interval.as_nanos() / 4).max(1))));
+        for index in 0..self.inlets.len() {
+            let inlet = &self.inlets[index];
+            let (Some(awaited), Some(since), false) = (inlet.awaits, inlet.awaits_since, inlet.told) else { continue };
+            let lasts = now.since(since);
+            let federates = (self.rti.federate_on(ConnectionId(index)), self.rti.federate_on(awaited.connection()));
+            if let (Some(from), Some(to)) = federates
+                && lasts >= interval
+            {
+                self.inlets[index].told = true;
+                let room = matches!(awaited, Awaited::Room(_));
+                (self.notices)(Notice::SenderWaits { from, to, room, lasts });
+            }
+        }
+    }
+
     /// The message at the front of a connection has to wait.
-    fn put_off(&mut self, index: usize, awaited: Awaited) {
-        self.inlets[index].awaits = Some(awaited);
+    fn put_off(&mut self, now: Instant, index: usize, awaited: Awaited) {
+        let inlet = &mut self.inlets[index];
+        inlet.awaits = Some(awaited);
+        inlet.awaits_since = inlet.awaits_since.or(Some(now));
         let on = awaited.connection();
         if let Some(outgoing) = self.outgoings.get_mut(on.0) {
             outgoing.awaited = true;
@@ -454,6 +483,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         let now = self.platform.now();
         let next_event = self.rti.next_event_after(now);
         self.platform.expect(next_event);
-        self.rti.poll_timeout().min(self.next_round()).min(self.closing).min(accept)
+        let look = self.log_waits.map(|(_, due)| due).into();
+        self.rti.poll_timeout().min(self.next_round()).min(self.closing).min(accept).min(look)
     }
 }

@@ -13,6 +13,9 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. }
         | Notice::MadeWay
+        | Notice::WaitsForGrant { .. }
+        | Notice::StopWaitsFor(_)
+        | Notice::SenderWaits { .. }
         | Notice::Stranger(_)
         | Notice::UnknownType { .. }
         | Notice::InTransitFull(_) => {
@@ -20,6 +23,9 @@ pub fn log_notice(notice: Notice<'_>) {
         }
         Notice::Dropped { .. } => log::debug!("{notice}"),
         Notice::Joined(_)
+        | Notice::StartWaits { .. }
+        | Notice::StartWaitsFor { .. }
+        | Notice::StartWaitsForMore(_)
         | Notice::Started(_)
         | Notice::Resigned(_)
         | Notice::StopRequested(_)

@@ -6,7 +6,7 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome};
+use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_rti_memory::{Memory, Sizes};
@@ -17,6 +17,7 @@ use lf_runtime::{
 };
 use lf_virtual_network::address_of;
 
+use super::lines;
 use super::network::Conditions;
 use super::node::{Behavior, Late, Log, Node, NodeStorage, TardyStorage};
 use super::world::{Fate, Trouble, VirtualPlatform, World};
@@ -64,6 +65,7 @@ pub struct Plan {
     pub authentication: bool,
     /// Federates that authenticate if the RTI does not, and the reverse.
     pub otherwise: BTreeSet<u16>,
+    pub log_waits: Option<Interval>,
     pub after_loss: AfterLoss,
     /// When each federate begins, if not at once.
     pub begins: BTreeMap<u16, Interval>,
@@ -142,6 +144,7 @@ impl Plan {
             federation_id: ID,
             authentication: false,
             otherwise: BTreeSet::new(),
+            log_waits: None,
             after_loss: AfterLoss::GoOn,
             begins: BTreeMap::new(),
             rti_begins: Some(Interval::ZERO),
@@ -187,12 +190,17 @@ pub struct Report {
     pub ended: Vec<Interval>,
     /// Whether each has run its shutdown reaction.
     pub shut_down: Vec<bool>,
+    /// What each has logged at the level of information and above.
+    pub lines: Vec<Vec<String>>,
+    /// What the RTI has said.
+    pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
 }
 
 #[derive(Default)]
 struct Results {
     outcome: Option<Result<Outcome, RunError>>,
+    notices: Vec<String>,
     federates: BTreeMap<u16, (Ran, Interval)>,
 }
 
@@ -204,10 +212,12 @@ pub struct Ran {
     pub late_messages: u64,
     pub lost_messages: u64,
     pub shut_down: bool,
+    pub lines: Vec<String>,
 }
 
 /// Runs a federation to its end.
 pub fn run(plan: &Plan, conditions: Conditions) -> Report {
+    lines::keep();
     let world = World::new(conditions);
     let results = Mutex::new(Results::default());
     let rti = world.join(plan.rti_begins.unwrap_or(Interval::ZERO), Interval::ZERO);
@@ -232,8 +242,10 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
             let mut platform = rti;
             platform.begin();
             if plan.rti_begins.is_some() {
-                let outcome = run_the_rti(plan, &mut platform);
-                results.lock().unwrap().outcome = Some(outcome);
+                let mut notices = Vec::new();
+                let outcome = run_the_rti(plan, &mut platform, &mut notices);
+                let mut results = results.lock().unwrap();
+                (results.outcome, results.notices) = (Some(outcome), notices);
             }
         });
         for (id, mut platform) in federates {
@@ -256,7 +268,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         }
         world.start();
     });
-    let Results { outcome, federates } = results.into_inner().unwrap();
+    let Results { outcome, notices, federates } = results.into_inner().unwrap();
     let mut report = Report {
         outcome,
         results: Vec::new(),
@@ -266,6 +278,8 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         lost_messages: Vec::new(),
         ended: Vec::new(),
         shut_down: Vec::new(),
+        lines: Vec::new(),
+        notices,
         trouble: world.trouble(),
     };
     for (ran, ended) in federates.into_values() {
@@ -276,11 +290,12 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         report.lost_messages.push(ran.lost_messages);
         report.ended.push(ended);
         report.shut_down.push(ran.shut_down);
+        report.lines.push(ran.lines);
     }
     report
 }
 
-fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, RunError> {
+fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<String>) -> Result<Outcome, RunError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;
@@ -293,6 +308,8 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
         config: Config {
             authentication: plan.authentication.then_some(lf_runtime::AUTHENTICATOR),
             after_loss: plan.after_loss,
+            start_report: Some(START_REPORT),
+            log_waits: plan.log_waits,
             clock_sync: RtiClockSync::Init { trials: plan.trials.into() },
             ..Config::new(plan.federation_id, 4)
         },
@@ -301,7 +318,7 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform) -> Result<Outcome, R
         outgoings: &mut outgoings,
         datagrams: None,
     };
-    run_rti(platform, setup, listener, &mut |_| {})
+    run_rti(platform, setup, listener, &mut |notice| notices.push(notice.to_string()))
 }
 
 /// The part of a federate in the federation.
@@ -338,6 +355,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         test_offset: Interval::ZERO,
         physical_delay: plan.nodes[usize::from(id)].physical.then_some(Interval::ZERO).or(physical_delay),
         advance_interval: Interval::from_millis(10),
+        log_waits: plan.log_waits,
         input_bytes: bytes + plan.spare_bytes,
         output_bytes: bytes,
         peers_in: peers_in.into_iter().collect::<Vec<_>>().leak(),
@@ -400,5 +418,13 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
             },
             Err(error) => (Err(error), 0, 0),
         };
-    Ran { result, log: node.log, late: node.late, late_messages, lost_messages, shut_down: node.ended }
+    Ran {
+        result,
+        log: node.log,
+        late: node.late,
+        late_messages,
+        lost_messages,
+        shut_down: node.ended,
+        lines: lines::take(),
+    }
 }

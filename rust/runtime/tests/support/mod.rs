@@ -10,6 +10,7 @@
 )]
 
 pub mod federation;
+pub mod lines;
 pub mod network;
 pub mod node;
 pub mod raw;

@@ -146,6 +146,7 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
         authentication: plan.target.authentication.then_some(lf_runtime::answer_rti),
         physical_delay: federate.physical_delay_ns.map(Interval::from_nanos),
         advance_interval: Interval::from_nanos(plan.target.advance_interval_ns),
+        log_waits: None,
         input_bytes: buffer_bytes(longest_input, neighbors),
         output_bytes: buffer_bytes(longest_output, neighbors),
     }

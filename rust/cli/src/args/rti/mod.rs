@@ -100,6 +100,10 @@ pub struct RtiArgs {
     /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
     #[arg(long)]
     go_on_after_loss: bool,
+    /// While the federation runs, log of each federate that waits for longer than this what it waits for: whose grant,
+    /// or room at whom.
+    #[arg(long, value_name = "TIME", value_parser = log_waits)]
+    log_waits: Option<Interval>,
     /// How long the start waits for a federate that was there and has left; then the federation ends. `off`: for ever.
     #[arg(long, value_name = "TIME", default_value = "60 s", value_parser = start_time_out)]
     start_time_out: TimeOut,
@@ -136,6 +140,7 @@ impl RtiArgs {
             dnet: !self.dnet_disabled,
             go_on_after_loss: self.go_on_after_loss,
             start_barrier_time_out: self.start_time_out.0,
+            log_waits: self.log_waits,
             traces: self.traces(),
             payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
         })
@@ -161,6 +166,11 @@ fn multiple(value: &str, unit: &str) -> Result<Option<Interval>, String> {
     let multiple = time::of_unit(value, unit)?;
     let nanoseconds = i64::try_from(multiple.as_nanos()).unwrap_or(i64::MAX);
     Ok((nanoseconds > 0).then(|| Interval::from_nanos(nanoseconds)))
+}
+
+fn log_waits(text: &str) -> Result<Interval, String> {
+    let nanoseconds = i64::try_from(time::parse(text)?.as_nanos()).unwrap_or(i64::MAX);
+    if nanoseconds > 0 { Ok(Interval::from_nanos(nanoseconds)) } else { Err("give a time longer than 0".to_owned()) }
 }
 
 fn start_time_out(text: &str) -> Result<TimeOut, String> {

@@ -20,7 +20,7 @@ use crate::plan::{
     ClassIndex, Federate, NetworkInput, Plan, Port, PortIndex, Rti, Trigger, TriggerIndex, TriggerKind, Type,
 };
 use symbols::Symbols;
-pub(super) use tables::{clock_sync_trials, interval, log_level};
+pub(super) use tables::{clock_sync_trials, interval, log_level, optional_interval};
 
 /// Emits the module of a federate.
 pub(super) fn emit(

@@ -288,6 +288,7 @@ impl Module<'_> {
         let test_offset = interval(self.plan.target.clock_sync_test_offset_ns.saturating_mul(times));
         let physical_delay = optional_interval(federate.physical_delay_ns);
         let advance_interval = interval(self.plan.target.advance_interval_ns);
+        let log_waits = optional_interval(self.plan.target.log_waits_ns);
         quote! {
             Some(lf::runtime::Federation {
                 id: #id,
@@ -307,6 +308,7 @@ impl Module<'_> {
                 test_offset: #test_offset,
                 physical_delay: #physical_delay,
                 advance_interval: #advance_interval,
+                log_waits: #log_waits,
                 input_bytes: INPUT_BYTES,
                 output_bytes: OUTPUT_BYTES,
                 peer_input_bytes: PEER_INPUT_BYTES,
@@ -392,7 +394,7 @@ pub(in crate::emit) fn interval(ns: i64) -> TokenStream {
     }
 }
 
-fn optional_interval(ns: Option<i64>) -> TokenStream {
+pub(in crate::emit) fn optional_interval(ns: Option<i64>) -> TokenStream {
     match ns {
         None => quote!(None),
         Some(ns) => {

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What participants log: each runs on a thread of its own, so each thread keeps its lines.
+
+use std::cell::RefCell;
+use std::sync::Once;
+
+use log::{LevelFilter, Log, Metadata, Record};
+
+thread_local! {
+    static LINES: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+struct Lines;
+
+impl Log for Lines {
+    fn enabled(&self, _: &Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &Record<'_>) {
+        LINES.with_borrow_mut(|lines| lines.push(record.args().to_string()));
+    }
+
+    fn flush(&self) {}
+}
+
+/// From now on lines are kept.
+pub fn keep() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        // Another logger would only be one that shows more.
+        let _ = log::set_logger(&Lines);
+        log::set_max_level(LevelFilter::Info);
+    });
+}
+
+/// Takes the lines of this thread.
+pub fn take() -> Vec<String> {
+    LINES.take()
+}

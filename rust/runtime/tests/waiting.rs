@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Whoever waits says for whom: before the start in any case, and while the federation runs if it is asked to.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use lf_coordination::rti::AfterLoss;
+use lf_model::time::Interval;
+use lf_runtime::Coordination;
+use support::federation::{Edge, Plan, Report, run};
+use support::network::Conditions;
+use support::node::Behavior;
+use support::world::Fate;
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+
+fn edge(from: u16, to: u16) -> Edge {
+    Edge { from, to, delay: None, physical: false, waits: (Interval::FOREVER, Interval::ZERO) }
+}
+
+/// A sender and a receiver, which has a timer of its own.
+fn pair(sender: Behavior) -> Plan {
+    let receiver = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
+    Plan { timeout: Some(MS(3_000)), ..Plan::new(vec![sender, receiver], vec![edge(0, 1)]) }
+}
+
+fn sender() -> Behavior {
+    Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() }
+}
+
+/// Who has said something that begins and ends like this.
+fn says(lines: &[String], begin: &str, end: &str) -> bool {
+    lines.iter().any(|line| line.starts_with(begin) && line.ends_with(end))
+}
+
+fn assert_says(lines: &[String], begin: &str, end: &str) {
+    assert!(says(lines, begin, end), "{lines:#?}");
+}
+
+fn assert_ends(report: &Report) {
+    assert_eq!(report.trouble, None, "{:?}", report.results);
+}
+
+#[test]
+fn who_finds_no_rti_says_so_before_it_gives_up() {
+    let plan = Plan { rti_begins: Some(Interval::from_secs(12)), ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.lines[0], "waiting for an RTI that answers, for ", " ms");
+}
+
+#[test]
+fn the_start_says_who_is_missing_on_both_sides() {
+    let plan = Plan { begins: [(1, Interval::from_secs(12))].into(), ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.notices, "the start waits for 1 of 2 federates", "");
+    assert_says(&report.notices, "federate 1 has not connected", "");
+    assert_says(&report.lines[0], "waiting for the other federates, of which the RTI says which are missing, for ", "");
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+}
+
+#[test]
+fn who_connects_to_another_federate_names_it() {
+    let late = [(1, Interval::from_secs(12))].into();
+    let plan = Plan { begins: late, coordination: Coordination::Decentralized, ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.lines[0], "waiting for federate 1, to which this one sends directly, for ", " ms");
+}
+
+/// The sender computes for two seconds at a time: the receiver waits for its grants, and both it and the RTI say so.
+#[test]
+fn a_wait_for_a_grant_is_told_where_it_is_asked_for() {
+    let busy = Behavior { timer: Some((Interval::ZERO, MS(2_000))), work: MS(1_900), ..Behavior::default() };
+    let asked = Plan { log_waits: Some(MS(500)), ..pair(busy) };
+    let report = run(&asked, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.lines[1], "waiting for the RTI to grant (T0 + ", "ms");
+    assert_says(&report.notices, "federate 1 has been waiting for ", "");
+    let report = run(&pair(busy), Conditions::seeded(1));
+    assert_ends(&report);
+    assert!(!says(&report.lines[1], "waiting for", "") && !says(&report.notices, "federate 1 has been", ""));
+}
+
+#[test]
+fn a_wait_for_what_another_federate_sends_names_the_connection() {
+    let busy = Behavior { timer: Some((Interval::ZERO, MS(2_000))), work: MS(1_900), ..Behavior::default() };
+    let coordination = Coordination::Decentralized;
+    let plan = Plan { log_waits: Some(MS(500)), coordination, ..pair(busy) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.lines[1], "waiting for what comes over node.in at (T0 + ", "ms");
+}
+
+/// A receiver that computes for long holds its sender up: the RTI names both.
+#[test]
+fn messages_that_wait_for_their_receiver_are_told() {
+    let quick = Behavior { timer: Some((Interval::ZERO, MS(5))), ..Behavior::default() };
+    let slow = Behavior { timer: Some((Interval::ZERO, MS(900))), work: MS(800), ..Behavior::default() };
+    let plan = Plan {
+        log_waits: Some(MS(200)),
+        timeout: Some(MS(1_000)),
+        after_loss: AfterLoss::StopAll,
+        fates: vec![(Interval::from_secs(100), 1, Fate::Interrupt)],
+        ..Plan::new(vec![quick, slow], vec![edge(0, 1)])
+    };
+    let report = run(&plan, Conditions { pipe_bytes: 100, ..Conditions::seeded(1) });
+    assert_ends(&report);
+    assert!(
+        says(
+            &report.notices,
+            "messages of federate 0 have been waiting for ",
+            "federate 1 does not take what it is sent"
+        ) || says(
+            &report.notices,
+            "messages of federate 0 have been waiting for ",
+            "federate 1 is too many tags behind"
+        ),
+        "{:#?}",
+        report.notices
+    );
+}
