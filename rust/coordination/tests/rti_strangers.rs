@@ -10,8 +10,8 @@ use lf_wire::june_2026::Message;
 use rti_support::dialogue::{FEDERATION, config, hello, read, wait};
 use rti_support::{Sizes, World};
 
-const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come and \
-                       all places are taken";
+const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come \
+                       and all places are taken";
 
 /// The oldest of those that have not said who they are goes first, and nobody who has.
 #[test]
@@ -37,8 +37,8 @@ fn the_oldest_stranger_makes_way() {
     }
 }
 
-/// Whoever joins and says no more holds the start up for a limited time, as long as it is not silent for that long; then
-/// it is named, and has as much time to come back as any that has left.
+/// Whoever joins and says no more holds the start up for a limited time; then it is named, and has as much time to come
+/// back as any that has left.
 #[test]
 fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     let mut world = World::new(config(), Sizes::ample(2));

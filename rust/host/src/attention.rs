@@ -162,10 +162,11 @@ mod tests {
     #[test]
     fn an_expected_time_counts_for_the_wait_in_which_it_lies() {
         let (mut attention, begin) = (Attention::default(), Instant::now());
-        let (second, expected) = (Duration::from_secs(1), begin + Duration::from_millis(5));
+        let (second, wake) = (Duration::from_secs(1), begin + Duration::from_millis(5));
+        let expected = wake + LEAD;
         attention.expect(Some(expected));
         let plan = attention.plan(begin, Some(begin + second));
-        assert_eq!(plan.second, Some((expected - LEAD, expected + WINDOW)));
+        assert_eq!(plan.second, Some((wake, expected + WINDOW)));
         assert_eq!(attention.plan(begin, None).second, None);
         for gone in [begin, begin + second] {
             attention.expect(Some(gone));

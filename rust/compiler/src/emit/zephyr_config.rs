@@ -10,7 +10,7 @@ use super::deployment::{Deployment, Mac, Place, Platform};
 use super::network_buffers::Connections;
 use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
 
-/// Connections of which the runtime does not know yet whose they are, at most (`rust/runtime/src/federate/visitors.rs`).
+/// Connections of which it is not known yet whose they are, at most (`rust/runtime/src/federate/visitors.rs`).
 const VISITORS: usize = 2;
 /// Devicetree labels of the Ethernet MAC by the beginning of the board's name; the first that fits is taken.
 const ETHERNET_LABELS: [(&str, &str); 8] = [
@@ -162,8 +162,8 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
 }
 
-/// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, those that
-/// have not said whose they are, and one for the datagrams of clock synchronization.
+/// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, those
+/// that have not said whose they are, and one for the datagrams of clock synchronization.
 fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
     let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
     let listening = if peers_in > 0 { 1 + VISITORS } else { 0 };

@@ -66,7 +66,7 @@ pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
 pub use path::PathWords;
 pub use storage::{Connection, RtiStorage, Slot};
 pub use suspend::Suspended;
-pub use watch::{Progress, START_REPORT};
+pub use watch::{Progress, START_REPORT, Waits};
 
 use crate::{Deadline, FederateId};
 use barrier::Barrier;

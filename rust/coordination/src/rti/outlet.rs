@@ -4,11 +4,11 @@
 use core::fmt;
 use core::net::SocketAddrV4;
 
-use lf_model::time::{EventTag, Instant, Interval, Tag};
+use lf_model::time::{Instant, Tag};
 use lf_wire::DecodeError;
 use lf_wire::june_2026::{Message, MessageType, RejectCode};
 
-use super::watch::Progress;
+use super::watch::Waits;
 use crate::FederateId;
 use crate::tag::to_wire;
 
@@ -194,50 +194,8 @@ pub enum Notice<'a> {
         /// Whether the federation had started.
         started: bool,
     },
-    /// The start has been waiting for some federates for a while; each of the first is named in a notice of its own.
-    StartWaits {
-        /// How many are not ready.
-        missing: u16,
-        /// How many the federation has.
-        federates: u16,
-        /// How many connections there are that have not said which federates they are.
-        strangers: u16,
-    },
-    /// One of them.
-    StartWaitsFor {
-        /// The federate.
-        federate: FederateId,
-        /// How far it is.
-        progress: Progress,
-    },
-    /// So many more are missing.
-    StartWaitsForMore(u16),
-    /// A federate has been waiting for a grant for too long.
-    WaitsForGrant {
-        /// The federate.
-        federate: FederateId,
-        /// The tag that it wants to begin.
-        tag: EventTag,
-        /// For how long.
-        lasts: Interval,
-        /// The federate that may still send something for that tag or an earlier one, however indirectly.
-        by: FederateId,
-        /// That one's next event, as far as it has said.
-        at: EventTag,
-    },
-    /// A stop has been waiting for the agreement of this federate for too long.
-    StopWaitsFor(FederateId),
-    /// The messages of a federate have been waiting for another one for too long.
-    SenderWaits {
-        /// Whose messages wait.
-        from: FederateId,
-        /// For whom.
-        to: FederateId,
-        /// For room on its connection; otherwise until it has completed some tags.
-        room: bool,
-        /// For how long.
-        lasts: Interval,
-    },
+    /// Somebody has been waiting for too long.
+    Waits(Waits),
     /// The federation ends before it has started, and this federate was not there.
     Missing(FederateId),
     /// A byte that is no message was skipped.
@@ -308,31 +266,7 @@ impl fmt::Display for Notice<'_> {
             Self::Lost { federate, cause, started: false } => {
                 write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
             }
-            Self::StartWaits { missing, federates, strangers } => {
-                write!(f, "the start waits for {missing} of {federates} federates")?;
-                match strangers {
-                    0 => Ok(()),
-                    _ => write!(f, "; {strangers} connections have not said which federates they are"),
-                }
-            }
-            Self::StartWaitsFor { federate, progress } => write!(f, "federate {federate} {progress}"),
-            Self::StartWaitsForMore(more) => write!(f, "and {more} more"),
-            Self::WaitsForGrant { federate, tag, lasts, by, at } => write!(
-                f,
-                "federate {federate} has been waiting for {} ms for a grant of {tag}, because federate {by} may still \
-                 send something: it has not got beyond {at}",
-                millis(lasts)
-            ),
-            Self::StopWaitsFor(federate) => {
-                write!(f, "the stop waits for federate {federate}, which has not answered the request")
-            }
-            Self::SenderWaits { from, to, room, lasts } => {
-                write!(f, "messages of federate {from} have been waiting for {} ms, because ", millis(lasts))?;
-                match room {
-                    true => write!(f, "federate {to} does not take what it is sent"),
-                    false => write!(f, "federate {to} is too many tags behind"),
-                }
-            }
+            Self::Waits(ref waits) => waits.fmt(f),
             Self::Missing(federate) => {
                 write!(f, "federate {federate} is missing: the federation ends without having started")
             }
@@ -355,8 +289,4 @@ impl fmt::Display for Notice<'_> {
             Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
         }
     }
-}
-
-fn millis(interval: Interval) -> i64 {
-    interval.as_nanos() / 1_000_000
 }

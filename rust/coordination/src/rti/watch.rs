@@ -3,6 +3,8 @@
 //!
 //! Nothing depends on it. It looks at all federates now and then, and costs nothing in between.
 
+use core::fmt;
+
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 use lf_wire::june_2026::MessageType;
 
@@ -55,8 +57,8 @@ pub enum Progress {
     Joined,
 }
 
-impl core::fmt::Display for Progress {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Absent => f.write_str("has not connected"),
             Self::Handshake(next) => write!(f, "has connected; {next} of it is to come"),
@@ -66,6 +68,89 @@ impl core::fmt::Display for Progress {
             ),
         }
     }
+}
+
+/// A wait that has lasted for too long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Waits {
+    /// The start has been waiting for some federates for a while; each of the first is named in a notice of its own.
+    Start {
+        /// How many are not ready.
+        missing: u16,
+        /// How many the federation has.
+        federates: u16,
+        /// How many connections there are that have not said which federates they are.
+        strangers: u16,
+    },
+    /// One of them.
+    StartFor {
+        /// The federate.
+        federate: FederateId,
+        /// How far it is.
+        progress: Progress,
+    },
+    /// So many more are missing.
+    StartForMore(u16),
+    /// A federate has been waiting for a grant for too long.
+    Grant {
+        /// The federate.
+        federate: FederateId,
+        /// The tag that it wants to begin.
+        tag: EventTag,
+        /// For how long.
+        lasts: Interval,
+        /// The federate that may still send something for that tag or an earlier one, however indirectly.
+        by: FederateId,
+        /// That one's next event, as far as it has said.
+        at: EventTag,
+    },
+    /// A stop has been waiting for the agreement of this federate for too long.
+    Stop(FederateId),
+    /// The messages of a federate have been waiting for another one for too long.
+    Sender {
+        /// Whose messages wait.
+        from: FederateId,
+        /// For whom.
+        to: FederateId,
+        /// For room on its connection; otherwise until it has completed some tags.
+        room: bool,
+        /// For how long.
+        lasts: Interval,
+    },
+}
+
+impl fmt::Display for Waits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Start { missing, federates, strangers } => {
+                write!(f, "the start waits for {missing} of {federates} federates")?;
+                match strangers {
+                    0 => Ok(()),
+                    _ => write!(f, "; {strangers} connections have not said which federates they are"),
+                }
+            }
+            Self::StartFor { federate, progress } => write!(f, "federate {federate} {progress}"),
+            Self::StartForMore(more) => write!(f, "and {more} more"),
+            Self::Grant { federate, tag, lasts, by, at } => write!(
+                f,
+                "federate {federate} has been waiting for {} ms for a grant of {tag}, because federate {by} may still \
+                 send something: it has not got beyond {at}",
+                millis(lasts)
+            ),
+            Self::Stop(federate) => {
+                write!(f, "the stop waits for federate {federate}, which has not answered the request")
+            }
+            Self::Sender { from, to, room, lasts } => {
+                write!(f, "messages of federate {from} have been waiting for {} ms, because ", millis(lasts))?;
+                write!(f, "federate {to} ")?;
+                f.write_str(if room { "does not take what it is sent" } else { "is too many tags behind" })
+            }
+        }
+    }
+}
+
+fn millis(interval: Interval) -> i64 {
+    interval.as_nanos() / 1_000_000
 }
 
 impl Rti<'_> {
@@ -106,17 +191,17 @@ impl Rti<'_> {
         let strangers = self.connections.iter().filter(|connection| {
             matches!(connection.phase, Phase::Nonce { .. } | Phase::Proof { .. } | Phase::Ids { .. })
         });
-        outlet.notice(Notice::StartWaits {
+        outlet.notice(Notice::Waits(Waits::Start {
             missing: count(missing().count()),
             federates: count(self.slots.len()),
             strangers: count(strangers.count()),
-        });
+        }));
         for (federate, progress) in missing().take(NAMED_MAX) {
-            outlet.notice(Notice::StartWaitsFor { federate: id(federate), progress });
+            outlet.notice(Notice::Waits(Waits::StartFor { federate: id(federate), progress }));
         }
         let more = missing().count().saturating_sub(NAMED_MAX);
         if more > 0 {
-            outlet.notice(Notice::StartWaitsForMore(count(more)));
+            outlet.notice(Notice::Waits(Waits::StartForMore(count(more))));
         }
     }
 
@@ -163,13 +248,13 @@ impl Rti<'_> {
             }
             seen.told = true;
             let federate_id = id(federate);
-            outlet.notice(if waits_for_it {
-                Notice::StopWaitsFor(federate_id)
+            outlet.notice(Notice::Waits(if waits_for_it {
+                Waits::Stop(federate_id)
             } else {
                 let (by, at) = self.hindrance(federate).unwrap_or((federate_id, tag));
                 let [tag, at] = [tag, at].map(|tag| EventTag::relative(tag, start));
-                Notice::WaitsForGrant { federate: federate_id, tag, lasts, by, at }
-            });
+                Waits::Grant { federate: federate_id, tag, lasts, by, at }
+            }));
         }
     }
 

@@ -31,10 +31,8 @@ pub struct Inlet<'s> {
     pub(super) ended: bool,
     /// The message at the front waits for this.
     pub(super) awaits: Option<Awaited>,
-    /// Since when that has been waiting, or one before it that has not been consumed.
+    /// Since when messages have been waiting here; FOREVER once that was told.
     pub(super) awaits_since: Option<Instant>,
-    /// It was told.
-    pub(super) told: bool,
     /// The buffer may hold whole messages that have not been consumed.
     pub(super) fresh: bool,
 }
@@ -140,7 +138,6 @@ impl<'s> Inlet<'s> {
             ended: false,
             awaits: None,
             awaits_since: None,
-            told: false,
             fresh: false,
         }
     }

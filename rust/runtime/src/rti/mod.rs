@@ -9,7 +9,7 @@ use core::fmt;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict};
+use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict, Waits};
 use lf_model::time::{Instant, Interval, Tag};
 
 pub use connections::{Inlet, Outgoing};
@@ -85,16 +85,9 @@ pub struct RtiLoop<'a, 's, P, N> {
     open: usize,
     /// When the next connection that is being closed may be due.
     closing: Deadline,
-    /// Until the federation is over.
-    listener: Option<SocketId>,
+    listening: Listening,
     /// For clock synchronization.
     port: Port,
-    /// A connection may be waiting at the listener.
-    acceptable: bool,
-    /// The listener has said so since the last one was taken.
-    knocks: bool,
-    /// When to accept again after the system had no resources.
-    accept_again: Option<Instant>,
     aborted: bool,
     /// The tag at which all stop, once it is known and what was held has been let go on.
     stop_tag: Option<Tag>,
@@ -103,6 +96,18 @@ pub struct RtiLoop<'a, 's, P, N> {
     /// After how long it is said that messages wait, and when to look whether some do.
     log_waits: Option<(Interval, Instant)>,
     notices: &'a mut N,
+}
+
+/// Where connections come from.
+struct Listening {
+    /// Until the federation is over.
+    socket: Option<SocketId>,
+    /// A connection may be waiting.
+    acceptable: bool,
+    /// The listener has said so since the last one was taken.
+    knocks: bool,
+    /// When to accept again after the system had no resources.
+    again: Option<Instant>,
 }
 
 impl<P, N> fmt::Debug for RtiLoop<'_, '_, P, N> {
@@ -151,11 +156,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             due: Due::default(),
             open: 0,
             closing: Deadline::Never,
-            listener: Some(listener),
+            listening: Listening { socket: Some(listener), acceptable: true, knocks: false, again: None },
             port,
-            acceptable: true,
-            knocks: false,
-            accept_again: None,
             aborted: false,
             stop_tag: None,
             authentication,
@@ -199,10 +201,10 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
-        let Self { platform, inlets, outgoings, due, listener, port, acceptable, knocks, .. } = self;
+        let Self { platform, inlets, outgoings, due, listening, port, .. } = self;
         platform.wait(until, &mut |socket, interest| {
-            if Some(socket) == *listener {
-                (*acceptable, *knocks) = (true, true);
+            if Some(socket) == listening.socket {
+                (listening.acceptable, listening.knocks) = (true, true);
             } else if port.handle_ready(socket) {
                 // It is read at the beginning of the next turn.
             } else if let Some(index) = connection_of(outgoings, socket) {
@@ -219,7 +221,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
     fn close_all(&mut self) -> bool {
-        if let Some(listener) = self.listener.take() {
+        if let Some(listener) = self.listening.socket.take() {
             // Whoever comes now shall see at once that nobody is here.
             self.platform.close(listener);
         }
@@ -235,13 +237,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// Takes the connections that wait, as long as there are places for them.
     fn accept(&mut self, now: Instant) {
-        if self.accept_again.is_some_and(|time| time <= now) {
-            (self.accept_again, self.acceptable) = (None, true);
+        if self.listening.again.is_some_and(|time| time <= now) {
+            (self.listening.again, self.listening.acceptable) = (None, true);
         }
-        while self.acceptable {
-            let Some(listener) = self.listener else { return };
+        while self.listening.acceptable {
+            let Some(listener) = self.listening.socket else { return };
             let Some(index) = self.place() else { return };
-            self.knocks = false;
+            self.listening.knocks = false;
             match self.platform.accept(listener) {
                 Ok(Some((socket, address))) => {
                     let mut nonce = Nonce::default();
@@ -261,12 +263,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                         rti.handle_connect(now, ConnectionId(index), address.octets(), nonce, outlet);
                     });
                 }
-                Ok(None) => self.acceptable = false,
+                Ok(None) => self.listening.acceptable = false,
                 Err(error) => {
                     // The connection still waits, so the listener stays ready: asking it at once would be without end.
                     log::warn!("a connection could not be accepted: {error}");
-                    self.acceptable = false;
-                    self.accept_again = Some(now + ACCEPT_PAUSE);
+                    self.listening.acceptable = false;
+                    self.listening.again = Some(now + ACCEPT_PAUSE);
                 }
             }
         }
@@ -280,8 +282,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             return vacant;
         }
         // Asked again when the listener says that one waits.
-        self.acceptable = core::mem::take(&mut self.knocks);
-        if !self.acceptable {
+        self.listening.acceptable = core::mem::take(&mut self.listening.knocks);
+        if !self.listening.acceptable {
             return None;
         }
         let index = match self.lingering() {
@@ -359,7 +361,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
                 Verdict::Consumed(count) => {
                     inlet.buffer.consume(count);
-                    (inlet.awaits_since, inlet.told) = (None, false);
+                    inlet.awaits_since = None;
                 }
                 Verdict::Incomplete(_) => {
                     inlet.fresh = false;
@@ -397,7 +399,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
         let Some(socket) = self.outgoings[index].socket else {
             self.open -= 1;
-            (self.accept_again, self.acceptable) = (None, true);
+            (self.listening.again, self.listening.acceptable) = (None, true);
             return;
         };
         self.closing = self.closing.min(self.outgoings[index].poll_timeout());
@@ -414,15 +416,15 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         self.log_waits = Some((interval, due.max(now) + Interval((interval.as_nanos() / 4).max(1))));
         for index in 0..self.inlets.len() {
             let inlet = &self.inlets[index];
-            let (Some(awaited), Some(since), false) = (inlet.awaits, inlet.awaits_since, inlet.told) else { continue };
+            let (Some(awaited), Some(since)) = (inlet.awaits, inlet.awaits_since) else { continue };
             let lasts = now.since(since);
             let federates = (self.rti.federate_on(ConnectionId(index)), self.rti.federate_on(awaited.connection()));
             if let (Some(from), Some(to)) = federates
                 && lasts >= interval
             {
-                self.inlets[index].told = true;
+                self.inlets[index].awaits_since = Some(Instant::FOREVER);
                 let room = matches!(awaited, Awaited::Room(_));
-                (self.notices)(Notice::SenderWaits { from, to, room, lasts });
+                (self.notices)(Notice::Waits(Waits::Sender { from, to, room, lasts }));
             }
         }
     }
@@ -466,18 +468,18 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     /// Says whether to wait for connections, and gives until when to wait.
     fn prepare_wait(&mut self) -> Deadline {
         let room = self.open < self.outgoings.len();
-        if let Some(listener) = self.listener {
+        if let Some(listener) = self.listening.socket {
             let place = room || self.lingering().is_some() || self.rti.can_make_way();
-            let accepting = place && self.accept_again.is_none();
+            let accepting = place && self.listening.again.is_none();
             self.platform.set_interest(listener, if accepting { Interest::READ } else { Interest::NONE });
         }
         if self.due.len() > 0 {
             return Deadline::Now;
         }
         // A place may have become free after this turn's look at the listener.
-        let accept = match self.listener {
-            Some(_) if self.acceptable && room => Deadline::Now,
-            Some(_) => self.accept_again.into(),
+        let accept = match self.listening.socket {
+            Some(_) if self.listening.acceptable && room => Deadline::Now,
+            Some(_) => self.listening.again.into(),
             None => Deadline::Never,
         };
         let now = self.platform.now();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What people are told of a federation by its RTI.
 
-use lf_coordination::rti::Notice;
+use lf_coordination::rti::{Notice, Waits};
 
 /// Logs a notice at the level of its importance.
 pub fn log_notice(notice: Notice<'_>) {
@@ -13,9 +13,7 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. }
         | Notice::MadeWay
-        | Notice::WaitsForGrant { .. }
-        | Notice::StopWaitsFor(_)
-        | Notice::SenderWaits { .. }
+        | Notice::Waits(Waits::Grant { .. } | Waits::Stop(_) | Waits::Sender { .. })
         | Notice::Stranger(_)
         | Notice::UnknownType { .. }
         | Notice::InTransitFull(_) => {
@@ -23,9 +21,7 @@ pub fn log_notice(notice: Notice<'_>) {
         }
         Notice::Dropped { .. } => log::debug!("{notice}"),
         Notice::Joined(_)
-        | Notice::StartWaits { .. }
-        | Notice::StartWaitsFor { .. }
-        | Notice::StartWaitsForMore(_)
+        | Notice::Waits(Waits::Start { .. } | Waits::StartFor { .. } | Waits::StartForMore(_))
         | Notice::Started(_)
         | Notice::Resigned(_)
         | Notice::StopRequested(_)

@@ -268,7 +268,11 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         }
         world.start();
     });
-    let Results { outcome, notices, federates } = results.into_inner().unwrap();
+    report(results.into_inner().unwrap(), world.trouble())
+}
+
+fn report(results: Results, trouble: Option<Trouble>) -> Report {
+    let Results { outcome, notices, federates } = results;
     let mut report = Report {
         outcome,
         results: Vec::new(),
@@ -280,7 +284,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         shut_down: Vec::new(),
         lines: Vec::new(),
         notices,
-        trouble: world.trouble(),
+        trouble,
     };
     for (ran, ended) in federates.into_values() {
         report.results.push(ran.result);
