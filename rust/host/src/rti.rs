@@ -8,7 +8,7 @@ use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
-use lf_rti_memory::{Memory, Sizes};
+use lf_rti_memory::{Growing, Memory, Sizes};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
 
@@ -17,6 +17,14 @@ use crate::trace::Traced;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
+/// Length of a buffer that has not had to hold more: twice what is read at once, so that what is left of a message takes
+/// no room from what comes next.
+const BUFFER_BYTES_IDLE: usize = 1 << 17;
+/// Most bytes that wait for a receiver before its senders have to, unless a single message is longer.
+const BUFFER_BYTES_USUAL: usize = 1 << 21;
+/// The longest message is this part of the computer's memory, unless told otherwise: it lies in the buffers of its
+/// sender and its receiver, which grow by doubling, and there is more than one of each.
+const MEMORY_PART: u64 = 8;
 /// How many different tags of messages to one federate are remembered exactly while they are on their way: at most and
 /// at least. In between, all federates together have so many that they take 2 MB.
 const IN_TRANSIT_MAX: usize = 1024;
@@ -53,12 +61,18 @@ pub struct Options {
 }
 
 impl Options {
-    /// The longest message payload that is forwarded unless told otherwise, in bytes.
-    pub const PAYLOAD_BYTES_MAX: usize = 1024 * 1024;
+    /// The longest message payload that is forwarded unless told otherwise, in bytes: an eighth of this computer's
+    /// memory, and no more than a message can have.
+    pub fn payload_bytes_max_default() -> usize {
+        let system = rustix::system::sysinfo();
+        let memory = u64::from(system.totalram).saturating_mul(system.mem_unit.into());
+        usize::try_from((memory / MEMORY_PART).min(u32::MAX.into())).unwrap_or(usize::MAX)
+    }
 
     /// An RTI without clock synchronization for this federation, on a port that the system chooses.
     pub fn new(federates: u16, federation_id: &str) -> Self {
-        let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), Self::PAYLOAD_BYTES_MAX);
+        let payload_bytes_max = Self::payload_bytes_max_default();
+        let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), payload_bytes_max);
         Self {
             federates,
             start_barrier_time_out,
@@ -71,7 +85,7 @@ impl Options {
             start_time_multiple: None,
             dnet: true,
             go_on_after_loss: false,
-            payload_bytes_max: Self::PAYLOAD_BYTES_MAX,
+            payload_bytes_max,
         }
     }
 }
@@ -167,12 +181,9 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
         log_waits: options.log_waits,
         ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
     };
-    // The longest of all messages: a payload, or the neighbors of a federate that is connected with all others.
-    let buffer_bytes = 512 + options.payload_bytes_max.max(12 * count);
-    let mut buffers: Vec<(Vec<u8>, Vec<u8>)> =
-        (0..connections).map(|_| (vec![0; buffer_bytes], vec![0; 2 * buffer_bytes])).collect();
+    let buffer = || Growing::new(BUFFER_BYTES_IDLE, BUFFER_BYTES_USUAL, config.message_bytes_max(count));
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+        (0..connections).map(|_| (Inlet::new(buffer()), Outgoing::new(buffer()))).unzip();
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
     let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };

@@ -2,6 +2,10 @@
 //! The memory of an RTI, owned, for programs that have a heap: the RTI itself only borrows it, as [`RtiStorage`].
 #![forbid(unsafe_code)]
 
+mod growing;
+
+pub use growing::Growing;
+
 use lf_coordination::rti::{Connection, Node, PathWords, RtiStorage, Slot};
 use lf_model::time::Tag;
 

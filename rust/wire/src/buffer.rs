@@ -4,10 +4,39 @@
 //!
 //! Both keep the bytes that they hold in one piece and move them to the front only when the room behind them does not
 //! suffice: at most once between two calls of `consume`.
+//!
+//! In [`Storage`] that can grow, a buffer is as long as what it has to hold, not as the longest that can come.
 
 use core::fmt;
 
 use crate::NoRoom;
+
+/// Memory of a buffer that may be able to grow: not a slice or an array, but what owners with a heap make of a `Vec`.
+pub trait Storage: AsRef<[u8]> + AsMut<[u8]> {
+    /// How many bytes it has as long as no single message needs more; memory beyond them is given back.
+    fn bytes_usual(&self) -> usize {
+        self.as_ref().len()
+    }
+
+    /// How many bytes it can have at most. They may still be refused.
+    fn bytes_max(&self) -> usize {
+        self.as_ref().len()
+    }
+
+    /// Makes it `bytes` long, which is longer than it is; the bytes that there are stay. `false` if it cannot be:
+    /// nothing has changed then.
+    fn grow(&mut self, bytes: usize) -> bool {
+        let _ = bytes;
+        false
+    }
+
+    /// Gives back what it has beyond the usual. What the bytes are is of no interest any more.
+    fn shrink(&mut self) {}
+}
+
+impl Storage for &mut [u8] {}
+
+impl<const N: usize> Storage for [u8; N] {}
 
 /// Bytes in one piece, somewhere in the storage. Shared by both buffers.
 struct Span<B> {
@@ -83,6 +112,21 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
     }
 }
 
+impl<B: Storage> Span<B> {
+    /// Gives back memory if there are no bytes, and more than usual.
+    fn shrink(&mut self) {
+        if self.start == self.end && self.capacity() > self.storage.bytes_usual() {
+            self.storage.shrink();
+        }
+    }
+
+    /// Makes the storage longer, with the bytes at its front. `false` if it cannot be.
+    fn grow(&mut self, bytes: usize) -> bool {
+        self.compact();
+        bytes > self.capacity() && bytes <= self.storage.bytes_max() && self.storage.grow(bytes)
+    }
+}
+
 /// Bytes received and not yet consumed. The owner reads from its socket into [`space`](Self::space), says with
 /// [`filled`](Self::filled) how much came, takes messages with `next`, and drops each with
 /// [`consume`](Self::consume).
@@ -91,7 +135,8 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
 pub struct InBuffer<B>(Span<B>);
 
 impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
-    /// An empty buffer in `storage`, all of which it uses. It must hold the longest message that can come.
+    /// An empty buffer in `storage`, all of which it uses. It must hold the longest message that can come, or be able
+    /// to grow so far.
     pub const fn new(storage: B) -> Self {
         Self(Span { storage, start: 0, end: 0 })
     }
@@ -142,6 +187,34 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
     /// Returns `storage` if the bytes do not fit there.
     pub fn replace(&mut self, storage: B) -> Result<B, B> {
         self.0.replace(storage)
+    }
+}
+
+impl<B: Storage> InBuffer<B> {
+    /// How many bytes the buffer can hold at most.
+    pub fn capacity_max(&self) -> usize {
+        self.0.storage.bytes_max()
+    }
+
+    /// Makes space for a message at the front that is not whole and has `needed` bytes or more. `false` if there is no
+    /// space and none can be had.
+    ///
+    /// A full buffer becomes at most twice as long. So its length depends on how much has come, not on what was
+    /// announced.
+    pub fn make_space_for(&mut self, needed: usize) -> bool {
+        let capacity = self.capacity();
+        if self.0.len() < capacity {
+            return true;
+        }
+        // Not byte by byte for those who know only that one more is needed.
+        let least = capacity.saturating_add(capacity / 4);
+        let bytes = needed.max(least).min(capacity.saturating_mul(2).max(1)).min(self.capacity_max());
+        self.0.grow(bytes)
+    }
+
+    /// Gives back what the storage has beyond the usual, if the buffer is empty.
+    pub fn shrink(&mut self) {
+        self.0.shrink();
     }
 }
 
@@ -215,6 +288,39 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> OutBuffer<B> {
     /// Makes the first `len` bytes that were claimed pending.
     pub(crate) fn commit(&mut self, len: usize) {
         self.0.extend(len);
+    }
+}
+
+impl<B: Storage> OutBuffer<B> {
+    /// How many bytes the buffer can hold at most.
+    pub fn capacity_max(&self) -> usize {
+        self.0.storage.bytes_max()
+    }
+
+    /// How many bytes may be pushed now, after [`make_room`](Self::make_room): the longest message if nothing is
+    /// pending, and otherwise what is left of the usual length.
+    pub fn room_max(&self) -> usize {
+        let storage = &self.0.storage;
+        match self.0.len() {
+            0 => storage.bytes_max(),
+            pending => storage.bytes_usual().saturating_sub(pending),
+        }
+    }
+
+    /// Sees to it that there is room for `len` bytes, in longer storage if need be. `false` if that cannot be had.
+    pub fn make_room(&mut self, len: usize) -> bool {
+        let capacity = self.capacity();
+        if self.room() >= len {
+            return true;
+        }
+        // Not message by message.
+        let ahead = capacity.saturating_mul(2).min(self.0.storage.bytes_usual());
+        self.0.grow(self.0.len().saturating_add(len).max(ahead))
+    }
+
+    /// Gives back what the storage has beyond the usual, if the buffer is empty.
+    pub fn shrink(&mut self) {
+        self.0.shrink();
     }
 }
 

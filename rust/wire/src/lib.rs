@@ -38,7 +38,7 @@ pub mod june_2026;
 mod limits;
 mod tag;
 
-pub use buffer::{InBuffer, OutBuffer};
+pub use buffer::{InBuffer, OutBuffer, Storage};
 pub use error::{Beyond, DecodeError, EncodeError, NoRoom, PushError};
 pub use limits::Limits;
 pub use tag::Tag;

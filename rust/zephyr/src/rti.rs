@@ -151,8 +151,8 @@ struct Parts<const BYTES: usize> {
     listening: MaybeUninit<Listening>,
     inputs: [[u8; BYTES]; LF_RTI_CONNECTIONS],
     outputs: [[u8; BYTES]; LF_RTI_CONNECTIONS],
-    inlets: [MaybeUninit<Inlet<'static>>; LF_RTI_CONNECTIONS],
-    outgoings: [MaybeUninit<Outgoing<'static>>; LF_RTI_CONNECTIONS],
+    inlets: [MaybeUninit<Inlet<&'static mut [u8]>>; LF_RTI_CONNECTIONS],
+    outgoings: [MaybeUninit<Outgoing<&'static mut [u8]>>; LF_RTI_CONNECTIONS],
     connections: [MaybeUninit<Connection>; LF_RTI_CONNECTIONS],
     slots: [MaybeUninit<Slot>; LF_RTI_FEDERATES],
     nodes: [MaybeUninit<Node>; LF_RTI_FEDERATES],
@@ -246,8 +246,8 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
                 upstream: &mut parts.upstream,
                 in_transit: fill(&mut parts.in_transit, || Tag::NEVER),
             },
-            inlets: fill_from(&mut parts.inlets, parts.inputs.iter_mut().map(|bytes| Inlet::new(bytes))),
-            outgoings: fill_from(&mut parts.outgoings, parts.outputs.iter_mut().map(|bytes| Outgoing::new(bytes))),
+            inlets: fill_from(&mut parts.inlets, parts.inputs.iter_mut().map(|bytes| Inlet::new(&mut bytes[..]))),
+            outgoings: fill_from(&mut parts.outgoings, parts.outputs.iter_mut().map(|bytes| Outgoing::new(&mut bytes[..]))),
             datagrams: *datagrams,
         };
         match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Run)? {

@@ -88,6 +88,17 @@ impl Run {
         processes::marked(&self.mark, self.child.id())
     }
 
+    /// How many bytes of memory it has had at most, whether it has touched them or not.
+    ///
+    /// # Panics
+    /// When it has ended.
+    pub fn memory_bytes_max(&self) -> u64 {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).expect("it still runs");
+        let line = status.lines().find_map(|line| line.strip_prefix("VmPeak:")).expect("it has memory");
+        let kilobytes = line.split_whitespace().next().and_then(|number| number.parse::<u64>().ok());
+        1024 * kilobytes.expect("the line has a number")
+    }
+
     fn next(&mut self) -> Option<String> {
         match self.lines.recv_timeout(PATIENCE) {
             Ok(line) => {

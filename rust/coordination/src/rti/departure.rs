@@ -67,6 +67,17 @@ impl Rti<'_> {
         self.release(connection);
     }
 
+    /// There is no memory for a message of so many bytes that came on a connection or was to go there. Its federate
+    /// cannot go on without it.
+    pub fn handle_no_memory(&mut self, connection: ConnectionId, bytes: usize, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.joined_on(connection) {
+            return self.expel(federate, Cause::NoMemory { bytes }, outlet);
+        }
+        if self.connections.get(connection.0).is_some_and(|known| known.phase != Phase::Vacant) {
+            self.lose_patience(connection, outlet);
+        }
+    }
+
     /// A federate leaves in order. Its connection is kept until it has read all and closes it.
     pub(super) fn on_resign(&mut self, now: Instant, federate: usize, outlet: &mut impl Outlet) {
         let Some(connection) = self.connection_of(federate) else { return };

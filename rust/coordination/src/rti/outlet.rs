@@ -82,6 +82,11 @@ pub enum Cause {
     NoClock,
     /// It did not answer a stop request in time.
     NoStopReply,
+    /// The RTI's computer has no memory for a message from it or for it.
+    NoMemory {
+        /// Bytes of the message.
+        bytes: usize,
+    },
     /// The RTI was told to end.
     Aborted,
 }
@@ -93,6 +98,9 @@ impl fmt::Display for Cause {
             Self::ConnectionLost => f.write_str("its connection ended without a word"),
             Self::Violation(violation) => write!(f, "it broke the protocol: {violation}"),
             Self::NoClock => f.write_str("it has joined, but was silent for too long before it was ready to start"),
+            Self::NoMemory { bytes } => {
+                write!(f, "the RTI's computer has no memory left for a message of {bytes} bytes from it or for it")
+            }
             Self::NoStopReply => f.write_str("it did not answer a stop request in time"),
             Self::Aborted => f.write_str("the RTI was told to end"),
         }
@@ -104,6 +112,13 @@ impl fmt::Display for Cause {
 pub enum Violation {
     /// The bytes are no message.
     Bytes(DecodeError),
+    /// The payload of a message is longer than this RTI forwards.
+    TooLong {
+        /// Its length in bytes.
+        bytes: u32,
+        /// The limit.
+        max: usize,
+    },
     /// This message may not come at this point.
     Unexpected(MessageType),
     /// A federate is named that the federation does not have.
@@ -130,6 +145,11 @@ impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bytes(error) => error.fmt(f),
+            Self::TooLong { bytes, max } => write!(
+                f,
+                "it sent a message of {bytes} bytes, but this RTI forwards at most {max}: start it with `--max-message \
+                 {bytes}`, or, if it is on a board, build it from the program that the federates are from"
+            ),
             Self::Unexpected(message_type) => write!(f, "{message_type} may not come at this point"),
             Self::NoSuchFederate(id) => write!(f, "it named federate {id}, which the federation does not have"),
             Self::Delay { upstream, delay_ns } => {

@@ -3,7 +3,7 @@
 
 use lf_model::time::{Instant, Tag};
 use lf_wire::DecodeError;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::june_2026::{Decoded, Message, MessageType, decode};
 
 use super::storage::{Membership, Phase};
 use super::{Cause, ConnectionId, Notice, Outlet, Rti, Verdict, Violation, id};
@@ -15,6 +15,16 @@ enum Step {
     Done,
     /// What it leads to has no room on this connection yet.
     NoRoom(ConnectionId),
+}
+
+/// What a federate did by sending such bytes.
+fn wrong(error: DecodeError) -> Violation {
+    match error {
+        DecodeError::OverLimit { message, found, limit, .. } if message == MessageType::TaggedMessage.name() => {
+            Violation::TooLong { bytes: found, max: limit }
+        }
+        error => Violation::Bytes(error),
+    }
 }
 
 impl Rti<'_> {
@@ -66,7 +76,7 @@ impl Rti<'_> {
                 outlet.notice(Notice::UnknownType { federate: id(federate), found });
                 Ok((Step::Done, 1))
             }
-            Err(error) => Err(Violation::Bytes(error)),
+            Err(error) => Err(wrong(error)),
         };
         match step {
             Ok((Step::Done, len)) => {

@@ -21,8 +21,8 @@
 //! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
 //! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
 //! it is looked for there, and the connection read on meanwhile, until there are as many bytes as the longest message
-//! has. Then the message goes. Once the stop tag is known, messages with later tags hold nothing back, for they are
-//! never taken.
+//! has, or [`LOOK_AHEAD_BYTES_MAX`] behind the message. Then the message goes. Once the stop tag is known, messages with
+//! later tags hold nothing back, for they are never taken.
 //!
 //! **A sender that is gone** has said all the same what is held. If its answer to a stop is not behind that, it never
 //! comes, so the sender counts as agreed, as one that has left does, though it leaves only when all has been passed on.
@@ -37,6 +37,10 @@ use lf_wire::june_2026::{Decoded, Message, decode};
 
 use super::{ConnectionId, Outlet, Rti, Verdict};
 use crate::tag::from_wire;
+
+/// How many bytes behind a message that is held are kept to find the answer to a stop request there. The longest
+/// message can be as long as memory is large, and it is not for this that memory should be used up.
+const LOOK_AHEAD_BYTES_MAX: usize = 1 << 20;
 
 impl Rti<'_> {
     /// Whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far behind
@@ -55,7 +59,8 @@ impl Rti<'_> {
         if !self.awaits_stop_tag(sender) || self.look_ahead(sender, rest, outlet) {
             return Some(Verdict::Held(connection));
         }
-        (bytes.len() < self.message_bytes_max()).then_some(Verdict::HeldReadOn(connection))
+        let is_full = bytes.len() >= self.message_bytes_max() || rest.len() >= LOOK_AHEAD_BYTES_MAX;
+        (!is_full).then_some(Verdict::HeldReadOn(connection))
     }
 
     /// Whether a federate is too far behind one that has a message for it: then its connection.

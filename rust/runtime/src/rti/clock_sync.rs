@@ -4,6 +4,7 @@
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::Notice;
+use lf_wire::Storage;
 
 use super::RtiLoop;
 use crate::datagram::{BYTES_MAX, PER_TURN, send};
@@ -40,7 +41,7 @@ impl Port {
     }
 }
 
-impl<P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'_, '_, P, N> {
+impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'_, '_, P, N, B> {
     /// When a round is to begin: never without a port, which is closed when the federation has ended.
     pub(super) fn next_round(&self) -> Deadline {
         if self.port.socket.is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }

@@ -4,11 +4,13 @@
 //! The two sides are separate, because a message is handled while it still lies in the input buffer of its connection,
 //! and goes straight from there into the output buffers of others.
 
+use core::fmt;
+
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Notice, Outlet};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::Message;
-use lf_wire::{InBuffer, OutBuffer};
+use lf_wire::{InBuffer, OutBuffer, Storage};
 
 use crate::platform::{Interest, Platform, SocketId, Transfer};
 
@@ -22,9 +24,8 @@ const LINGER: Interval = Interval::from_secs(2);
 const READ_BYTES_MAX: usize = 1 << 16;
 
 /// The receiving side of one connection.
-#[derive(Debug)]
-pub struct Inlet<'s> {
-    pub(super) buffer: InBuffer<&'s mut [u8]>,
+pub struct Inlet<B> {
+    pub(super) buffer: InBuffer<B>,
     /// The socket may have something to read.
     pub(super) readable: bool,
     /// The peer has closed, or the connection broke.
@@ -65,15 +66,16 @@ impl Awaited {
 }
 
 /// The sending side of one connection.
-#[derive(Debug)]
-pub struct Outgoing<'s> {
+pub struct Outgoing<B> {
     pub(super) socket: Option<SocketId>,
-    pub(super) buffer: OutBuffer<&'s mut [u8]>,
+    pub(super) buffer: OutBuffer<B>,
     pub(super) state: State,
     /// The connection of the socket whose place in the platform's table is this one, modulo the length of the table.
     pub(super) of_socket: u16,
     /// Input of others may wait for room or input here.
     pub(super) awaited: bool,
+    /// Memory was refused for a message of so many bytes, which is lost; nothing that belongs behind it may be sent.
+    pub(super) refused: Option<usize>,
     /// This connection is in the queue of those that are due.
     due: bool,
     /// An entry of that queue.
@@ -93,7 +95,7 @@ impl Due {
     }
 
     /// Puts a connection at the end, if it is not in the queue.
-    pub(super) fn push(&mut self, table: &mut [Outgoing<'_>], index: usize) {
+    pub(super) fn push<B>(&mut self, table: &mut [Outgoing<B>], index: usize) {
         let Some(outgoing) = table.get_mut(index).filter(|outgoing| !outgoing.due) else { return };
         outgoing.due = true;
         let end = (self.head + self.len) % table.len();
@@ -103,12 +105,12 @@ impl Due {
     }
 
     /// One of the entries.
-    pub(super) fn get(self, table: &[Outgoing<'_>], index: usize) -> usize {
+    pub(super) fn get<B>(self, table: &[Outgoing<B>], index: usize) -> usize {
         table[(self.head + index) % table.len()].queue.into()
     }
 
     /// Takes the first entry.
-    pub(super) fn pop(&mut self, table: &mut [Outgoing<'_>]) -> Option<usize> {
+    pub(super) fn pop<B>(&mut self, table: &mut [Outgoing<B>]) -> Option<usize> {
         self.len = self.len.checked_sub(1)?;
         let index = self.get(table, 0);
         self.head = (self.head + 1) % table.len();
@@ -129,9 +131,9 @@ pub(super) enum State {
     Draining(Instant),
 }
 
-impl<'s> Inlet<'s> {
-    /// An inlet that keeps what has come in `buffer`, which has to hold the longest message.
-    pub fn new(buffer: &'s mut [u8]) -> Self {
+impl<B: Storage> Inlet<B> {
+    /// An inlet that keeps what has come in `buffer`, which has to hold the longest message or to grow so far.
+    pub fn new(buffer: B) -> Self {
         Self {
             buffer: InBuffer::new(buffer),
             readable: false,
@@ -143,8 +145,13 @@ impl<'s> Inlet<'s> {
     }
 
     pub(super) fn reset(&mut self) {
-        self.buffer.clear();
+        self.clear();
         (self.readable, self.ended, self.awaits, self.awaits_since, self.fresh) = (true, false, None, None, false);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.buffer.clear();
+        self.buffer.shrink();
     }
 
     /// Reads once, as much as there is space for. Returns whether more has come, or the end.
@@ -179,22 +186,24 @@ impl<'s> Inlet<'s> {
 
     /// Reads once and forgets it: for a peer whose connection is closed for the RTI.
     pub(super) fn discard<P: Platform>(&mut self, platform: &mut P, socket: SocketId) {
-        self.buffer.clear();
+        self.clear();
         (self.awaits, self.fresh) = (None, false);
         self.fill(platform, socket);
         self.buffer.clear();
     }
 }
 
-impl<'s> Outgoing<'s> {
-    /// A vacant place whose connections keep what is to be sent in `buffer`, which has to hold the longest message.
-    pub fn new(buffer: &'s mut [u8]) -> Self {
+impl<B: Storage> Outgoing<B> {
+    /// A vacant place whose connections keep what is to be sent in `buffer`, which has to hold the longest message or
+    /// to grow so far.
+    pub fn new(buffer: B) -> Self {
         Self {
             socket: None,
             buffer: OutBuffer::new(buffer),
             state: State::Open,
             of_socket: 0,
             awaited: false,
+            refused: None,
             due: false,
             queue: 0,
         }
@@ -202,15 +211,34 @@ impl<'s> Outgoing<'s> {
 
     pub(super) fn open(&mut self, socket: SocketId) {
         self.socket = Some(socket);
-        self.buffer.clear();
+        self.clear();
         self.state = State::Open;
-        self.awaited = false;
+        (self.awaited, self.refused) = (false, None);
     }
 
     /// Frees the place: gives the socket, which is to be closed.
     pub(super) fn vacate(&mut self) -> Option<SocketId> {
-        self.buffer.clear();
+        self.clear();
         self.socket.take()
+    }
+
+    fn clear(&mut self) {
+        self.clear();
+        self.buffer.shrink();
+    }
+
+    /// Puts a message behind what is pending. If memory is refused for it, it is lost, and so is all that follows.
+    fn push(&mut self, message: &Message<'_>) {
+        if self.refused.is_some() {
+            return;
+        }
+        let len = message.encoded_len();
+        if self.buffer.make_room(len) {
+            // It fits, and a message that came over the wire can go over it.
+            let _ = self.buffer.push(message);
+        } else {
+            self.refused = Some(len);
+        }
     }
 
     /// Until when it is kept only for the peer to read what it has been sent.
@@ -234,7 +262,7 @@ impl<'s> Outgoing<'s> {
     /// Writes what is pending. `true` when something went.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         let Some(socket) = self.socket else { return false };
-        let before = self.buffer.room();
+        let before = self.buffer.pending().len();
         while !self.buffer.is_empty() {
             match platform.write(socket, self.buffer.pending()) {
                 Ok(Transfer::Bytes(count)) => self.buffer.consume(count),
@@ -243,7 +271,8 @@ impl<'s> Outgoing<'s> {
                 Ok(Transfer::Closed) | Err(_) => self.buffer.clear(),
             }
         }
-        self.buffer.room() > before
+        self.buffer.shrink();
+        self.buffer.pending().len() < before
     }
 
     /// Goes on with closing, as far as that goes without waiting. `ended`: the peer has closed its direction.
@@ -270,7 +299,7 @@ impl<'s> Outgoing<'s> {
             State::Closing(_) | State::Draining(_) => {
                 platform.close(socket);
                 self.socket = None;
-                self.buffer.clear();
+                self.clear();
             }
         }
     }
@@ -289,15 +318,27 @@ impl<'s> Outgoing<'s> {
     }
 }
 
+impl<B: Storage> fmt::Debug for Inlet<B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Inlet").field("buffer", &self.buffer).field("awaits", &self.awaits).finish_non_exhaustive()
+    }
+}
+
+impl<B: Storage> fmt::Debug for Outgoing<B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Outgoing").field("buffer", &self.buffer).field("state", &self.state).finish_non_exhaustive()
+    }
+}
+
 /// Remembers the connection of a socket where [`connection_of`] looks for it.
-pub(super) fn note_socket(table: &mut [Outgoing<'_>], socket: SocketId, connection: usize) {
+pub(super) fn note_socket<B>(table: &mut [Outgoing<B>], socket: SocketId, connection: usize) {
     let place = usize::from(socket.index) % table.len();
     table[place].of_socket = u16::try_from(connection).unwrap_or(u16::MAX);
 }
 
 /// The connection that has a socket.
-pub(super) fn connection_of(table: &[Outgoing<'_>], socket: SocketId) -> Option<usize> {
-    let is_it = |outgoing: &Outgoing<'_>| outgoing.socket == Some(socket);
+pub(super) fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
+    let is_it = |outgoing: &Outgoing<B>| outgoing.socket == Some(socket);
     let noted = usize::from(table.get(usize::from(socket.index) % table.len().max(1))?.of_socket);
     match table.get(noted) {
         Some(outgoing) if is_it(outgoing) => Some(noted),
@@ -307,21 +348,21 @@ pub(super) fn connection_of(table: &[Outgoing<'_>], socket: SocketId) -> Option<
 }
 
 /// What the RTI's machine sees of the connections.
-pub(super) struct Outgoings<'a, 's, N> {
-    pub(super) table: &'a mut [Outgoing<'s>],
+pub(super) struct Outgoings<'a, N, B> {
+    pub(super) table: &'a mut [Outgoing<B>],
     pub(super) due: &'a mut Due,
     pub(super) notices: &'a mut N,
 }
 
-impl<N: FnMut(Notice<'_>)> Outlet for Outgoings<'_, '_, N> {
+impl<N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, N, B> {
     fn room(&self, connection: ConnectionId) -> usize {
-        self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room())
+        self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
     }
 
     fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
         if let Some(outgoing) = self.table.get_mut(connection.0) {
-            // There is room, for the machine asks before; and a connection that is closed sends no more.
-            let _ = outgoing.buffer.push(message);
+            // There may be room, for the machine asks before.
+            outgoing.push(message);
             self.due.push(self.table, connection.0);
         }
     }
@@ -353,7 +394,7 @@ mod tests {
     /// often the queue has gone round its table.
     #[test]
     fn connections_are_taken_in_the_order_in_which_they_became_due() {
-        let mut table = [0; 3].map(|_| Outgoing::new(&mut []));
+        let mut table = [0; 3].map(|_| Outgoing::new([0; 0]));
         let mut due = Due::default();
         for first in [0, 1, 2, 0, 1] {
             let expected = [first, (first + 2) % 3];
@@ -372,7 +413,7 @@ mod tests {
     /// from the one before.
     #[test]
     fn a_socket_is_found_wherever_it_was_noted() {
-        let mut table = [0; 2].map(|_| Outgoing::new(&mut []));
+        let mut table = [0; 2].map(|_| Outgoing::new([0; 0]));
         let sockets = [(1, 0), (3, 0)].map(|(index, generation)| SocketId { index, generation });
         for (connection, socket) in sockets.into_iter().enumerate() {
             table[connection].open(socket);

@@ -11,6 +11,7 @@ use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict, Waits};
 use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::Storage;
 
 pub use connections::{Inlet, Outgoing};
 pub use notices::log_notice;
@@ -26,16 +27,17 @@ const MESSAGES_PER_TURN: u32 = 64;
 /// How long no connection is accepted after the system has had no resources for one.
 const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
 
-/// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections.
-pub struct RtiSetup<'s> {
+/// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections, whose buffers
+/// are in slices or in [`Storage`] that grows.
+pub struct RtiSetup<'s, B = &'s mut [u8]> {
     /// What the RTI is told about the federation.
     pub config: Config<'s>,
     /// The machine's memory.
     pub storage: RtiStorage<'s>,
     /// The receiving side of the connections.
-    pub inlets: &'s mut [Inlet<'s>],
+    pub inlets: &'s mut [Inlet<B>],
     /// The sending side of the connections.
-    pub outgoings: &'s mut [Outgoing<'s>],
+    pub outgoings: &'s mut [Outgoing<B>],
     /// A UDP port for clock synchronization, if the configuration asks for it; the loop closes it.
     pub datagrams: Option<SocketId>,
 }
@@ -47,9 +49,9 @@ pub struct RtiSetup<'s> {
 /// # Errors
 /// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a buffer
 /// cannot hold the longest message. The listening socket is closed in any case.
-pub fn run_rti<P: Platform>(
+pub fn run_rti<P: Platform, B: Storage>(
     platform: &mut P,
-    setup: RtiSetup<'_>,
+    setup: RtiSetup<'_, B>,
     listener: SocketId,
     notices: &mut impl FnMut(Notice<'_>),
 ) -> Result<Outcome, RunError> {
@@ -63,9 +65,9 @@ pub fn run_rti<P: Platform>(
 }
 
 /// Whether each buffer can hold the longest message; one that cannot would hold that message back for ever.
-fn check_buffers(needed: usize, inlets: &[Inlet<'_>], outgoings: &[Outgoing<'_>]) -> Result<(), RunError> {
-    let receive = inlets.iter().map(|inlet| ("receive", inlet.buffer.capacity()));
-    let send = outgoings.iter().map(|outgoing| ("send", outgoing.buffer.capacity()));
+fn check_buffers<B: Storage>(needed: usize, inlets: &[Inlet<B>], outgoings: &[Outgoing<B>]) -> Result<(), RunError> {
+    let receive = inlets.iter().map(|inlet| ("receive", inlet.buffer.capacity_max()));
+    let send = outgoings.iter().map(|outgoing| ("send", outgoing.buffer.capacity_max()));
     match receive.chain(send).find(|(_, found)| *found < needed) {
         Some((buffer, found)) => Err(RunError::BufferTooSmall { buffer, needed, found }),
         None => Ok(()),
@@ -74,11 +76,11 @@ fn check_buffers(needed: usize, inlets: &[Inlet<'_>], outgoings: &[Outgoing<'_>]
 
 /// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
 /// RTI, and may do something else in between.
-pub struct RtiLoop<'a, 's, P, N> {
+pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
     platform: &'a mut P,
     rti: Rti<'s>,
-    inlets: &'a mut [Inlet<'s>],
-    outgoings: &'a mut [Outgoing<'s>],
+    inlets: &'a mut [Inlet<B>],
+    outgoings: &'a mut [Outgoing<B>],
     /// Where something came, went or is to be done; all others are left alone.
     due: Due,
     /// How many connections there are.
@@ -110,13 +112,13 @@ struct Listening {
     again: Option<Instant>,
 }
 
-impl<P, N> fmt::Debug for RtiLoop<'_, '_, P, N> {
+impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("RtiLoop").field("aborted", &self.aborted).finish_non_exhaustive()
     }
 }
 
-impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
+impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
     /// An RTI whose federates may come now.
     ///
     /// # Errors
@@ -124,7 +126,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
     /// buffer cannot hold the longest message. The listening socket is then closed.
     pub fn new(
         platform: &'a mut P,
-        setup: RtiSetup<'s>,
+        setup: RtiSetup<'s, B>,
         listener: SocketId,
         notices: &'a mut N,
     ) -> Result<Self, RunError>
@@ -214,7 +216,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         });
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, 's, N>) -> R) -> R {
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, N, B>) -> R) -> R {
         let mut outlet = Outgoings { table: self.outgoings, due: &mut self.due, notices: self.notices };
         what(&mut self.rti, &mut outlet)
     }
@@ -300,7 +302,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
 
     /// The connection that has been being closed for longest, if its peer has been sent all.
     fn lingering(&self) -> Option<usize> {
-        let until = |(index, outgoing): (usize, &Outgoing<'_>)| outgoing.lingers_until().map(|until| (until, index));
+        let until = |(index, outgoing): (usize, &Outgoing<B>)| outgoing.lingers_until().map(|until| (until, index));
         self.outgoings.iter().enumerate().filter_map(until).min().map(|(_, index)| index)
     }
 
@@ -356,6 +358,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
                 inlet.fresh = false;
+                inlet.buffer.shrink();
                 return;
             }
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
@@ -363,16 +366,25 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
                     inlet.buffer.consume(count);
                     inlet.awaits_since = None;
                 }
-                Verdict::Incomplete(_) => {
+                Verdict::Incomplete(needed) => {
                     inlet.fresh = false;
+                    if !inlet.buffer.make_space_for(needed) {
+                        self.give_up(index, needed);
+                    }
                     return;
                 }
                 Verdict::Blocked(by) => return self.put_off(now, index, Awaited::Room(by)),
                 Verdict::Held(until) => return self.put_off(now, index, Awaited::Input(until)),
-                Verdict::HeldReadOn(until) => return self.put_off(now, index, Awaited::InputOrMore(until)),
+                Verdict::HeldReadOn(until) => {
+                    let needed = bytes.len() + 1;
+                    if !inlet.buffer.make_space_for(needed) {
+                        return self.give_up(index, needed);
+                    }
+                    return self.put_off(now, index, Awaited::InputOrMore(until));
+                }
                 Verdict::Closed => {
                     inlet.fresh = false;
-                    inlet.buffer.clear();
+                    inlet.clear();
                     self.outgoings[index].state = State::Closing(None);
                     return;
                 }
@@ -380,10 +392,21 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>)> RtiLoop<'a, 's, P, N> {
         }
     }
 
+    /// There is no memory for a message of so many bytes, from a connection or for it: nothing goes on there.
+    fn give_up(&mut self, index: usize, bytes: usize) {
+        self.tell(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
+        self.inlets[index].clear();
+        self.outgoings[index].state = State::Closing(None);
+        self.due.push(self.outgoings, index);
+    }
+
     /// Writes what is pending on one connection, lets go on what waited for room there, and says what to wait for.
     fn send(&mut self, index: usize) {
         if self.outgoings[index].socket.is_none() {
             return;
+        }
+        if let Some(bytes) = self.outgoings[index].refused.take() {
+            self.give_up(index, bytes);
         }
         if self.outgoings[index].flush(self.platform) {
             let now = self.platform.now();

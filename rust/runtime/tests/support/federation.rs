@@ -9,7 +9,7 @@ use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
-use lf_rti_memory::{Memory, Sizes};
+use lf_rti_memory::{Growing, Memory, Sizes};
 use lf_runtime::platform::{Interest, Platform as _, Transfer};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
@@ -304,9 +304,10 @@ fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<St
     let count = plan.nodes.len();
     let connections = count + 2;
     let bytes = buffer_bytes(4, count);
-    let mut buffers: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
+    // So short that they have to grow for most messages and are given back after them.
+    let buffer = || Growing::new(1, 16, bytes);
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+        (0..connections).map(|_| (Inlet::new(buffer()), Outgoing::new(buffer()))).unzip();
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit: 64 });
     let setup = RtiSetup {
         config: Config {

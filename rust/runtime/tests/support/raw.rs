@@ -86,7 +86,7 @@ fn run(
     let (connections, bytes) = (federates + 2, config.message_bytes_max(federates));
     let mut buffers: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        buffers.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output))).unzip();
+        buffers.iter_mut().map(|(input, output)| (Inlet::new(&mut input[..]), Outgoing::new(&mut output[..]))).unzip();
     let mut memory = Memory::new(Sizes { federates, connections, upstream: federates, in_transit: 64 });
     let setup =
         RtiSetup { config, storage: memory.storage(), inlets: &mut inlets, outgoings: &mut outgoings, datagrams: None };

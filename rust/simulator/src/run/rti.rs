@@ -40,8 +40,8 @@ pub(super) struct RtiMemory<'a> {
     notices: Notices,
     config: Config<'static>,
     memory: Memory,
-    inlets: Vec<Inlet<'a>>,
-    outgoings: Vec<Outgoing<'a>>,
+    inlets: Vec<Inlet<&'a mut [u8]>>,
+    outgoings: Vec<Outgoing<&'a mut [u8]>>,
 }
 
 impl<'a> RtiMemory<'a> {
@@ -72,7 +72,8 @@ impl<'a> RtiMemory<'a> {
             after_loss: if conditions.stop_all_after_loss { AfterLoss::StopAll } else { AfterLoss::GoOn },
             ..Config::new(FEDERATION_ID, Value::MAX_LEN)
         };
-        let buffers = buffers.0.iter_mut().map(|(input, output)| (Inlet::new(input), Outgoing::new(output)));
+        let buffers =
+            buffers.0.iter_mut().map(|(input, output)| (Inlet::new(&mut input[..]), Outgoing::new(&mut output[..])));
         let (inlets, outgoings) = buffers.unzip();
         Self { platform, notices, config, memory: Memory::new(sizes), inlets, outgoings }
     }

@@ -40,8 +40,6 @@ const TLS: &str = "-tls, --tls: encrypted connections (TLS) are not supported; t
 /// What `-sst` is answered.
 const SST: &str = "-sst, --sst: connections that SST secures are not supported; take `comm-type: SST` away from the \
     program, and let the federation talk over a network that only its computers reach, such as a VPN";
-/// In bytes.
-const MESSAGE_LENGTH_DEFAULT: u32 = 1024 * 1024;
 
 /// `lfz rti`
 #[derive(Debug, Args)]
@@ -93,10 +91,10 @@ pub struct RtiArgs {
     /// Print the version and exit.
     #[arg(short = 'v', long = "version")]
     pub version: bool,
-    /// The longest message payload that is forwarded; a connection that sends a longer one is ended.
-    #[arg(long, value_name = "BYTES", default_value_t = MESSAGE_LENGTH_DEFAULT)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
-    max_message: u32,
+    /// The longest message payload that is forwarded; a federate that sends a longer one is lost. Unless given, an
+    /// eighth of this computer's memory, at most 4 GiB. A buffer is as long as what it has to hold, not as this.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u32).range(1..))]
+    max_message: Option<u32>,
     /// Let the others go on when a federate is lost, as the stock RTI does; otherwise the federation is stopped.
     #[arg(long)]
     go_on_after_loss: bool,
@@ -142,7 +140,10 @@ impl RtiArgs {
             start_barrier_time_out: self.start_time_out.0,
             log_waits: self.log_waits,
             traces: self.traces(),
-            payload_bytes_max: usize::try_from(self.max_message).unwrap_or(usize::MAX),
+            payload_bytes_max: match self.max_message {
+                None => Options::payload_bytes_max_default(),
+                Some(bytes) => usize::try_from(bytes).unwrap_or(usize::MAX),
+            },
         })
     }
 }
