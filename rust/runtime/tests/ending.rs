@@ -280,3 +280,20 @@ fn the_reason_is_a_sentence() {
     let late = RunError::Late { input: "a.x -> b.y", tag: at(20), current: at(30) }.to_string();
     assert!(late.contains("a.x -> b.y") && late.contains("20 ms") && late.contains("30 ms"), "{late}");
 }
+
+/// When the RTI's computer has no memory left for a message, whose it was or to whom it was to go is lost, and said to
+/// be; what belongs behind that message does not come without it.
+#[test]
+fn a_message_that_there_is_no_memory_for_costs_one_federate() {
+    // A tagged message has 25 bytes here, and nothing else that matters has more than 24.
+    for (rti_memory, lost) in [((24, 100), 0), ((100, 24), 1)] {
+        let pair = Plan::new(vec![timer(10), Behavior::default()], vec![edge(0, 1)]);
+        let plan = Plan { rti_memory, after_loss: AfterLoss::StopAll, ..pair };
+        let report = run(&plan, Conditions::seeded(1));
+        assert_eq!(report.trouble, None, "{:?}", report.results);
+        let cause = Cause::NoMemory { bytes: 25 };
+        assert_eq!(report.outcome, Some(Ok(Outcome::Lost { federate: FederateId(lost), cause })));
+        assert!(report.results.iter().all(Result::is_err), "{:?}", report.results);
+        assert_eq!(report.logs[1], Vec::new());
+    }
+}

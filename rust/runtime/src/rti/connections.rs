@@ -223,7 +223,7 @@ impl<B: Storage> Outgoing<B> {
     }
 
     fn clear(&mut self) {
-        self.clear();
+        self.buffer.clear();
         self.buffer.shrink();
     }
 

@@ -16,6 +16,7 @@ use lf_runtime::{
     Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
 };
 use lf_virtual_network::address_of;
+use lf_wire::Storage;
 
 use super::lines;
 use super::network::Conditions;
@@ -80,6 +81,8 @@ pub struct Plan {
     pub intruders: Vec<Intruder>,
     /// What happens to which participant, and when.
     pub fates: Vec<(Interval, usize, Fate)>,
+    /// How many bytes of memory the RTI's computer has for what one connection receives, and for what it sends.
+    pub rti_memory: (usize, usize),
 }
 
 /// Somebody who is no federate, and connects to one.
@@ -152,6 +155,7 @@ impl Plan {
             strangers: BTreeSet::new(),
             intruders: Vec::new(),
             fates: Vec::new(),
+            rti_memory: (usize::MAX, usize::MAX),
         }
     }
 }
@@ -299,15 +303,52 @@ fn report(results: Results, trouble: Option<Trouble>) -> Report {
     report
 }
 
+/// Memory that has an end before it was said to have one.
+struct Scarce {
+    growing: Growing,
+    memory: usize,
+}
+
+impl AsRef<[u8]> for Scarce {
+    fn as_ref(&self) -> &[u8] {
+        self.growing.as_ref()
+    }
+}
+
+impl AsMut<[u8]> for Scarce {
+    fn as_mut(&mut self) -> &mut [u8] {
+        self.growing.as_mut()
+    }
+}
+
+impl Storage for Scarce {
+    fn bytes_usual(&self) -> usize {
+        self.growing.bytes_usual()
+    }
+
+    fn bytes_max(&self) -> usize {
+        self.growing.bytes_max()
+    }
+
+    fn grow(&mut self, bytes: usize) -> bool {
+        bytes <= self.memory && self.growing.grow(bytes)
+    }
+
+    fn shrink(&mut self) {
+        self.growing.shrink();
+    }
+}
+
 fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<String>) -> Result<Outcome, RunError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;
     let bytes = buffer_bytes(4, count);
     // So short that they have to grow for most messages and are given back after them.
-    let buffer = || Growing::new(1, 16, bytes);
+    let buffer = |memory| Scarce { growing: Growing::new(1, 16, bytes), memory };
+    let (input, output) = plan.rti_memory;
     let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
-        (0..connections).map(|_| (Inlet::new(buffer()), Outgoing::new(buffer()))).unzip();
+        (0..connections).map(|_| (Inlet::new(buffer(input)), Outgoing::new(buffer(output)))).unzip();
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit: 64 });
     let setup = RtiSetup {
         config: Config {
