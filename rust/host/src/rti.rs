@@ -17,14 +17,14 @@ use crate::trace::Traced;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
-/// Length of a buffer that has not had to hold more: twice what is read at once, so that what is left of a message takes
-/// no room from what comes next.
+/// Length of a buffer that has not had to hold more: twice what is read at once, so that what is left of a message
+/// takes no room from what comes next.
 const BUFFER_BYTES_IDLE: usize = 1 << 17;
 /// Most bytes that wait for a receiver before its senders have to, unless a single message is longer.
 const BUFFER_BYTES_USUAL: usize = 1 << 21;
 /// The longest message is this part of the computer's memory, unless told otherwise: it lies in the buffers of its
 /// sender and its receiver, which grow by doubling, and there is more than one of each.
-const MEMORY_PART: u64 = 8;
+const MEMORY_PART: usize = 8;
 /// How many different tags of messages to one federate are remembered exactly while they are on their way: at most and
 /// at least. In between, all federates together have so many that they take 2 MB.
 const IN_TRANSIT_MAX: usize = 1024;
@@ -65,8 +65,9 @@ impl Options {
     /// memory, and no more than a message can have.
     pub fn payload_bytes_max_default() -> usize {
         let system = rustix::system::sysinfo();
-        let memory = u64::from(system.totalram).saturating_mul(system.mem_unit.into());
-        usize::try_from((memory / MEMORY_PART).min(u32::MAX.into())).unwrap_or(usize::MAX)
+        let units = usize::try_from(system.totalram).unwrap_or(usize::MAX);
+        let bytes = units.saturating_mul(usize::try_from(system.mem_unit).unwrap_or(1));
+        (bytes / MEMORY_PART).min(usize::try_from(u32::MAX).unwrap_or(usize::MAX))
     }
 
     /// An RTI without clock synchronization for this federation, on a port that the system chooses.

@@ -246,8 +246,8 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
                 upstream: &mut parts.upstream,
                 in_transit: fill(&mut parts.in_transit, || Tag::NEVER),
             },
-            inlets: fill_from(&mut parts.inlets, parts.inputs.iter_mut().map(|bytes| Inlet::new(&mut bytes[..]))),
-            outgoings: fill_from(&mut parts.outgoings, parts.outputs.iter_mut().map(|bytes| Outgoing::new(&mut bytes[..]))),
+            inlets: fill_from(&mut parts.inlets, slices(&mut parts.inputs).map(Inlet::new)),
+            outgoings: fill_from(&mut parts.outgoings, slices(&mut parts.outputs).map(Outgoing::new)),
             datagrams: *datagrams,
         };
         match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Run)? {
@@ -255,6 +255,11 @@ impl<const BYTES: usize> ImageRti for Memory<BYTES> {
             outcome => Err(RtiError::Ended(outcome)),
         }
     }
+}
+
+/// Buffers without their length in the type.
+fn slices<const BYTES: usize>(buffers: &mut [[u8; BYTES]]) -> impl Iterator<Item = &mut [u8]> {
+    buffers.iter_mut().map(|bytes| &mut bytes[..])
 }
 
 /// Opens a UDP port for clock synchronization. Federates answer to where the datagrams come from, so another port than
