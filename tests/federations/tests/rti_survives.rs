@@ -151,7 +151,9 @@ fn messages_of_many_megabytes() {
     std::thread::scope(|scope| {
         scope.spawn(|| {
             sender.say(&Message::NextEventTag(at(0)));
-            messages.iter().for_each(|message| sender.send(message));
+            for message in &messages {
+                sender.send(message);
+            }
             sender.resign();
         });
         for message in &messages {
@@ -186,7 +188,8 @@ fn a_message_that_is_longer_than_the_limit() {
 fn a_message_that_claims_to_be_huge() {
     let (mut rti, port) = rti(&["--max-message", &u32::MAX.to_string()]);
     let [mut wrong, mut right] = started(port);
-    let mut bytes = encoded(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: &[3; 1_000_000] });
+    let payload = vec![3; 1_000_000];
+    let mut bytes = encoded(&Message::TaggedMessage { port: 0, federate: 1, tag: at(0), payload: &payload });
     bytes[5..9].copy_from_slice(&u32::MAX.to_le_bytes());
     wrong.send(&bytes);
     drop(wrong);
