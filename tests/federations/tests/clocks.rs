@@ -10,8 +10,8 @@ use lf_federations::{Lfz, Run, programs};
 fn clock_messages(test: &str, program: &str) -> Vec<(String, String)> {
     let executables = Lfz::build(test, &programs().join(program));
     let folder = tempfile::tempdir().expect("there is a folder for such");
-    let (rti, port) =
-        Lfz::rti_in(folder.path(), &["-n", "2", "-i", "clocks", "-c", "on", "period", "5000000", "--tracing"]);
+    let options = ["-n", "2", "-i", "clocks", "-c", "on", "period", "5000000", "--trace-csv", "messages.csv"];
+    let (rti, port) = Lfz::rti_in(folder.path(), &options);
     let start = |executable| {
         let mut command = Command::new(executable);
         command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", "clocks"]);
@@ -21,7 +21,7 @@ fn clock_messages(test: &str, program: &str) -> Vec<(String, String)> {
     for finished in runs.into_iter().map(Run::finish).chain([rti.finish()]) {
         assert_eq!(finished.code(), 0, "{finished}");
     }
-    let trace = std::fs::read_to_string(folder.path().join("rti.csv")).expect("the RTI has written it");
+    let trace = std::fs::read_to_string(folder.path().join("messages.csv")).expect("the RTI has written it");
     let columns = trace.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let named = columns.filter(|columns| ["T1", "T3", "T4", "CODED_PROBE"].contains(&columns[3]));
     named.map(|columns| (columns[2].to_owned(), columns[3].to_owned())).collect()

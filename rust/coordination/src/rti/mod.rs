@@ -30,6 +30,7 @@ mod clock_sync;
 mod config;
 mod delay;
 mod departure;
+mod doubt;
 mod downstream;
 mod earliest;
 mod grants;
@@ -61,6 +62,7 @@ pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CLOCK_TIME_OUT, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
+pub use doubt::{CLOCK_MAX, Doubt};
 pub use graph::Node;
 pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
 pub use path::PathWords;

@@ -8,6 +8,7 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::DecodeError;
 use lf_wire::june_2026::{Message, MessageType, RejectCode};
 
+use super::doubt::Doubt;
 use super::watch::Waits;
 use crate::FederateId;
 use crate::tag::to_wire;
@@ -121,6 +122,8 @@ pub enum Violation {
     },
     /// This message may not come at this point.
     Unexpected(MessageType),
+    /// The clock that it tells can be none.
+    Clock(Instant),
     /// A federate is named that the federation does not have.
     NoSuchFederate(u16),
     /// The delay of a connection is negative or for ever.
@@ -151,6 +154,9 @@ impl fmt::Display for Violation {
                  {bytes}`, or, if it is on a board, build it from the program that the federates are from"
             ),
             Self::Unexpected(message_type) => write!(f, "{message_type} may not come at this point"),
+            Self::Clock(clock) => {
+                write!(f, "its clock shows {} ns since 1970, a time after the year 2199", clock.as_nanos())
+            }
             Self::NoSuchFederate(id) => write!(f, "it named federate {id}, which the federation does not have"),
             Self::Delay { upstream, delay_ns } => {
                 write!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
@@ -213,6 +219,13 @@ pub enum Notice<'a> {
         cause: Cause,
         /// Whether the federation had started.
         started: bool,
+    },
+    /// A federate says what is hardly true. Told once of each.
+    Doubtful {
+        /// The federate.
+        federate: FederateId,
+        /// What it says.
+        doubt: Doubt,
     },
     /// Somebody has been waiting for too long.
     Waits(Waits),
@@ -286,6 +299,7 @@ impl fmt::Display for Notice<'_> {
             Self::Lost { federate, cause, started: false } => {
                 write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
             }
+            Self::Doubtful { federate, doubt } => write!(f, "federate {federate} {doubt}"),
             Self::Waits(ref waits) => waits.fmt(f),
             Self::Missing(federate) => {
                 write!(f, "federate {federate} is missing: the federation ends without having started")

@@ -115,11 +115,15 @@ impl Rti<'_> {
             }
             Message::PortAbsent { federate: to, .. } => return self.forward(federate, to, message, outlet),
             Message::NextEventTag(tag) => {
+                self.doubt_next_event(federate, from_wire(tag), outlet);
                 self.in_transit(federate).announce(from_wire(tag));
                 self.on_next_event(federate, self.not_after_stop(federate, from_wire(tag)), outlet);
                 self.note_idleness(self.graph.next_event(federate));
             }
-            Message::LatestTagComplete(tag) => self.on_complete(federate, from_wire(tag), outlet),
+            Message::LatestTagComplete(tag) => {
+                self.doubt_completed(federate, from_wire(tag), outlet);
+                self.on_complete(federate, from_wire(tag), outlet);
+            }
             Message::StopRequest(tag) => self.on_stop_request(now, federate, from_wire(tag), outlet),
             Message::StopReply(tag) => self.on_stop_reply(federate, from_wire(tag), outlet),
             _ => return unexpected,

@@ -4,6 +4,7 @@
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::MessageType;
 
+use super::doubt::CLOCK_MAX;
 use super::storage::Membership;
 use super::watch::Watch;
 use super::{Notice, Outlet, Rti, START_DELAY, Violation};
@@ -19,6 +20,9 @@ impl Rti<'_> {
         if self.start.is_some() || self.slots[federate].clock.is_some() {
             return Err(Violation::Unexpected(MessageType::Timestamp));
         }
+        if clock >= CLOCK_MAX {
+            return Err(Violation::Clock(clock));
+        }
         self.slots[federate].clock = Some(clock);
         let mut latest = clock;
         for slot in self.slots.iter() {
@@ -32,6 +36,7 @@ impl Rti<'_> {
         self.watch = Watch::default();
         self.graph.find_paths();
         outlet.notice(Notice::Started(start));
+        self.doubt_clocks(outlet);
         self.broadcast(|_| true, |pending| pending.start = true, outlet);
         Ok(())
     }

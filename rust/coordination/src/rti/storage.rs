@@ -117,6 +117,8 @@ pub struct Slot {
     pub(super) udp_port: u16,
     /// The rounds of its clock synchronization.
     pub(super) poll: Poll,
+    /// Something that it said was doubtful.
+    pub(super) doubted: bool,
     /// What it waits for, if that is looked at.
     pub(super) seen: Seen,
 }
@@ -139,6 +141,7 @@ impl Slot {
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
         poll: Poll::NONE,
+        doubted: false,
         seen: Seen::NOTHING,
     };
 

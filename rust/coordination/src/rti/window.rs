@@ -21,8 +21,8 @@
 //! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
 //! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So
 //! it is looked for there, and the connection read on meanwhile, until there are as many bytes as the longest message
-//! has, or [`LOOK_AHEAD_BYTES_MAX`] behind the message. Then the message goes. Once the stop tag is known, messages with
-//! later tags hold nothing back, for they are never taken.
+//! has, or [`LOOK_AHEAD_BYTES_MAX`] behind the message. Then the message goes. Once the stop tag is known, messages
+//! with later tags hold nothing back, for they are never taken.
 //!
 //! **A sender that is gone** has said all the same what is held. If its answer to a stop is not behind that, it never
 //! comes, so the sender counts as agreed, as one that has left does, though it leaves only when all has been passed on.

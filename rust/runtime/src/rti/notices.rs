@@ -12,6 +12,7 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::RejectedBy { .. }
         | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. }
+        | Notice::Doubtful { .. }
         | Notice::MadeWay
         | Notice::Waits(Waits::Grant { .. } | Waits::Stop(_) | Waits::Sender { .. })
         | Notice::Stranger(_)

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A federate whose words cannot be true is named, or ended, instead of letting all wait without a word.
+
+mod rti_support;
+
+use lf_coordination::rti::CLOCK_MAX;
+use lf_model::time::Interval;
+use lf_wire::june_2026::{DELAY_NONE, Message};
+use rti_support::dialogue::{at, config, hello, read, started};
+use rti_support::{Sizes, World};
+
+const HOUR: Interval = Interval::from_secs(3600);
+
+fn doubts(world: &World, federate: u16) -> Vec<&str> {
+    let begin = format!("federate {federate} ");
+    let said = world.outlet.notices.iter().filter_map(|notice| notice.strip_prefix(&begin));
+    said.filter(|words| ["says that", "announces", "has a clock"].iter().any(|begin| words.starts_with(begin)))
+        .collect()
+}
+
+#[test]
+fn a_clock_at_the_end_of_time_is_refused() {
+    for clock in [CLOCK_MAX.as_nanos(), i64::MAX] {
+        let mut world = World::new(config(), Sizes::ample(2));
+        let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
+        world.message(federates[0], &Message::Timestamp(clock));
+        assert_eq!(read(&mut world, federates[0]), ["FAILED"]);
+        let words = format!("its clock shows {clock} ns since 1970, a time after the year 2199");
+        assert!(world.outlet.notices.iter().any(|notice| notice.ends_with(&words)), "{:?}", world.outlet.notices);
+        assert_eq!(world.rti.start_time(), None);
+    }
+}
+
+#[test]
+fn clocks_that_are_far_apart_are_named() {
+    for (apart, named) in [(HOUR.as_nanos(), false), (HOUR.as_nanos() + 1, true)] {
+        let mut world = World::new(config(), Sizes::ample(2));
+        let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
+        world.message(federates[0], &Message::Timestamp(500));
+        world.message(federates[1], &Message::Timestamp(500 + apart));
+        assert!(world.rti.start_time().is_some());
+        let doubts = doubts(&world, 1);
+        assert_eq!(!doubts.is_empty(), named);
+        let words = "has a clock that is 3600 s ahead of that of federate 0, which waits for so long: set the clocks, or use \
+                     `clock-sync: init`";
+        assert!(!named || doubts == [words], "{doubts:?}");
+    }
+}
+
+#[test]
+fn who_completes_what_was_not_granted_is_named_once() {
+    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    world.message(federates[1], &Message::NextEventTag(at(0)));
+    for ns in [5, 9] {
+        world.message(federates[1], &Message::LatestTagComplete(at(ns)));
+    }
+    assert_eq!(
+        doubts(&world, 1),
+        [
+            "says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too late"
+        ]
+    );
+    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+}
+
+#[test]
+fn an_event_before_what_is_complete_is_named() {
+    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    world.message(federates[0], &Message::LatestTagComplete(at(8)));
+    world.message(federates[0], &Message::NextEventTag(at(9)));
+    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+    world.message(federates[0], &Message::NextEventTag(at(8)));
+    assert_eq!(
+        doubts(&world, 0),
+        ["announces an event at (1000000008 ns, 0), though it has completed (1000000008 ns, 0)"]
+    );
+}
+
+/// An announcement may become earlier: a message has come for it, or a physical action.
+#[test]
+fn an_earlier_event_that_is_not_complete_is_none_to_doubt() {
+    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![(0, DELAY_NONE)]]);
+    for ns in [9, 7] {
+        world.message(federates[0], &Message::NextEventTag(at(ns)));
+    }
+    assert_eq!(doubts(&world, 0), Vec::<&str>::new());
+}
