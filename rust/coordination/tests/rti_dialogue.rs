@@ -4,7 +4,7 @@
 mod rti_support;
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{AfterLoss, Cause, Config, Outcome, Status};
+use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
 use lf_model::time::{Instant, Interval};
 use lf_wire::Tag;
 use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure, RejectCode};
@@ -76,7 +76,7 @@ fn a_silent_connection_is_given_up_and_its_id_is_free() {
     assert!(!world.outlet.list[silent.0].open);
     world.take(silent, usize::MAX);
     hello(&mut world, 0, &[]);
-    assert_eq!(world.rti.poll_timeout(), Deadline::Never);
+    assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
 }
 
 #[test]
