@@ -73,7 +73,12 @@ impl Sockets {
             Ok(_) | Err(Errno::INTR) => {}
             Err(errno) => return Err(errno.into()),
         }
-        Ok(Self { epoll, places: Vec::new(), events: Vec::with_capacity(EVENTS), silence: Silence::default() })
+        Ok(Self {
+            epoll,
+            places: Vec::new(),
+            events: Vec::with_capacity(EVENTS),
+            silence: Silence::new(Instant::now()),
+        })
     }
 
     /// See [`lf_runtime::platform::Platform::connect`].
@@ -254,10 +259,10 @@ impl Sockets {
             return false;
         }
         let now = Instant::now();
-        if !self.silence.is_due(now) {
-            return true;
+        if self.silence.is_due(now) {
+            self.silence.look(now);
         }
-        let gone = self.silence.look(now);
+        let gone = self.silence.heard(now);
         if !gone.is_empty() {
             for socket in sockets {
                 if ends(&socket.descriptor).is_some_and(|ends| gone.contains(&ends)) {

@@ -5,10 +5,15 @@
 //! quarter of an hour, and its user time-out would also end connections whose receiver is there, but takes nothing for
 //! a time, which is how a federation slows a sender down. So it is looked at which connections repeat what they have
 //! sent: one that has done nothing else for [`SILENCE`] is at its end.
+//!
+//! Linux goes through its whole table of connections to say that, which can take it ten milliseconds however few there
+//! are. So a thread asks, and what it has heard is judged when the event loop comes by again.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::net::SocketAddrV4;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// How long a connection may repeat what it has sent; as long as a silent one is asked whether it is alive.
@@ -22,23 +27,51 @@ const CONNECTIONS: &str = "/proc/self/net/tcp";
 pub(super) type Ends = (SocketAddrV4, SocketAddrV4);
 
 /// Since when which connections repeat what they have sent.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Silence {
-    looked: Option<Instant>,
+    /// When it was looked last, or this was made.
+    looked: Instant,
+    /// What a thread is about to hear of all connections.
+    hearing: Option<Receiver<String>>,
     since: BTreeMap<Ends, Instant>,
 }
 
 impl Silence {
-    /// Whether it is time to look.
-    pub(super) fn is_due(&self, now: Instant) -> bool {
-        self.looked.is_none_or(|looked| now.duration_since(looked) >= LOOK_INTERVAL)
+    /// Nothing is known before the first interval is over, nor can anything have been repeated for long.
+    pub(super) fn new(now: Instant) -> Self {
+        Self { looked: now, hearing: None, since: BTreeMap::new() }
     }
 
-    /// Looks, and says which connections have been repeating for too long.
-    pub(super) fn look(&mut self, now: Instant) -> Vec<Ends> {
-        self.looked = Some(now);
-        let connections = fs::read_to_string(CONNECTIONS).unwrap_or_default();
-        self.judge(&connections, now)
+    /// Whether it is time to look.
+    pub(super) fn is_due(&self, now: Instant) -> bool {
+        now.duration_since(self.looked) >= LOOK_INTERVAL
+    }
+
+    /// Begins to look. Without a thread nothing is heard, and all is as Linux has it.
+    pub(super) fn look(&mut self, now: Instant) {
+        self.looked = now;
+        let (tell, hear) = channel();
+        let read = move || {
+            // Whoever has asked may be gone.
+            let _ = tell.send(fs::read_to_string(CONNECTIONS).unwrap_or_default());
+        };
+        self.hearing = thread::Builder::new().spawn(read).ok().map(|_| hear);
+    }
+
+    /// Says which connections have been repeating for too long, once after each look.
+    pub(super) fn heard(&mut self, now: Instant) -> Vec<Ends> {
+        let Some(hearing) = &self.hearing else { return Vec::new() };
+        match hearing.try_recv() {
+            Err(TryRecvError::Empty) => Vec::new(),
+            Err(TryRecvError::Disconnected) => {
+                self.hearing = None;
+                Vec::new()
+            }
+            Ok(connections) => {
+                self.hearing = None;
+                self.judge(&connections, now)
+            }
+        }
     }
 
     fn judge(&mut self, connections: &str, now: Instant) -> Vec<Ends> {
@@ -70,9 +103,10 @@ fn address(text: &str) -> Option<SocketAddrV4> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Ends, SILENCE, Silence};
+    use super::{Ends, LOOK_INTERVAL, SILENCE, Silence};
     use std::fmt::Write as _;
     use std::net::{Ipv4Addr, SocketAddrV4};
+    use std::sync::mpsc::channel;
     use std::time::{Duration, Instant};
 
     const RTI: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(10, 0, 0, 1), 15045);
@@ -97,7 +131,7 @@ mod tests {
     #[test]
     fn who_repeats_for_too_long_is_at_the_end() {
         let begin = Instant::now();
-        let mut silence = Silence::default();
+        let mut silence = Silence::new(begin);
         // Board 4 has a closed window, 5 is asked whether it is alive, 6 has just been sent something.
         let text = connections(&[(2, 1, 1), (3, 1, 9), (4, 4, 0), (5, 2, 0), (6, 1, 0)]);
         assert_eq!(silence.judge(&text, begin), []);
@@ -108,7 +142,7 @@ mod tests {
     #[test]
     fn an_acknowledgement_begins_anew() {
         let begin = Instant::now();
-        let mut silence = Silence::default();
+        let mut silence = Silence::new(begin);
         assert_eq!(silence.judge(&connections(&[(2, 1, 3)]), begin), []);
         assert_eq!(silence.judge(&connections(&[(2, 1, 0)]), begin + SILENCE / 2), []);
         assert_eq!(silence.judge(&connections(&[(2, 1, 1)]), begin + SILENCE), []);
@@ -117,17 +151,38 @@ mod tests {
 
     #[test]
     fn what_linux_does_not_say_is_no_silence() {
-        assert_eq!(Silence::default().judge("", Instant::now()), []);
-        assert_eq!(Silence::default().judge("no: such lines", Instant::now()), []);
+        assert_eq!(Silence::new(Instant::now()).judge("", Instant::now()), []);
+        assert_eq!(Silence::new(Instant::now()).judge("no: such lines", Instant::now()), []);
     }
 
     #[test]
     fn it_is_looked_now_and_then() {
         let now = Instant::now();
-        let mut silence = Silence::default();
-        assert!(silence.is_due(now));
-        assert!(silence.look(now).is_empty());
-        assert!(!silence.is_due(now + Duration::from_secs(4)));
-        assert!(silence.is_due(now + Duration::from_secs(5)));
+        let mut silence = Silence::new(now);
+        for begin in [now, now + LOOK_INTERVAL] {
+            assert!(!silence.is_due(begin + Duration::from_secs(4)));
+            assert!(silence.is_due(begin + Duration::from_secs(5)));
+            silence.look(begin + LOOK_INTERVAL);
+        }
+    }
+
+    /// Nobody waits for what Linux says: it is there at some later look, or never.
+    #[test]
+    fn what_is_heard_is_judged_when_it_is_there() {
+        let begin = Instant::now();
+        let mut silence = Silence::new(begin);
+        assert_eq!(silence.heard(begin), []);
+        let (tell, hear) = channel();
+        silence.hearing = Some(hear);
+        assert_eq!(silence.heard(begin), []);
+        for now in [begin, begin + SILENCE] {
+            let (tell, hear) = channel();
+            silence.hearing = Some(hear);
+            tell.send(connections(&[(2, 1, 9)])).expect("it is heard");
+            let gone = if now == begin { vec![] } else { vec![board(2)] };
+            assert_eq!(silence.heard(now), gone);
+            assert_eq!(silence.heard(now), []);
+        }
+        drop(tell);
     }
 }
