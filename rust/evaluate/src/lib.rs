@@ -9,6 +9,7 @@ pub mod applications;
 pub mod clock;
 mod forwarder;
 mod graph;
+mod initial;
 mod latency;
 mod peer;
 mod process;
@@ -18,6 +19,7 @@ mod swarm;
 
 pub use forwarder::{Waiting, forward};
 pub use graph::{Graph, Shape};
+pub use initial::{InitialExchanges, SPREAD_MAX};
 pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
 pub use peer::{Load, Peer};
 pub use process::{Program, RunningRti, Usage};
@@ -29,4 +31,6 @@ pub use swarm::{Swarm, Traffic};
 pub const FEDERATION: &str = "evaluate";
 
 /// What went wrong, in a sentence.
-pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+pub type Error = Box<dyn std::error::Error>;
+/// Of what can go wrong.
+pub type Result<T> = std::result::Result<T, Error>;

@@ -83,6 +83,8 @@ enum Part {
     Large,
     /// How far clocks are apart, in virtual time.
     Clock,
+    /// How evenly an RTI answers in the exchanges of clock synchronization before the start.
+    Initial,
     /// How long a message of the message test takes on Linux, beside a raw connection.
     Delay,
     /// How many messages of the message test get through in a second.

@@ -28,11 +28,16 @@ impl Program {
         }
     }
 
-    /// Starts it for so many federates, on a port that is free.
+    /// Starts it for so many federates, on a port that is free, without clock synchronization.
     ///
     /// # Errors
     /// When it cannot be started.
     pub fn start(&self, federates: u16) -> Result<RunningRti> {
+        self.start_with(federates, &["off"])
+    }
+
+    /// The same, with this behind its option `-c`.
+    pub(crate) fn start_with(&self, federates: u16, clock_sync: &[&str]) -> Result<RunningRti> {
         let port = free_port()?;
         let mut command = match self {
             Self::Ours(path) => {
@@ -42,7 +47,8 @@ impl Program {
             }
             Self::Stock(path) => Command::new(path),
         };
-        command.args(["-i", FEDERATION, "-n", &federates.to_string(), "-p", &port.to_string(), "-c", "off"]);
+        command.args(["-i", FEDERATION, "-n", &federates.to_string(), "-p", &port.to_string(), "-c"]);
+        command.args(clock_sync);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         let child = command.spawn().map_err(|error| format!("{} cannot be started: {error}", self.name()))?;
         Ok(RunningRti { child: ChildGuard(child), port })

@@ -6,8 +6,8 @@ use std::time::Duration;
 use clap::ValueEnum;
 use lf_evaluate::applications::{self, Applications, Board};
 use lf_evaluate::{
-    Graph, Latency, Load, Program, Result, Shape, Swarm, Table, Traffic, Usage, Waiting, clock, forwarder_latency,
-    program_latency,
+    Graph, InitialExchanges, Latency, Load, Program, Result, SPREAD_MAX, Shape, Swarm, Table, Traffic, Usage, Waiting,
+    clock, forwarder_latency, program_latency,
 };
 
 use crate::{Arguments, Part};
@@ -18,6 +18,8 @@ const PERIOD_NS: i64 = 1_000_000;
 const WARM_UP: Duration = Duration::from_millis(300);
 /// How long an RTI may take to end when all federates have left.
 const END_TIME_OUT: Duration = Duration::from_secs(15);
+/// Federations of the exchanges before the start, for each round.
+const INITIAL_RUNS: u32 = 10;
 /// Without a limit of rounds.
 const ENDLESS: u64 = u64::MAX;
 
@@ -47,6 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             Part::Growth => growth(arguments, &programs),
             Part::Large => large(arguments, &programs),
             Part::Clock => clocks(arguments),
+            Part::Initial => initial(arguments, &programs)?,
             Part::Delay => applications::delay(&applications, arguments.rounds)?,
             Part::Rate => applications::rate(&applications, arguments.rounds)?,
             Part::Grid => applications::grid(&applications, arguments.iterations)?,
@@ -116,6 +119,40 @@ fn clocks(arguments: &Arguments) {
         "The stock federate discards the exchanges before the start when their round trips differ by 100 µs or more, \
          and then begins with the whole offset."
     );
+}
+
+fn initial(arguments: &Arguments, programs: &[Program]) -> Result<()> {
+    println!(
+        "\nTen exchanges before the start in µs, of federates that come at once; {} federations each",
+        INITIAL_RUNS * arguments.rounds
+    );
+    println!(
+        "The spread is the standard deviation of a federate's round trips; from {:.0} µs on, a stock federate throws \
+         them away.",
+        micros(SPREAD_MAX)
+    );
+    let headings = ["federates, RTI", "thrown away", "spread: median", "90 %", "most", "answer: median", "99 %"];
+    let mut table = Table::new(&headings);
+    for federates in [1, 3, 8, 32] {
+        let mut seen: Vec<_> = programs.iter().map(|_| InitialExchanges::default()).collect();
+        for _ in 0..INITIAL_RUNS * arguments.rounds {
+            for (program, seen) in programs.iter().zip(&mut seen) {
+                seen.run(program, federates)?;
+            }
+        }
+        for (program, seen) in programs.iter().zip(&seen) {
+            let mut cells = vec![
+                format!("{federates}, {}", program.name()),
+                format!("{} of {}", seen.thrown_away, seen.spreads.count()),
+            ];
+            let times = [50, 90, 100].map(|percent| seen.spreads.percentile(percent));
+            let times = times.into_iter().chain([50, 99].map(|percent| seen.answers.percentile(percent)));
+            cells.extend(times.map(|time| format!("{:.1}", micros(time))));
+            table.row(cells);
+        }
+    }
+    println!("{table}");
+    Ok(())
 }
 
 fn latency(arguments: &Arguments, programs: &[Program]) -> Result<()> {

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How evenly an RTI answers in the exchanges of clock synchronization before the start, as federates see it that all
+//! come at once.
+//!
+//! A stock federate throws its exchanges away, and begins with the whole offset of its clock, if the standard deviation
+//! of their round trips is 100 µs or more: one of ten that takes a third of a millisecond longer suffices for that.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::sync::Barrier;
+use std::time::{Duration, Instant};
+
+use lf_wire::Limits;
+use lf_wire::june_2026::{Decoded, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, decode};
+
+use crate::peer::connect;
+use crate::{FEDERATION, Program, Result, Samples};
+
+/// LF's default, which both sides know.
+const TRIALS: u32 = 10;
+/// Bytes of T1 and T4.
+const TIME_BYTES: usize = 9;
+/// How long an RTI may be silent.
+const SILENCE_MAX: Duration = Duration::from_secs(10);
+/// From this spread on, a stock federate throws its exchanges away.
+pub const SPREAD_MAX: Duration = Duration::from_micros(100);
+
+/// What federates have seen.
+#[derive(Clone, Debug, Default)]
+pub struct InitialExchanges {
+    /// The standard deviation of each federate's round trips, (T4 - T1) - (T3 - T2).
+    pub spreads: Samples,
+    /// How long after each T3 its T4 came.
+    pub answers: Samples,
+    /// How many federates have thrown their exchanges away.
+    pub thrown_away: u32,
+}
+
+impl InitialExchanges {
+    /// Lets so many federates join a new RTI at once, and adds what they see.
+    ///
+    /// # Errors
+    /// When the RTI cannot be started, or does not answer as it should.
+    pub fn run(&mut self, program: &Program, federates: u16) -> Result<()> {
+        let rti = program.start_with(federates, &["init", "exchanges-per-interval", &TRIALS.to_string()])?;
+        let streams: Result<Vec<_>> = (0..federates).map(|_| connect(rti.port)).collect();
+        let barrier = Barrier::new(federates.into());
+        let seen: Vec<_> = std::thread::scope(|scope| {
+            let join = |(id, stream)| {
+                let barrier = &barrier;
+                scope.spawn(move || {
+                    barrier.wait();
+                    join(stream, id).map_err(|error| format!("federate {id}: {error}"))
+                })
+            };
+            let threads: Vec<_> = (0..federates).zip(streams?).map(join).collect();
+            Ok::<_, crate::Error>(threads.into_iter().map(std::thread::ScopedJoinHandle::join).collect())
+        })?;
+        for seen in seen {
+            let (spread, answers, _) = seen.map_err(|_| "a federate has panicked")??;
+            self.thrown_away += u32::from(spread >= SPREAD_MAX);
+            self.spreads.push(spread);
+            for answer in answers {
+                self.answers.push(answer);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Goes through the handshake and the exchanges. Gives the spread of the round trips, how long answers took, and the
+/// connection, which stays open for the others' sake.
+fn join(mut stream: TcpStream, id: u16) -> Result<(Duration, Vec<Duration>, TcpStream)> {
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(SILENCE_MAX))?;
+    say(&mut stream, &Message::FedIds { federate: id, federation_id: FEDERATION.as_bytes() })?;
+    let mut ack = [0];
+    stream.read_exact(&mut ack)?;
+    say(&mut stream, &Message::NeighborStructure(NeighborStructure::new(&[], &[])))?;
+    say(&mut stream, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_INITIAL))?;
+    let (mut round_trips, mut answers) = (Vec::new(), Vec::new());
+    for _ in 0..TRIALS {
+        let t1 = hear(&mut stream)?;
+        let t2 = Instant::now();
+        say(&mut stream, &Message::T3 { federate: id })?;
+        let t3 = Instant::now();
+        let t4 = hear(&mut stream)?;
+        answers.push(t3.elapsed());
+        round_trips.push(t4 - t1 - i64::try_from((t3 - t2).as_nanos())?);
+    }
+    Ok((spread(&round_trips), answers, stream))
+}
+
+fn say(stream: &mut TcpStream, message: &Message<'_>) -> Result<()> {
+    let mut bytes = vec![0; message.encoded_len()];
+    message.encode(&mut bytes)?;
+    Ok(stream.write_all(&bytes)?)
+}
+
+/// The time that the RTI tells.
+fn hear(stream: &mut TcpStream) -> Result<i64> {
+    let mut bytes = [0; TIME_BYTES];
+    stream.read_exact(&mut bytes)?;
+    match decode(&bytes, &Limits::NONE) {
+        Ok(Decoded::Complete { message: Message::T1(time) | Message::T4(time), .. }) => Ok(time),
+        other => Err(format!("the RTI does not synchronize clocks, but says {other:?}").into()),
+    }
+}
+
+/// The standard deviation of these times in ns.
+#[expect(clippy::cast_precision_loss, reason = "round trips are far below 2^53 ns")]
+fn spread(times: &[i64]) -> Duration {
+    let count = times.len().max(1) as f64;
+    let mean = times.iter().map(|time| *time as f64).sum::<f64>() / count;
+    let variance = times.iter().map(|time| (*time as f64 - mean).powi(2)).sum::<f64>() / count;
+    Duration::from_secs_f64(variance.sqrt() / 1e9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_slow_round_trip_of_ten_spreads_them_by_three_tenths_of_what_it_takes_more() {
+        let mut times = [50_000; 10];
+        times[7] += 400_000;
+        assert_eq!(spread(&times), Duration::from_micros(120));
+    }
+}
