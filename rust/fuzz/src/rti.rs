@@ -179,6 +179,7 @@ impl World<'_> {
                     assert!(len > 0 && len <= bytes.len());
                     peer.input = bytes[len..].to_vec();
                     any = true;
+                    while self.rti.poll_exchange(self.now, &mut self.oracle).is_some() {}
                     continue;
                 }
                 Verdict::Incomplete(need) => {
@@ -214,9 +215,11 @@ impl World<'_> {
         }
     }
 
-    /// Offers again what waits, until nothing more is taken.
+    /// Offers again what waits, until nothing more is taken, and sends the times that are due.
     fn resume(&mut self) {
         loop {
+            while self.rti.poll_exchange(self.now, &mut self.oracle).is_some() {}
+            assert!(!self.rti.poll_exchange_timeout().is_due(self.now), "all times are sent");
             let waiting = (0..CONNECTIONS).filter(|connection| self.waits[*connection].is_some());
             let waiting: Vec<_> = waiting.collect();
             if !waiting.into_iter().any(|connection| self.offer(connection)) {

@@ -3,15 +3,16 @@
 //!
 //! Each message has its place: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
 //! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`;
-//! `UDP_PORT`; then, if both sides want it, the initial clock synchronization. Anything else is refused, as soon as as
-//! many bytes are there as the header of the right message has. A connection that comes when all federates are there is
-//! told the true reason why it is refused, once it has said who it is.
+//! `UDP_PORT`; then, if both sides want it, the initial clock synchronization (`exchange`). Anything else is refused,
+//! as soon as as many bytes are there as the header of the right message has. A connection that comes when all
+//! federates are there is told the true reason why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
 use lf_wire::june_2026::{
     Decoded, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode,
 };
 
+use super::exchange::TIME_MESSAGE_BYTES;
 use super::graph::NeighborError;
 use super::storage::{Connection, Membership, Phase};
 use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
@@ -67,6 +68,7 @@ impl Rti<'_> {
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
                 *known = Connection { phase, federate: None, address, deadline: None, ended: false };
                 self.set_deadline(connection, deadline);
+                self.note_handshake(now);
             }
             _ => outlet.close(connection),
         }
@@ -86,7 +88,7 @@ impl Rti<'_> {
             Phase::Ids { .. } => MessageType::FedIds,
             Phase::Neighbors => MessageType::NeighborStructure,
             Phase::UdpPort => MessageType::UdpPort,
-            Phase::ClockSync { .. } => MessageType::T3,
+            Phase::Turn { .. } | Phase::Asked { .. } | Phase::ClockSync { .. } => MessageType::T3,
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
         };
         // A peer that does not authenticate may send less than a proof has, and then wait for an answer.
@@ -105,8 +107,14 @@ impl Rti<'_> {
         };
         match self.take_step(now, connection, message, outlet) {
             Ok(Step::Done) => {
+                if expected != MessageType::T3 {
+                    self.note_handshake(now);
+                }
+                // Whoever waits for its turn is not silent by its own fault.
+                let waits_for_turn = matches!(self.connections[connection.0].phase, Phase::Turn { .. });
                 match self.joined_on(connection) {
                     Some(federate) => self.await_clock(now, federate, connection),
+                    None if waits_for_turn => self.set_deadline(connection, None),
                     None => self.set_deadline(connection, Some(now + self.config.connection_time_out)),
                 }
                 Verdict::Consumed(len)
@@ -256,12 +264,10 @@ impl Rti<'_> {
             _ => 0,
         };
         if trials > 0 {
-            let first = Message::T1(now.as_nanos());
-            if outlet.room(connection) < first.encoded_len() {
+            if outlet.room(connection) < TIME_MESSAGE_BYTES {
                 return Step::NoRoom;
             }
-            outlet.send(connection, &first);
-            self.connections[connection.0].phase = Phase::ClockSync { left: trials };
+            self.await_turn(now, connection, trials);
         } else {
             self.join(connection, federate, outlet);
         }
@@ -269,26 +275,24 @@ impl Rti<'_> {
         Step::Done
     }
 
-    /// The federate has answered T1: it gets T4, and the next T1 unless this was the last exchange.
+    /// The federate has answered T1: it gets T4, and is to get the next T1 unless this was the last exchange.
     fn on_t3(&mut self, now: Instant, connection: ConnectionId, left: u32, outlet: &mut impl Outlet) -> Step {
-        let (answer, next) = (Message::T4(now.as_nanos()), Message::T1(now.as_nanos()));
         let left = left.saturating_sub(1);
-        let bytes = answer.encoded_len() + if left > 0 { next.encoded_len() } else { 0 };
-        if outlet.room(connection) < bytes {
+        let messages = if left > 0 { 2 } else { 1 };
+        if outlet.room(connection) < messages * TIME_MESSAGE_BYTES {
             return Step::NoRoom;
         }
-        outlet.send(connection, &answer);
-        let known = &mut self.connections[connection.0];
-        known.phase = Phase::ClockSync { left };
+        outlet.send(connection, &Message::T4(now.as_nanos()));
         if left > 0 {
-            outlet.send(connection, &next);
-        } else if let Some(federate) = known.federate {
+            self.ask_again(connection, left);
+        } else if let Some(federate) = self.connections[connection.0].federate {
             self.join(connection, federate, outlet);
         }
         Step::Done
     }
 
     fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {
+        self.leave_exchanges(connection);
         self.connections[connection.0].phase = Phase::Joined;
         self.slots[usize::from(federate)].membership = Membership::Joined(connection);
         self.occupy(federate.into());

@@ -10,6 +10,7 @@
 //!   [`Verdict::Blocked`] by that connection is offered again, as is, after input, what is [`Verdict::Held`] for it;
 //! - [`Rti::handle_end`] when nothing more will come on a connection, though what has come may still wait; and
 //!   [`Rti::handle_disconnect`] when all that is whole of it has been consumed, too;
+//! - [`Rti::poll_exchange`] after each input, and when [`Rti::poll_exchange_timeout`] says so, until it gives nothing;
 //! - [`Rti::poll_round`] and [`Rti::handle_datagram`] for clock synchronization over UDP;
 //! - [`Rti::handle_timeout`] when [`Rti::poll_timeout`] says so.
 //!
@@ -33,6 +34,7 @@ mod departure;
 mod doubt;
 mod downstream;
 mod earliest;
+mod exchange;
 mod grants;
 mod graph;
 mod handshake;
@@ -73,6 +75,7 @@ pub use watch::{Progress, START_REPORT, Waits};
 use crate::{Deadline, FederateId};
 use barrier::Barrier;
 use clock_sync::Rounds;
+use exchange::Exchanges;
 use graph::Graph;
 use idle::Idle;
 use in_transit::InTransit;
@@ -149,6 +152,7 @@ pub struct Rti<'s> {
     /// The first federate that was lost after the start.
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
+    exchanges: Exchanges,
     rounds: Rounds,
     watch: Watch,
     aborted: bool,
@@ -181,6 +185,7 @@ impl<'s> Rti<'s> {
             patience: Deadline::Never,
             loss: None,
             barrier: Barrier::default(),
+            exchanges: Exchanges::default(),
             rounds: Rounds::default(),
             watch: Watch::default(),
             aborted: false,
@@ -312,6 +317,7 @@ impl<'s> Rti<'s> {
             return;
         }
         self.set_deadline(connection, None);
+        self.leave_exchanges(connection);
         let federate = core::mem::take(&mut self.connections[connection.0]).federate;
         if let Some(federate) = federate
             && let Some(slot) = self.slots.get(usize::from(federate))

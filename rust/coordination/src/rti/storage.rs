@@ -173,6 +173,10 @@ pub(super) enum Phase {
     Neighbors,
     /// `UDP_PORT`.
     UdpPort,
+    /// Nothing: it waits for its turn since this time, and then has so many exchanges of clock synchronization.
+    Turn { since: Instant, trials: u32 },
+    /// Nothing: it is to be sent T1, this often.
+    Asked { left: u32 },
     /// T3, this often.
     ClockSync { left: u32 },
     /// Anything that a federate of the federation may say.

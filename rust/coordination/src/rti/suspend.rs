@@ -7,6 +7,7 @@ use lf_model::time::{Instant, Tag};
 use super::barrier::Barrier;
 use super::clock_sync::Rounds;
 use super::config::SetupError;
+use super::exchange::Exchanges;
 use super::graph::Graph;
 use super::idle::Idle;
 use super::stop::Stop;
@@ -22,6 +23,7 @@ pub struct Suspended {
     idle: Idle,
     loss: Option<(FederateId, Cause)>,
     barrier: Barrier,
+    exchanges: Exchanges,
     rounds: Rounds,
     aborted: bool,
 }
@@ -51,11 +53,12 @@ impl<'s> Rti<'s> {
             patience: _,
             loss,
             barrier,
+            exchanges,
             rounds,
             watch: _,
             aborted,
         } = self;
-        Suspended { start, stop, idle, loss, barrier, rounds, aborted }
+        Suspended { start, stop, idle, loss, barrier, exchanges, rounds, aborted }
     }
 
     /// Goes on where another RTI was suspended: `storage` is a copy of what that one left, or the same, and the
@@ -69,7 +72,7 @@ impl<'s> Rti<'s> {
         let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
         let count = slots.len();
         let graph = Graph::resume(&mut nodes[..count], upstream, paths, config.dnet);
-        let Suspended { start, stop, idle, loss, barrier, rounds, aborted } = state;
+        let Suspended { start, stop, idle, loss, barrier, exchanges, rounds, aborted } = state;
         let limits = config.limits(count);
         let patience = super::patience(connections);
         Ok(Self {
@@ -85,6 +88,7 @@ impl<'s> Rti<'s> {
             patience,
             loss,
             barrier,
+            exchanges,
             rounds,
             watch: Watch::default(),
             aborted,

@@ -111,6 +111,8 @@ pub struct World {
     /// Input is offered in pieces of this many bytes.
     pub piece: usize,
     stopping: bool,
+    /// Times are sent as soon as they are due, for which time passes.
+    pub tells_times: bool,
     /// How many nonces the RTI has got.
     pub nonces: u64,
 }
@@ -123,7 +125,7 @@ impl World {
         let rti = Rti::new(config, Box::leak(Box::new(memory)).storage()).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();
         let outlet = Wires { list, capacity: output, notices: Vec::new() };
-        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false, nonces: 0 }
+        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false, tells_times: true, nonces: 0 }
     }
 
     pub fn connect(&mut self) -> ConnectionId {
@@ -154,10 +156,25 @@ impl World {
     /// Offers what has come on a connection, as far as the RTI takes it.
     pub fn pump(&mut self, connection: ConnectionId) {
         self.offer(connection);
+        if self.tells_times {
+            self.exchange();
+        }
         self.let_go_on(Awaited::Input(connection));
         if !self.stopping && self.rti.stop_tag().is_some() {
             self.stopping = true;
             (0..self.outlet.list.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
+        }
+    }
+
+    /// Lets the times be sent for which nobody has to do anything but wait.
+    fn exchange(&mut self) {
+        while let due @ (Deadline::Now | Deadline::At(_)) = self.rti.poll_exchange_timeout() {
+            if let (Deadline::At(time), None) = (due, self.rti.exchanging()) {
+                self.now = self.now.max(time);
+            }
+            if self.rti.poll_exchange(self.now, &mut self.outlet).is_none() {
+                return;
+            }
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod clock_sync;
 mod connections;
+mod exchange;
 mod notices;
 
 use core::fmt;
@@ -176,11 +177,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             self.aborted = true;
             self.tell(|rti, outlet| rti.abort(outlet));
         }
+        self.exchange();
         let now = self.platform.now();
         self.accept(now);
         self.expire(now);
         for entry in 0..self.due.len() {
             self.receive(self.due.get(self.outgoings, entry));
+            self.exchange();
         }
         if self.rti.poll_timeout().is_due(now) {
             self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
@@ -509,6 +512,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         let next_event = self.rti.next_event_after(now);
         self.platform.expect(next_event);
         let look = self.log_waits.map(|(_, due)| due).into();
-        self.rti.poll_timeout().min(self.next_round()).min(self.closing).min(accept).min(look)
+        let federation = self.rti.poll_timeout().min(self.rti.poll_exchange_timeout()).min(self.next_round());
+        federation.min(self.closing).min(accept).min(look)
     }
 }

@@ -2,7 +2,7 @@
 //! What the network between the participants is like.
 
 use lf_random::{Random, combine};
-use lf_virtual_network::Medium;
+use lf_virtual_network::{Event, Medium};
 
 /// What the network is like.
 #[derive(Clone, Copy, Debug)]
@@ -29,11 +29,26 @@ impl Conditions {
 pub struct Wires {
     conditions: Conditions,
     random: Random,
+    moves: Vec<Move>,
+}
+
+/// Bytes have gone into a connection, or come out of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Move {
+    /// Who accepted the connection of this number has written this.
+    Said(usize, Vec<u8>),
+    /// Who accepted the connection of this number has read something.
+    Heard(usize),
 }
 
 impl Wires {
     pub fn new(conditions: Conditions) -> Self {
-        Self { conditions, random: Random::new(combine(conditions.seed, 1)) }
+        Self { conditions, random: Random::new(combine(conditions.seed, 1)), moves: Vec::new() }
+    }
+
+    /// What those that accept connections have said and heard, in order.
+    pub fn moves(&self) -> &[Move] {
+        &self.moves
     }
 }
 
@@ -48,6 +63,16 @@ impl Medium for Wires {
 
     fn piece(&mut self, most: usize) -> usize {
         if self.conditions.whole { most } else { self.random.count(1, most) }
+    }
+
+    fn see(&mut self, event: Event<'_>, _now: u64) {
+        match event {
+            Event::Written { connection, side: 1, bytes, .. } => {
+                self.moves.push(Move::Said(connection, bytes.to_vec()));
+            }
+            Event::Read { connection, side: 0, .. } => self.moves.push(Move::Heard(connection)),
+            _ => {}
+        }
     }
 
     fn copies(&mut self) -> usize {

@@ -12,11 +12,11 @@ use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
 use lf_virtual_network::address_of;
-use lf_wire::june_2026::{Decoded, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::june_2026::{Decoded, Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF, decode};
 use lf_wire::{Limits, Tag};
 
 use super::federation::{PORT, RTI};
-use super::network::Conditions;
+use super::network::{Conditions, Move};
 use super::world::{Trouble, VirtualPlatform, World};
 
 const ID: &[u8] = b"raw";
@@ -36,6 +36,8 @@ pub struct Ended {
     pub outcome: Result<Outcome, RunError>,
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
+    /// What the RTI has said and heard, in order.
+    pub moves: Vec<Move>,
 }
 
 /// All federates of an RTI, and whoever else connects to it.
@@ -73,7 +75,7 @@ pub fn with_rti(
         world.start();
         outcome.join().unwrap()
     });
-    Ended { outcome, notices: notices.into_inner().unwrap(), trouble: world.trouble() }
+    Ended { outcome, notices: notices.into_inner().unwrap(), trouble: world.trouble(), moves: world.moves() }
 }
 
 fn run(
@@ -102,14 +104,19 @@ impl Tester {
         self.connections.len() - 1
     }
 
+    /// Says all that comes before the exchanges of clock synchronization, and hears that it is right.
+    pub fn introduce(&mut self, connection: usize, id: u16, upstream: &[(u16, i64)], udp_port: u16) {
+        self.say(connection, &Message::FedIds { federate: id, federation_id: ID });
+        self.say(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
+        self.say(connection, &Message::UdpPort(udp_port));
+        self.hear(connection, |message| *message == Message::Ack);
+    }
+
     /// Connections of federates with these upstream federates and delays, who have all joined and know the start.
     pub fn start(&mut self, upstream: &[&[(u16, i64)]]) -> Vec<usize> {
         let join = |(upstream, id): (&&[(u16, i64)], u16)| {
             let connection = self.connect();
-            self.say(connection, &Message::FedIds { federate: id, federation_id: ID });
-            self.say(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
-            self.say(connection, &Message::UdpPort(UDP_PORT_CLOCK_SYNC_OFF));
-            self.hear(connection, |message| *message == Message::Ack);
+            self.introduce(connection, id, upstream, UDP_PORT_CLOCK_SYNC_OFF);
             connection
         };
         let connections: Vec<_> = upstream.iter().zip(0..).map(join).collect();
@@ -184,6 +191,32 @@ impl Tester {
     /// Ends this direction of a connection. To close it could reset it, and then what is on its way would be lost.
     pub fn end(&mut self, connection: usize) {
         self.platform.shut_down_writing(self.connections[connection].0);
+    }
+
+    /// Waits until messages come on some of these connections, and takes them.
+    pub fn hear_any(&mut self, connections: &[usize]) -> Vec<(usize, MessageType)> {
+        let until = self.now() + PATIENCE;
+        loop {
+            let mut heard = Vec::new();
+            for index in connections {
+                let (socket, bytes) = &mut self.connections[*index];
+                let mut buffer = [0; 64];
+                if let Ok(Transfer::Bytes(count)) = self.platform.read(*socket, &mut buffer) {
+                    bytes.extend(&buffer[..count]);
+                }
+                while let Ok(Decoded::Complete { message, len }) = decode(bytes, &Limits::NONE) {
+                    heard.push((*index, message.message_type()));
+                    bytes.drain(..len);
+                }
+                let interest = if heard.is_empty() { Interest::READ } else { Interest::NONE };
+                self.platform.set_interest(*socket, interest);
+            }
+            if !heard.is_empty() {
+                return heard;
+            }
+            assert!(!self.platform.interrupted() && self.now() < until, "the RTI does nothing");
+            self.platform.wait(Deadline::At(until), &mut |_, _| {});
+        }
     }
 
     pub fn close(&mut self, connection: usize) {

@@ -17,7 +17,7 @@ use lf_random::Random;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_virtual_network::Network;
 
-use super::network::{Conditions, Wires};
+use super::network::{Conditions, Move, Wires};
 
 /// Where every participant's clock stands at the beginning, before its own offset.
 const EPOCH_NS: i64 = 1_000_000_000_000;
@@ -129,6 +129,11 @@ impl World {
     /// What went wrong, if something did.
     pub fn trouble(&self) -> Option<Trouble> {
         self.state().trouble
+    }
+
+    /// What those that accept connections have said and heard, in order.
+    pub fn moves(&self) -> Vec<Move> {
+        self.state().network.medium().moves().to_vec()
     }
 
     /// Virtual time since the beginning.
