@@ -7,7 +7,7 @@ mod federate_support;
 use federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, drain, ms, net, started};
 use lf_coordination::federate::{Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX};
 use lf_coordination::{Deadline, FederateId, to_wire};
-use lf_model::time::{Interval, Microstep, Tag};
+use lf_model::time::{Instant, Interval, Microstep, Tag};
 use lf_wire::june_2026::Message;
 
 fn grant(federate: &mut Federate<'_>, tag: Tag) {
@@ -62,10 +62,12 @@ fn a_message_for_a_tag_that_was_begun_is_late() {
 }
 
 #[test]
-fn a_message_from_before_the_start_is_late_and_one_for_another_federate_is_an_error() {
+fn a_message_from_before_the_start_is_an_error_and_so_is_one_for_another_federate() {
     let mut federate = started(config(UPSTREAM, &[]));
-    let late = federate.clone().handle_message(NOW, tagged(Tag::at(START).before(), &[]));
-    assert!(matches!(late, Err(FederateError::LateMessage { .. })));
+    for (tag, by) in [(ms(-3), Interval::from_millis(3)), (Tag::NEVER, START.since(Instant::NEVER))] {
+        let early = federate.clone().handle_message(NOW, tagged(tag, &[]));
+        assert_eq!(early, Err(FederateError::BeforeStart { port: 3, by }));
+    }
     let message = Message::TaggedMessage { port: 0, federate: 9, tag: to_wire(ms(1)), payload: &[] };
     let wrong = FederateError::WrongDestination { federate: FederateId(9) };
     assert_eq!(federate.handle_message(NOW, message), Err(wrong));

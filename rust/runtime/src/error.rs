@@ -4,9 +4,9 @@
 use core::fmt;
 use core::net::SocketAddrV4;
 
-use lf_coordination::federate::{ConfigError, FederateError};
+use lf_coordination::federate::{ConfigError, FederateError, Phase};
 use lf_coordination::rti::SetupError;
-use lf_model::time::EventTag;
+use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
 use lf_wire::DecodeError;
 use lf_wire::june_2026::RejectCode;
@@ -32,7 +32,12 @@ pub enum RunError {
     /// The program broke a rule of the reactor model, or a capacity.
     Model(ModelError),
     /// The RTI sent bytes that are no message.
-    Decode(DecodeError),
+    Bytes {
+        /// What is wrong with them.
+        error: DecodeError,
+        /// Where the federate was.
+        phase: Phase,
+    },
     /// A message cannot be used.
     Deliver(DeliverError),
     /// Somebody asked this program to end (^C, SIGTERM).
@@ -51,6 +56,22 @@ pub enum RunError {
         tag: EventTag,
         /// The tag at which this federate is.
         current: EventTag,
+    },
+    /// A message has a tag from before the start.
+    BeforeStart {
+        /// The connection: `unit_a.out -> unit_b.in`.
+        input: &'static str,
+        /// How long before.
+        by: Interval,
+    },
+    /// A message is longer than the type of its input, and than any that this federate can receive.
+    TooLong {
+        /// The connection: `unit_a.out -> unit_b.in`.
+        input: &'static str,
+        /// Bytes that its value has.
+        bytes: u32,
+        /// Bytes that a value of the type has at most.
+        max: usize,
     },
     /// There is too little memory for what is known of awaited inputs.
     KnownTooShort {
@@ -103,9 +124,16 @@ impl fmt::Display for RunError {
             Self::Federate(error) => error.fmt(f),
             Self::Config(error) => error.fmt(f),
             Self::Model(error) => error.fmt(f),
-            Self::Decode(error) => {
-                write!(f, "the RTI sent bytes that are no message: {error}; check that an RTI listens at this address")
-            }
+            Self::Bytes { error, phase } if *phase <= Phase::Introducing => write!(
+                f,
+                "what listens at the RTI's address sent bytes that are no message: {error}; check the address and the \
+                 port, and that an RTI listens there",
+            ),
+            Self::Bytes { error, phase } => write!(
+                f,
+                "the RTI sent bytes that are no message {phase}: {error}; check that the RTI is one of the same \
+                 release as this federate",
+            ),
             Self::Deliver(error) => error.fmt(f),
             Self::Interrupted => f.write_str("interrupted"),
             Self::InputFull { input } => write!(
@@ -117,6 +145,18 @@ impl fmt::Display for RunError {
                 f,
                 "a message over {input} came with tag {tag}, but this federate is at {current} already: check that all \
                  federates are built from the same program, so that the RTI knows all connections",
+            ),
+            Self::BeforeStart { input, by } => write!(
+                f,
+                "a message over {input} came with a tag that is {} ns = {} ms before the start of the federation: \
+                 check that all federates are built from the same program",
+                by.as_nanos(),
+                by.as_nanos() / 1_000_000,
+            ),
+            Self::TooLong { input, bytes, max } => write!(
+                f,
+                "a message over {input} has {bytes} bytes, but its type holds {max} at most: give the ports of this \
+                 connection a type that holds more, and build all federates from one program",
             ),
             Self::KnownTooShort { needed, found } => {
                 write!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
@@ -130,7 +170,10 @@ impl fmt::Display for RunError {
                  connection with `@capacity(n)`, or send less often at one time",
             ),
             Self::BufferTooSmall { buffer, needed, found } => {
-                write!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least")
+                write!(
+                    f,
+                    "the {buffer} buffer has {found} bytes, but has to have {needed} at least: make it that large"
+                )
             }
             Self::Setup(error) => error.fmt(f),
         }
@@ -166,8 +209,14 @@ pub enum PeerFault {
 impl fmt::Display for PeerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Bytes(error) => write!(f, "sent bytes that are no message: {error}"),
-            Self::Unexpected(message) => write!(f, "sent {message} to another federate"),
+            Self::Bytes(error) => {
+                write!(f, "sent bytes that are no message: {error}; check that all federates are of the same release")
+            }
+            Self::Unexpected(message) => write!(
+                f,
+                "sent {message} directly to this one, which federates send to the RTI only: check that all federates \
+                 are of the same release",
+            ),
             Self::WrongInput { federate, port } => write!(
                 f,
                 "sent a value for input {port} of federate {federate}, to which it has no such connection: check \
@@ -216,12 +265,6 @@ impl From<ConfigError> for RunError {
 impl From<ModelError> for RunError {
     fn from(error: ModelError) -> Self {
         Self::Model(error)
-    }
-}
-
-impl From<DecodeError> for RunError {
-    fn from(error: DecodeError) -> Self {
-        Self::Decode(error)
     }
 }
 

@@ -4,7 +4,9 @@
 mod common;
 
 use common::parts;
-use lf_wire::june_2026::{Decoded, MessageType, decode, message_bytes_max};
+use lf_wire::june_2026::{
+    Decoded, Destination, Message, MessageType, decode, destination_in_header, message_bytes_max,
+};
 use lf_wire::{DecodeError, InBuffer, Limits};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -103,6 +105,21 @@ fn refused_bytes_stay_until_their_owner_drops_them() {
     assert!(buffer.next(&LIMITS).unwrap().is_some());
 }
 
+/// Also of a message that is refused for its length, as soon as its header is there.
+#[test]
+fn a_header_tells_where_a_payload_goes() {
+    for (first, fixed) in [(5, 21), (17, 9), (18, 21)] {
+        let mut bytes = vec![first, 7, 1, 2, 0, 0xff, 0xff, 0xff, 0x7f];
+        bytes.resize(fixed, 0);
+        let destination = Destination { port: 0x107, federate: 2, payload_bytes: 0x7fff_ffff };
+        assert_eq!(destination_in_header(&bytes), Some(destination));
+        assert_eq!(destination_in_header(&bytes[..fixed - 1]), None);
+    }
+    for none in [&[][..], &[3; 30], &[23; 30]] {
+        assert_eq!(destination_in_header(none), None);
+    }
+}
+
 /// Checks what holds for all bytes: an answer within the limits, and bytes that are a message are the only ones that
 /// encode it.
 fn check(bytes: &[u8]) {
@@ -112,6 +129,16 @@ fn check(bytes: &[u8]) {
             assert_eq!(message.encode(&mut again), Ok(len));
             assert_eq!(again, bytes[..len]);
             assert!(len <= message_bytes_max(&LIMITS));
+            let told = destination_in_header(bytes);
+            match message {
+                Message::TaggedMessage { port, federate, payload, .. }
+                | Message::P2pTaggedMessage { port, federate, payload, .. }
+                | Message::P2pMessage { port, federate, payload } => {
+                    let payload_bytes = u32::try_from(payload.len()).expect("payloads here are short");
+                    assert_eq!(told, Some(Destination { port, federate, payload_bytes }));
+                }
+                _ => assert_eq!(told, None),
+            }
         }
         Ok(Decoded::Incomplete { need, message_type }) => {
             assert!(bytes.len() < need && need <= message_bytes_max(&LIMITS));

@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use lf_model::time::EventTag;
+use lf_model::time::{EventTag, Interval};
 use lf_wire::june_2026::RejectCode;
 
 use super::Phase;
@@ -81,6 +81,13 @@ pub enum FederateError {
         /// The tag that the federate has begun or completed.
         current: EventTag,
     },
+    /// A message whose tag is before the start.
+    BeforeStart {
+        /// The input it was for.
+        port: u16,
+        /// How long before.
+        by: Interval,
+    },
     /// The RTI has ended because of an error.
     RtiFailed,
     /// The connection to the RTI ended before this federate had resigned.
@@ -125,8 +132,8 @@ impl fmt::Display for FederateError {
             ),
             Self::PeerUnreachable { federate } => write!(
                 f,
-                "federate {federate}, to which this one has a physical connection, cannot be reached: check that this \
-                 computer or board can connect to that one directly",
+                "federate {federate}, to which this one sends directly, cannot be reached: check that this computer \
+                 or board can connect to that one",
             ),
             Self::Unexpected { message, phase } => write!(
                 f,
@@ -141,6 +148,13 @@ impl fmt::Display for FederateError {
                 f,
                 "a message for input {port} came with tag {tag}, but this federate is at {current} already: check that \
                  all federates are built from the same program, so that the RTI knows all connections",
+            ),
+            Self::BeforeStart { port, by } => write!(
+                f,
+                "a message for input {port} came with a tag that is {} ns = {} ms before the start of the federation: \
+                 check that all federates are built from the same program",
+                by.as_nanos(),
+                by.as_nanos() / 1_000_000,
             ),
             Self::RtiFailed => f.write_str("the RTI or another federate failed: see its output for the reason"),
             Self::RtiLost { phase } => write!(

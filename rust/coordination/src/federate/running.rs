@@ -270,8 +270,11 @@ impl Federate<'_> {
         // A message for the open tag may be in time, which depends on what has run, unless it was known of all inputs
         // what comes.
         let over = tag < self.current || tag == self.current && (!self.open || self.knows_all_inputs());
-        if over || tag < start {
-            let (tag, current) = (self.relative(tag), self.relative(self.current.max(start)));
+        if tag < start {
+            return Err(FederateError::BeforeStart { port, by: start.time.since(tag.time) });
+        }
+        if over {
+            let (tag, current) = (self.relative(tag), self.relative(self.current));
             return Err(FederateError::LateMessage { port, tag, current });
         }
         if tag > self.stop.last_tag() {

@@ -13,7 +13,7 @@ use lf_wire::june_2026::{Message, tag_in_header};
 use lf_wire::{InBuffer, Limits};
 
 use super::FederateLoop;
-use super::input::next_at;
+use super::input::{next_at, too_long};
 use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
@@ -127,7 +127,11 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
             let fault = |fault| RunError::Peer { federate: from.0, fault };
             loop {
                 let next = next_at(&inbound.input, inbound.held.bytes(), &limits);
-                let Some((message, length)) = next.map_err(|error| fault(PeerFault::Bytes(error)))? else { break };
+                let next = next.map_err(|error| {
+                    let bytes = inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default();
+                    too_long(bytes, error, receiver.engine).unwrap_or(fault(PeerFault::Bytes(error)))
+                });
+                let Some((message, length)) = next? else { break };
                 if let Message::P2pTaggedMessage { port, tag, .. } = message {
                     self.platform.observe(Observation::Receives { port, tag: from_wire(tag) });
                 }

@@ -15,7 +15,7 @@ use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, Federate
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId, Program};
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::june_2026::{Decoded, Message, decode, destination_in_header};
 use lf_wire::{DecodeError, InBuffer, Limits};
 
 use super::link::Arrival;
@@ -133,7 +133,14 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         // What lies between the messages for inputs has to be looked at in any case.
         self.held.release();
         let now = self.platform.now();
-        while let Some((message, length)) = next_at(&self.link.buffers.input, self.held.bytes, &self.limits)? {
+        loop {
+            let input = &self.link.buffers.input;
+            let next = next_at(input, self.held.bytes, &self.limits).map_err(|error| {
+                let bytes = input.bytes().get(self.held.bytes..).unwrap_or_default();
+                let phase = self.machine.phase();
+                too_long(bytes, error, &self.engine).unwrap_or(RunError::Bytes { error, phase })
+            });
+            let Some((message, length)) = next? else { return Ok(()) };
             match turn(&message, &self.engine, self.program, &self.held, self.machine.granted()) {
                 Turn::Hold(tag, input) => self.held.hold(length, tag, Some(input)),
                 Turn::Partly(tag) => {
@@ -167,7 +174,6 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                 }
             }
         }
-        Ok(())
     }
 }
 
@@ -211,14 +217,31 @@ fn turn(message: &Message<'_>, engine: &Engine<'_>, program: &mut dyn Program, h
     }
 }
 
-/// A late message is reported with the name of its connection, which tells more than the number of the input.
-fn name_late(error: FederateError, engine: &Engine<'_>) -> RunError {
+/// A message that comes too late or too early is reported with the name of its connection, which tells more than the
+/// number of the input.
+fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
+    let named = |port: u16| engine.tables().inputs.get(usize::from(port)).map(|input| input.name);
     match error {
-        FederateError::LateMessage { port, tag, current } => match engine.tables().inputs.get(usize::from(port)) {
-            Some(input) => RunError::Late { input: input.name, tag, current },
-            None => error.into(),
-        },
+        FederateError::LateMessage { port, tag, current } => {
+            named(port).map_or(error.into(), |input| RunError::Late { input, tag, current })
+        }
+        FederateError::BeforeStart { port, by } => {
+            named(port).map_or(error.into(), |input| RunError::BeforeStart { input, by })
+        }
         _ => error.into(),
+    }
+}
+
+/// What is true of a message that is too long for the receive buffer: it is a message, and no value of its input.
+pub(super) fn too_long(bytes: &[u8], error: DecodeError, engine: &Engine<'_>) -> Option<RunError> {
+    if !matches!(error, DecodeError::OverLimit { .. } | DecodeError::LargerThanBuffer { .. }) {
+        return None;
+    }
+    let header = destination_in_header(bytes)?;
+    let (port, bytes) = (header.port, header.payload_bytes);
+    match engine.tables().inputs.get(usize::from(port)) {
+        Some(input) => Some(RunError::TooLong { input: input.name, bytes, max: input.max_len }),
+        None => Some(DeliverError::NoSuchPort { port }.into()),
     }
 }
 
@@ -237,7 +260,7 @@ struct Hands<'a, 'c, 's, P> {
 impl<P: Platform> Hands<'_, '_, '_, P> {
     /// Handles a message. Gives whether the last tag may be another one now.
     fn take(&mut self, now: Instant, message: Message<'_>) -> Result<bool, RunError> {
-        match self.machine.handle_message(now, message).map_err(|error| name_late(error, self.engine))? {
+        match self.machine.handle_message(now, message).map_err(|error| name_input(error, self.engine))? {
             Event::Message { port, tag, payload } => {
                 self.deliver(InputId(port), tag, payload)?;
                 self.awaited.learn(port, tag);
@@ -327,10 +350,10 @@ mod tests {
         let mut storage = Storage::<1, 1, 1, 1>::new();
         let engine = Engine::new(&TABLES, &mut storage, Settings::DEFAULT);
         let (tag, current) = (EventTag::new(Duration::ZERO, 0), EventTag::new(Duration::ZERO, 1));
-        let named = name_late(FederateError::LateMessage { port: 0, tag, current }, &engine);
+        let named = name_input(FederateError::LateMessage { port: 0, tag, current }, &engine);
         assert_eq!(named, RunError::Late { input: "a.x -> b.y", tag, current });
         let unknown = FederateError::LateMessage { port: 7, tag, current };
-        assert_eq!(name_late(unknown, &engine), RunError::Federate(unknown));
-        assert_eq!(name_late(FederateError::RtiFailed, &engine), RunError::Federate(FederateError::RtiFailed));
+        assert_eq!(name_input(unknown, &engine), RunError::Federate(unknown));
+        assert_eq!(name_input(FederateError::RtiFailed, &engine), RunError::Federate(FederateError::RtiFailed));
     }
 }

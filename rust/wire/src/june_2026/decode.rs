@@ -56,6 +56,30 @@ pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     Reader::new(header.get(header.len() - TAG_BYTES..)?).tag().ok()
 }
 
+/// Where a payload goes, and how long it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Destination {
+    /// Network input of the federate.
+    pub port: u16,
+    /// The federate.
+    pub federate: u16,
+    /// Length of the payload in bytes.
+    pub payload_bytes: u32,
+}
+
+/// Where the message at the beginning of `bytes` goes, if it has a payload, and its header is there: also if it is
+/// longer than any limit.
+pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
+    let message_type = MessageType::from_byte(*bytes.first()?)?;
+    let has_payload =
+        matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage | MessageType::P2pMessage);
+    let mut reader = Reader::new(bytes.get(..message_type.fixed_bytes())?.get(1..)?);
+    if !has_payload {
+        return None;
+    }
+    Some(Destination { port: reader.u16().ok()?, federate: reader.u16().ok()?, payload_bytes: reader.u32().ok()? })
+}
+
 /// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
 pub const fn message_bytes_max(limits: &Limits) -> usize {
     let id = if limits.federation_id_bytes_max < super::FEDERATION_ID_BYTES_MAX {

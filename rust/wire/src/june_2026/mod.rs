@@ -14,7 +14,7 @@ mod reject;
 mod stream;
 mod types;
 
-pub use decode::{Decoded, decode, message_bytes_max, tag_in_header};
+pub use decode::{Decoded, Destination, decode, destination_in_header, message_bytes_max, tag_in_header};
 pub use message::Message;
 pub use neighbors::{DELAY_NONE, Downstream, NeighborStructure, Upstream};
 pub use reject::RejectCode;

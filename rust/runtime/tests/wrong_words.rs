@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a federate says of messages and bytes that it cannot take: true sentences, with what to do.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use lf_coordination::Deadline;
+use lf_model::time::Interval;
+use lf_owned_messages::encoded;
+use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_wire::Tag;
+use lf_wire::june_2026::{Message, MessageType};
+use support::federation::{Edge, PORT, Plan, run_node};
+use support::network::Conditions;
+use support::node::Behavior;
+use support::world::{VirtualPlatform, World};
+
+const TRIALS: u16 = 3;
+
+/// An RTI that says what it likes.
+struct Liar {
+    platform: VirtualPlatform,
+    socket: SocketId,
+    start: i64,
+}
+
+impl Liar {
+    fn say(&mut self, bytes: &[u8]) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            match self.platform.write(self.socket, rest).unwrap() {
+                Transfer::Bytes(count) => rest = &rest[count..],
+                other => panic!("the network has room for it: {other:?}"),
+            }
+        }
+    }
+
+    fn say_message(&mut self, message: &Message<'_>) {
+        self.say(&encoded(message));
+    }
+
+    /// Waits until this many bytes have come, and forgets them.
+    fn hear(&mut self, bytes: usize) {
+        let mut left = vec![0; bytes];
+        while !left.is_empty() {
+            match self.platform.read(self.socket, &mut left).unwrap() {
+                Transfer::Bytes(count) => drop(left.drain(..count)),
+                Transfer::WouldBlock => {
+                    self.platform.set_interest(self.socket, Interest::READ);
+                    self.platform.wait(Deadline::Never, &mut |_, _| {});
+                }
+                Transfer::Closed => panic!("the federate has left"),
+            }
+        }
+    }
+
+    /// Lets the federate in and start.
+    fn start(&mut self) {
+        self.say_message(&Message::Ack);
+        // FED_IDS of the federation "virtual", NEIGHBOR_STRUCTURE with one upstream federate, UDP_PORT.
+        self.hear(4 + 7 + 9 + 10 + 3);
+        for _ in 0..TRIALS {
+            let now = self.platform.now().as_nanos();
+            self.say_message(&Message::T1(now));
+            self.hear(MessageType::T3.fixed_bytes());
+            self.say_message(&Message::T4(now));
+        }
+        self.hear(MessageType::Timestamp.fixed_bytes());
+        self.start = self.platform.now().as_nanos() + 1_000_000;
+        self.say_message(&Message::Timestamp(self.start));
+    }
+
+    fn at(&self, ns: i64) -> Tag {
+        Tag::new(self.start + ns, 0)
+    }
+}
+
+/// Why federate 1, which has an input from federate 0, ends when its RTI does this.
+fn complaint(lie: impl FnOnce(&mut Liar) + Send) -> String {
+    let nodes = vec![Behavior::default(); 2];
+    let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) };
+    let plan = Plan { trials: TRIALS, keepalive: true, ..Plan::new(nodes, vec![edge]) };
+    let world = World::new(Conditions::seeded(1));
+    let mut platform = world.join(Interval::ZERO, Interval::ZERO);
+    let mut federate = world.join(Interval::from_millis(1), Interval::from_millis(1_700));
+    let ran = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            platform.begin();
+            let listener = platform.listen(PORT).unwrap();
+            let socket = loop {
+                if let Some((socket, _)) = platform.accept(listener).unwrap() {
+                    break socket;
+                }
+                platform.set_interest(listener, Interest::READ);
+                platform.wait(Deadline::Never, &mut |_, _| {});
+            };
+            platform.set_interest(listener, Interest::NONE);
+            let mut liar = Liar { platform, socket, start: 0 };
+            lie(&mut liar);
+            // Until the federate has closed the connection.
+            while let Ok(Transfer::Bytes(_) | Transfer::WouldBlock) = liar.platform.read(socket, &mut [0; 64]) {
+                liar.platform.set_interest(socket, Interest::READ);
+                liar.platform.wait(Deadline::Never, &mut |_, _| {});
+            }
+        });
+        let ran = scope.spawn(move || {
+            federate.begin();
+            run_node::<2>(&plan, 1, &mut federate)
+        });
+        world.start();
+        ran.join().unwrap()
+    });
+    ran.result.unwrap_err().to_string()
+}
+
+#[test]
+fn a_message_that_is_too_long_is_named_by_its_connection_with_both_lengths() {
+    // It is refused as soon as its header has come.
+    let header = |length: u32| {
+        let mut bytes = vec![MessageType::TaggedMessage.byte(), 0, 0, 1, 0];
+        bytes.extend(length.to_le_bytes());
+        bytes.extend([0; 12]);
+        bytes
+    };
+    // Beyond the receive buffer, and within it, but for the header.
+    for length in [262_144, 390] {
+        let complaint = complaint(|liar| {
+            liar.start();
+            liar.say(&header(length));
+        });
+        let expected = format!(
+            "a message over node.in has {length} bytes, but its type holds 4 at most: give the ports of this \
+             connection a type that holds more, and build all federates from one program"
+        );
+        assert_eq!(complaint, expected);
+    }
+    let complaint = complaint(|liar| {
+        liar.start();
+        liar.say_message(&Message::TaggedMessage { port: 0, federate: 1, tag: liar.at(1), payload: &[0; 300] });
+    });
+    assert_eq!(
+        complaint,
+        "a message for node.in does not fit its type: its type takes 4 bytes, but it has 300; build all federates from \
+         one program"
+    );
+}
+
+#[test]
+fn a_message_that_is_too_long_for_an_input_that_does_not_exist_says_so() {
+    let complaint = complaint(|liar| {
+        liar.start();
+        liar.say_message(&Message::TaggedMessage { port: 9, federate: 1, tag: liar.at(1), payload: &[0; 5_000] });
+    });
+    assert!(complaint.starts_with("a message came for input 9, which this federate does not have"), "{complaint}");
+}
+
+#[test]
+fn a_message_from_before_the_start_says_how_long_before() {
+    let complaint = complaint(|liar| {
+        liar.start();
+        liar.say_message(&Message::TaggedMessage { port: 0, federate: 1, tag: liar.at(-2_500_000), payload: &[0; 4] });
+    });
+    assert_eq!(
+        complaint,
+        "a message over node.in came with a tag that is 2500000 ns = 2 ms before the start of the federation: check \
+         that all federates are built from the same program"
+    );
+}
+
+#[test]
+fn bytes_that_are_no_message_say_where_they_come_from() {
+    let stranger = complaint(|liar| liar.say(b"HTTP/1.1 400 Bad Request"));
+    assert_eq!(
+        stranger,
+        "what listens at the RTI's address sent bytes that are no message: type byte 72 at offset 0 is no message of \
+         this protocol; check the address and the port, and that an RTI listens there"
+    );
+    let rti = complaint(|liar| {
+        liar.start();
+        liar.say(&[77]);
+    });
+    assert_eq!(
+        rti,
+        "the RTI sent bytes that are no message while this federate was running: type byte 77 at offset 0 is no \
+         message of this protocol; check that the RTI is one of the same release as this federate"
+    );
+}
