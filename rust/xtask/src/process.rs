@@ -4,6 +4,12 @@
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+/// How long a tool may print nothing: longer than the workspace takes to compile on a machine with other work.
+const SILENCE_MAX: Duration = Duration::from_secs(20 * 60);
 
 /// Runs a tool without reading its output; an error to start it counts as its failure.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
@@ -18,6 +24,8 @@ pub(crate) fn succeeds(command: &mut Command) -> bool {
 }
 
 /// Runs a tool, shows its standard output line by line, and returns whether it succeeded and what it printed there.
+/// When it has printed nothing for [`SILENCE_MAX`], what it has started is killed: a test that waits for ever fails
+/// alone.
 pub(crate) fn teed(command: &mut Command) -> (bool, String) {
     show(command);
     let started = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
@@ -29,15 +37,30 @@ pub(crate) fn teed(command: &mut Command) -> (bool, String) {
         }
     };
     let mut kept = String::new();
+    let (sender, lines) = mpsc::channel();
     if let Some(output) = child.stdout.take() {
-        let mut reader = BufReader::new(output);
-        let mut line = Vec::new();
-        while reader.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
-            let text = String::from_utf8_lossy(&line);
-            // A closed terminal is no reason to lose the results.
-            let _ = io::stdout().lock().write_all(text.as_bytes());
-            kept.push_str(&text);
-            line.clear();
+        thread::spawn(move || {
+            let mut reader = BufReader::new(output);
+            let mut line = Vec::new();
+            while reader.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
+                if sender.send(std::mem::take(&mut line)).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    loop {
+        match lines.recv_timeout(SILENCE_MAX) {
+            Ok(line) => {
+                // A closed terminal is no reason to lose the results.
+                let _ = io::stdout().lock().write_all(&line);
+                kept.push_str(&String::from_utf8_lossy(&line));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                eprintln!("error: nothing printed for {} s: what runs there is killed", SILENCE_MAX.as_secs());
+                succeeds(Command::new("pkill").args(["-KILL", "-P", &child.id().to_string()]));
+            }
+            Err(RecvTimeoutError::Disconnected) => break,
         }
     }
     (child.wait().is_ok_and(|status| status.success()), kept)
