@@ -19,7 +19,9 @@ pub mod in_turn;
 pub mod peer;
 pub mod rti;
 mod tag;
+mod tally;
 
 pub use deadline::Deadline;
 pub use id::FederateId;
 pub use tag::{from_wire, to_wire};
+pub use tally::{Tally, Times};

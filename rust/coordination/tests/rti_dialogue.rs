@@ -124,8 +124,8 @@ fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
     to_nobody[..4].copy_from_slice(&[5, 0, 0, 9]);
     let no_such_federate = "it named federate 9, which the federation does not have";
     let length = "it sent a message of 4294967295 bytes, but this RTI forwards at most 100: start it with \
-                  `--max-message 4294967295`, or, if it is on a board, build it from the program that the federates are \
-                  from";
+                  `--max-message 4294967295`, or, if it is on a board, build it from the program that the federates \
+                  are from";
     let wrong: [(&[u8], &str); 5] = [
         (&[13, 9, 0], no_such_federate),
         (&to_nobody, no_such_federate),

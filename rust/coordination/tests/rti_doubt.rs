@@ -41,8 +41,8 @@ fn clocks_that_are_far_apart_are_named() {
         assert!(world.rti.start_time().is_some());
         let doubts = doubts(&world, 1);
         assert_eq!(!doubts.is_empty(), named);
-        let words = "has a clock that is 3600 s ahead of that of federate 0, which waits for so long: set the clocks, or use \
-                     `clock-sync: init`";
+        let words = "has a clock that is 3600 s ahead of that of federate 0, which waits for so long: set the \
+                     clocks, or use `clock-sync: init`";
         assert!(!named || doubts == [words], "{doubts:?}");
     }
 }
@@ -56,9 +56,8 @@ fn who_completes_what_was_not_granted_is_named_once() {
     }
     assert_eq!(
         doubts(&world, 1),
-        [
-            "says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too late"
-        ]
+        ["says that it has completed (1000000005 ns, 0), which it was not granted: messages to others may come too \
+             late"]
     );
     assert_eq!(doubts(&world, 0), Vec::<&str>::new());
 }

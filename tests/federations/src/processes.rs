@@ -27,7 +27,15 @@ impl Participant {
     /// # Panics
     /// When it has ended already.
     pub fn kill(&self) {
-        kill_process(self.pid, Signal::KILL).expect("it still runs");
+        self.signal(Signal::KILL);
+    }
+
+    /// Sends it a signal.
+    ///
+    /// # Panics
+    /// When it has ended already.
+    pub fn signal(&self, signal: Signal) {
+        kill_process(self.pid, signal).expect("it still runs");
     }
 }
 

@@ -2,7 +2,7 @@
 //! What goes wrong ends all participants, with a sentence that says what happened, and leaves no process behind.
 
 use std::net::TcpListener;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use lf_federations::{Finished, Lfz, Participant, Run, programs, wait_for_ends};
@@ -55,6 +55,77 @@ fn a_killed_federate_ends_the_rti_and_the_others() {
     finished.line(&["RTI", "federate 0 is lost: its connection ended without a word"]);
     assert!(finished.of("sink").any(|line| line.contains("error:")), "{finished}");
     wait_for_ends(&participants);
+}
+
+/// A program of these tests with another target declaration.
+fn with_target(folder: &Path, program: &str, properties: &str) -> PathBuf {
+    let text = std::fs::read_to_string(programs().join(program)).expect("the program is there");
+    let file = folder.join(program);
+    std::fs::write(&file, text.replacen("target Rust", &format!("target Rust {{ {properties} }}"), 1))
+        .expect("it can be written");
+    file
+}
+
+/// Each waits for the other's answer at each tag, so whoever is left waits for one that never comes.
+#[test]
+fn a_killed_federate_of_a_cycle_without_delay_ends_all() {
+    for killed in ["asks", "answers"] {
+        let mut run = Lfz::run("killed_in_cycle", &programs().join("EndlessCycle.lf"), &[]);
+        run.wait_for("the first answer has come");
+        let participants = run.participants();
+        find(&participants, &format!("-{killed} ")).kill();
+        let finished = run.finish();
+        assert_eq!(finished.code(), 1, "{finished}");
+        finished.line(&["lfz", &format!("{killed} was ended by signal 9 (SIGKILL)")]);
+        finished.line(&["RTI", "is lost: its connection ended without a word"]);
+        wait_for_ends(&participants);
+    }
+}
+
+/// No RTI grants anything, but it notices the loss; and without an RTI nobody learns when the others have gone.
+#[test]
+fn a_killed_participant_of_a_decentralized_federation_ends_all() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = with_target(folder.path(), "Endless.lf", "coordination: decentralized");
+    for (killed, lost) in [("endless-source", "source"), ("endless-sink", "sink"), (" rti ", "RTI")] {
+        let mut run = Lfz::run("killed_decentralized", &file, &[]);
+        run.wait_for("the sink runs");
+        let participants = run.participants();
+        find(&participants, killed).kill();
+        let finished = run.finish();
+        assert_eq!(finished.code(), 1, "{finished}");
+        finished.line(&["lfz", &format!("{lost} was ended by signal 9 (SIGKILL)")]);
+        for other in ["source", "sink"].iter().filter(|name| **name != lost) {
+            assert!(finished.of(other).any(|line| line.contains("error:")), "{finished}");
+        }
+        wait_for_ends(&participants);
+    }
+}
+
+/// A federate that is stopped for a while is waited for, by name, and nothing is lost.
+#[test]
+fn a_federate_that_stands_still_is_named_and_waited_for() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (coordination, names) in [
+        ("centralized", ["RTI", "federate 1 has been waiting for ", "federate 0"]),
+        ("decentralized", ["sink", "waiting for ", "source.y -> sink.x"]),
+    ] {
+        let properties =
+            format!("coordination: {coordination}, timeout: 3 sec, coordination-options: {{ log-waits: 300 msec }}");
+        let file = with_target(folder.path(), "Endless.lf", &properties);
+        let mut run = Lfz::run("stands_still", &file, &[]);
+        run.wait_for("the sink runs");
+        let participants = run.participants();
+        let source = find(&participants, "endless-source");
+        source.signal(Signal::STOP);
+        run.wait_for(names[1]);
+        source.signal(Signal::CONT);
+        let finished = run.finish();
+        assert_eq!(finished.code(), 0, "{finished}");
+        finished.line(&names);
+        finished.line(&["the sink has had 300 values"]);
+        wait_for_ends(&participants);
+    }
 }
 
 #[test]

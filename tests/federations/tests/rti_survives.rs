@@ -291,6 +291,45 @@ fn more_strangers_than_there_are_places() {
     finished.line(&["a connection that had not said which federate it is was closed", "all places are taken"]);
 }
 
+/// What floods the RTI does not flood its log: the first time is told, the tenth, the hundredth, and the sum.
+#[test]
+fn what_comes_in_floods_is_told_now_and_then() {
+    const BYTES: usize = 1 << 20;
+    const MESSAGES: usize = 5_000;
+    let (rti, port) = rti(&[]);
+    for _ in 0..MESSAGES / 10 {
+        let mut stranger = Federate::connect(port);
+        stranger.say(&Message::FedIds { federate: 0, federation_id: b"other" });
+        stranger.hears(&Message::Reject(RejectCode::FederationIdMismatch));
+    }
+    let [mut floods, mut right] = started(port);
+    right.say(&Message::LatestTagComplete(at(10)));
+    // So the RTI has read it before what follows.
+    right.say(&Message::AddressQuery { federate: 1 });
+    assert_eq!(right.next().map(|bytes| bytes[0]), Some(june_2026::MessageType::AddressQueryReply.byte()));
+    floods.send(&vec![99; BYTES]);
+    let late = Message::TaggedMessage { port: 0, federate: 1, tag: at(5), payload: b"late" };
+    for _ in 0..MESSAGES {
+        floods.say(&late);
+        right.hears(&late);
+    }
+    right.resign();
+    for _ in 0..MESSAGES {
+        floods.say(&late);
+    }
+    floods.resign();
+    let finished = rti.finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["federate 0 sent 99, which begins no message and was skipped (1000000 so far)"]);
+    finished.line(&["a connection was refused", "of federation \"other\"", " (100 so far)"]);
+    finished.line(&["a message from federate 0 is late", " (1000 so far)"]);
+    finished.line(&[&format!(
+        "federate 0 in all: {BYTES} bytes that begin no message; {MESSAGES} late messages; {MESSAGES} messages \
+         dropped, because their destinations have left"
+    )]);
+    assert!(finished.lines.len() < 40, "{finished}");
+}
+
 #[test]
 fn a_burst_of_20000_messages_without_an_ltc() {
     let (rti, port) = rti(&[]);

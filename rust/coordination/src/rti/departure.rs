@@ -9,6 +9,7 @@ use lf_wire::june_2026::{ADDRESS_PORT_UNKNOWN, Message};
 
 use super::storage::{Membership, Phase};
 use super::{AfterLoss, Cause, ConnectionId, Notice, Outlet, Rti, Slot, id};
+use crate::Tally;
 
 impl Rti<'_> {
     /// Nothing more will come on a connection. What has come and is not consumed is to be offered as before, since it
@@ -30,7 +31,8 @@ impl Rti<'_> {
         let Some(known) = self.connections.get(connection.0) else { return };
         if !matches!(known.phase, Phase::Vacant | Phase::Draining) {
             let federate = known.federate.map(crate::FederateId);
-            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: false });
+            let times = self.strangers.abandoned.count();
+            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: false, times });
         }
         self.release(connection);
         self.limit_start(now);
@@ -39,6 +41,9 @@ impl Rti<'_> {
     /// Ends the federation: tells every federate that it has failed, and closes all connections.
     pub fn abort(&mut self, outlet: &mut impl Outlet) {
         self.aborted = true;
+        for federate in 0..self.slots.len() {
+            self.sum_up(federate, outlet);
+        }
         for index in 0..self.connections.len() {
             let connection = ConnectionId(index);
             if self.connections[index].phase == Phase::Vacant {
@@ -61,7 +66,8 @@ impl Rti<'_> {
         }
         if known.phase != Phase::Draining {
             let federate = known.federate.map(crate::FederateId);
-            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: true });
+            let times = self.strangers.abandoned.count();
+            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out: true, times });
         }
         outlet.close(connection);
         self.release(connection);
@@ -119,7 +125,17 @@ impl Rti<'_> {
         }
     }
 
+    /// Tells how often a federate that says no more did what has been told now and then.
+    fn sum_up(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        let Tallies { unknown, late, dropped } = core::mem::take(&mut self.slots[federate].tallies);
+        let [unknown, late, dropped] = [unknown, late, dropped].map(Tally::times);
+        if [unknown, late, dropped].iter().any(|times| times.0 > 1) {
+            outlet.notice(Notice::Sum { federate: id(federate), unknown, late, dropped });
+        }
+    }
+
     fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        self.sum_up(federate, outlet);
         if self.start.is_none() {
             self.vacate(federate);
             return;
@@ -134,6 +150,21 @@ impl Rti<'_> {
         self.grant_stop_if_agreed(outlet);
         self.note_idleness(Tag::FOREVER);
     }
+}
+
+/// How often a federate did what is told now and then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Tallies {
+    /// Bytes that begin no message.
+    pub(super) unknown: Tally,
+    /// Messages that came too late.
+    pub(super) late: Tally,
+    /// Messages for federates that have left.
+    pub(super) dropped: Tally,
+}
+
+impl Tallies {
+    pub(super) const NOTHING: Self = Self { unknown: Tally::NOTHING, late: Tally::NOTHING, dropped: Tally::NOTHING };
 }
 
 /// Tells a peer that it cannot go on. A peer that does not read will learn it from the end of the connection.

@@ -314,7 +314,8 @@ impl Rti<'_> {
         {
             let Some(code) = bytes.get(1) else { return Verdict::Incomplete(MessageType::Reject.fixed_bytes()) };
             let (federate, code) = (FederateId(claimed), RejectCode::from_byte(*code));
-            outlet.notice(Notice::RejectedBy { federate, code });
+            let times = self.strangers.rejected_by.count();
+            outlet.notice(Notice::RejectedBy { federate, code, times });
             outlet.close(connection);
             self.release(connection);
             return Verdict::Closed;
@@ -329,7 +330,8 @@ impl Rti<'_> {
         if outlet.room(connection) >= message.encoded_len() {
             outlet.send(connection, &message);
         }
-        outlet.notice(Notice::Rejected { code, federate, federation_id, violation });
+        let times = self.strangers.rejected.count();
+        outlet.notice(Notice::Rejected { code, federate, federation_id, violation, times });
         outlet.close(connection);
         self.release(connection);
         Verdict::Closed

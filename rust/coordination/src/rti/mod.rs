@@ -82,6 +82,7 @@ use in_transit::InTransit;
 use lf_model::time::Tag;
 use stop::Stop;
 use storage::{Membership, Phase};
+use strangers::Strangers;
 use watch::Watch;
 
 /// How a federation ended.
@@ -155,6 +156,7 @@ pub struct Rti<'s> {
     exchanges: Exchanges,
     rounds: Rounds,
     watch: Watch,
+    strangers: Strangers,
     aborted: bool,
 }
 
@@ -188,6 +190,7 @@ impl<'s> Rti<'s> {
             exchanges: Exchanges::default(),
             rounds: Rounds::default(),
             watch: Watch::default(),
+            strangers: Strangers::default(),
             aborted: false,
         })
     }

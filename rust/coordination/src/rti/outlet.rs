@@ -10,8 +10,8 @@ use lf_wire::june_2026::{Message, MessageType, RejectCode};
 
 use super::doubt::Doubt;
 use super::watch::Waits;
-use crate::FederateId;
 use crate::tag::to_wire;
+use crate::{FederateId, Times};
 
 /// A connection, by its place in the owner's table: below the number of connections in the RTI's storage.
 ///
@@ -173,7 +173,7 @@ impl fmt::Display for Violation {
     }
 }
 
-/// Something that people may want to know.
+/// Something that people may want to know. What can happen often says how often it has: see [`Notice::is_told`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notice<'a> {
     /// A federate has completed its handshake.
@@ -190,6 +190,8 @@ pub enum Notice<'a> {
         federation_id: Option<&'a [u8]>,
         /// What was wrong with its bytes, if something was.
         violation: Option<Violation>,
+        /// How many have been.
+        times: Times,
     },
     /// A federate refuses this RTI, because it could not prove that it knows the federation id.
     RejectedBy {
@@ -197,6 +199,8 @@ pub enum Notice<'a> {
         federate: FederateId,
         /// The code that it sent.
         code: RejectCode,
+        /// How often this has happened with any.
+        times: Times,
     },
     /// A connection ended, or was silent for too long, before it said which federate it is, or before it had
     /// completed its handshake. Its id is free.
@@ -205,9 +209,11 @@ pub enum Notice<'a> {
         federate: Option<FederateId>,
         /// Whether the RTI gave up, not the peer.
         timed_out: bool,
+        /// How often this has happened.
+        times: Times,
     },
     /// A connection that had not said which federate it is was closed, because a new one came and there was no place.
-    MadeWay,
+    MadeWay(Times),
     /// A federate left in order.
     Resigned(FederateId),
     /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
@@ -237,6 +243,8 @@ pub enum Notice<'a> {
         federate: FederateId,
         /// The byte.
         found: u8,
+        /// How many bytes that begin no message it has sent.
+        times: Times,
     },
     /// A message was dropped, because its destination has left.
     Dropped {
@@ -244,6 +252,8 @@ pub enum Notice<'a> {
         from: FederateId,
         /// The destination.
         to: FederateId,
+        /// How many messages of this sender were.
+        times: Times,
     },
     /// A message was forwarded with a tag that its destination has completed already.
     Late {
@@ -251,6 +261,19 @@ pub enum Notice<'a> {
         from: FederateId,
         /// The destination.
         to: FederateId,
+        /// How many messages of this sender were.
+        times: Times,
+    },
+    /// What a federate that has left did in all, if it did it more than once.
+    Sum {
+        /// The federate.
+        federate: FederateId,
+        /// How many bytes that begin no message it has sent.
+        unknown: Times,
+        /// How many of its messages came too late.
+        late: Times,
+        /// How many of its messages were dropped.
+        dropped: Times,
     },
     /// More messages are on their way to a federate than can be remembered one by one. Federates that wait for this one
     /// may have to wait longer, in a cycle for ever.
@@ -263,12 +286,28 @@ pub enum Notice<'a> {
     Stranger(SocketAddrV4),
 }
 
+impl Notice<'_> {
+    /// Whether people are told of it: of what happens often, they are told now and then.
+    pub fn is_told(&self) -> bool {
+        match self {
+            Self::Rejected { times, .. }
+            | Self::RejectedBy { times, .. }
+            | Self::HandshakeAbandoned { times, .. }
+            | Self::MadeWay(times)
+            | Self::UnknownType { times, .. }
+            | Self::Dropped { times, .. }
+            | Self::Late { times, .. } => times.is_told(),
+            _ => true,
+        }
+    }
+}
+
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Joined(federate) => write!(f, "federate {federate} has joined"),
             Self::Started(start) => write!(f, "all federates have joined and start at {} ns", start.as_nanos()),
-            Self::Rejected { code, federate, federation_id, violation } => {
+            Self::Rejected { code, federate, federation_id, violation, times } => {
                 f.write_str("a connection was refused")?;
                 if let Some(federate) = federate {
                     write!(f, " that claims to be federate {federate}")?;
@@ -277,22 +316,24 @@ impl fmt::Display for Notice<'_> {
                     write!(f, " of federation \"{}\"", id.escape_ascii())?;
                 }
                 write!(f, ": {code}")?;
-                violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))
+                violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))?;
+                times.fmt(f)
             }
-            Self::RejectedBy { federate, code } => {
-                write!(f, "whoever claims to be federate {federate} refuses this RTI: {code}")
+            Self::RejectedBy { federate, code, times } => {
+                write!(f, "whoever claims to be federate {federate} refuses this RTI: {code}{times}")
             }
-            Self::HandshakeAbandoned { federate, timed_out } => {
+            Self::HandshakeAbandoned { federate, timed_out, times } => {
                 match federate {
                     Some(federate) => write!(f, "federate {federate}")?,
                     None => f.write_str("a connection")?,
                 }
                 f.write_str(if timed_out { " was silent for too long" } else { " ended" })?;
-                f.write_str(" before its handshake was complete")
+                write!(f, " before its handshake was complete{times}")
             }
-            Self::MadeWay => f.write_str(
+            Self::MadeWay(times) => write!(
+                f,
                 "a connection that had not said which federate it is was closed, because another one has come and all \
-                 places are taken",
+                 places are taken{times}"
             ),
             Self::Resigned(federate) => write!(f, "federate {federate} has resigned"),
             Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
@@ -304,14 +345,18 @@ impl fmt::Display for Notice<'_> {
             Self::Missing(federate) => {
                 write!(f, "federate {federate} is missing: the federation ends without having started")
             }
-            Self::UnknownType { federate, found } => {
-                write!(f, "federate {federate} sent {found}, which begins no message and was skipped")
+            Self::UnknownType { federate, found, times } => {
+                write!(f, "federate {federate} sent {found}, which begins no message and was skipped{times}")
             }
-            Self::Dropped { from, to } => {
-                write!(f, "a message from federate {from} was dropped, because federate {to} has left")
+            Self::Dropped { from, to, times } => {
+                write!(f, "a message from federate {from} was dropped, because federate {to} has left{times}")
             }
-            Self::Late { from, to } => {
-                write!(f, "a message from federate {from} is late: federate {to} has completed its tag already")
+            Self::Late { from, to, times } => {
+                write!(f, "a message from federate {from} is late: federate {to} has completed its tag already{times}")
+            }
+            Self::Sum { federate, unknown, late, dropped } => {
+                write!(f, "federate {federate} in all:")?;
+                write_sum(f, [unknown, late, dropped])
             }
             Self::InTransitFull(federate) => {
                 write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
@@ -323,4 +368,16 @@ impl fmt::Display for Notice<'_> {
             Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
         }
     }
+}
+
+/// What a federate did in all: bytes that begin no message, late and dropped messages.
+fn write_sum(f: &mut fmt::Formatter<'_>, times: [Times; 3]) -> fmt::Result {
+    let what =
+        ["bytes that begin no message", "late messages", "messages dropped, because their destinations have left"];
+    let mut separator = " ";
+    for (Times(count), what) in times.into_iter().zip(what).filter(|(Times(count), _)| *count > 0) {
+        write!(f, "{separator}{count} {what}")?;
+        separator = "; ";
+    }
+    Ok(())
 }

@@ -73,7 +73,8 @@ impl Rti<'_> {
             }
             // The stock programs skip such a byte, so that a message without content can be added to the protocol.
             Err(DecodeError::UnknownType { found }) => {
-                outlet.notice(Notice::UnknownType { federate: id(federate), found });
+                let times = self.slots[federate].tallies.unknown.count();
+                outlet.notice(Notice::UnknownType { federate: id(federate), found, times });
                 Ok((Step::Done, 1))
             }
             Err(error) => Err(wrong(error)),
@@ -180,7 +181,8 @@ impl Rti<'_> {
                 outlet.notice(Notice::InTransitFull(id(to)));
             }
         } else {
-            outlet.notice(Notice::Late { from: id(from), to: id(to) });
+            let times = self.slots[from].tallies.late.count();
+            outlet.notice(Notice::Late { from: id(from), to: id(to), times });
         }
         if tag < self.graph.next_event(to) {
             self.on_next_event(to, tag, outlet);
@@ -198,7 +200,8 @@ impl Rti<'_> {
     ) -> Result<Step, Violation> {
         let Some(slot) = self.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
         let Membership::Joined(connection) = slot.membership else {
-            outlet.notice(Notice::Dropped { from: id(from), to: to.into() });
+            let times = self.slots[from].tallies.dropped.count();
+            outlet.notice(Notice::Dropped { from: id(from), to: to.into(), times });
             return Ok(Step::Done);
         };
         if self.ready(to.into(), message.encoded_len(), outlet).is_none() {

@@ -5,6 +5,7 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::june_2026::ADDRESS_PORT_UNKNOWN;
 
 use super::config::SetupError;
+use super::departure::Tallies;
 use super::graph::Node;
 use super::in_transit::Ring;
 use super::outlet::ConnectionId;
@@ -119,6 +120,8 @@ pub struct Slot {
     pub(super) poll: Poll,
     /// Something that it said was doubtful.
     pub(super) doubted: bool,
+    /// What it did and is told now and then.
+    pub(super) tallies: Tallies,
     /// What it waits for, if that is looked at.
     pub(super) seen: Seen,
 }
@@ -142,6 +145,7 @@ impl Slot {
         udp_port: 0,
         poll: Poll::NONE,
         doubted: false,
+        tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
     };
 

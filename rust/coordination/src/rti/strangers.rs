@@ -10,6 +10,16 @@ use lf_model::time::Instant;
 
 use super::storage::Phase;
 use super::{ConnectionId, Notice, Outlet, Rti};
+use crate::Tally;
+
+/// How often something has come of connections whose federate nobody knows for sure.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Strangers {
+    pub(super) abandoned: Tally,
+    pub(super) made_way: Tally,
+    pub(super) rejected: Tally,
+    pub(super) rejected_by: Tally,
+}
 
 impl Rti<'_> {
     /// The connection that makes way for a new one when all places are taken: the oldest that has not said which
@@ -18,7 +28,7 @@ impl Rti<'_> {
     /// Looks at every connection once.
     pub fn make_way(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
         let connection = self.oldest_stranger()?;
-        outlet.notice(Notice::MadeWay);
+        outlet.notice(Notice::MadeWay(self.strangers.made_way.count()));
         outlet.close(connection);
         self.release(connection);
         Some(connection)

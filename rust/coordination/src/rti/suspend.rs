@@ -7,10 +7,12 @@ use lf_model::time::{Instant, Tag};
 use super::barrier::Barrier;
 use super::clock_sync::Rounds;
 use super::config::SetupError;
+use super::departure::Tallies;
 use super::exchange::Exchanges;
 use super::graph::Graph;
 use super::idle::Idle;
 use super::stop::Stop;
+use super::strangers::Strangers;
 use super::watch::Watch;
 use super::{Cause, Config, Rti, RtiStorage};
 use crate::FederateId;
@@ -38,6 +40,7 @@ impl<'s> Rti<'s> {
         for federate in 0..self.slots.len() {
             self.in_transit(federate).normalize();
             self.graph.normalize(federate);
+            self.slots[federate].tallies = Tallies::NOTHING;
         }
         // All fields are named, so that whoever adds one is asked whether it belongs here.
         let Self {
@@ -56,6 +59,7 @@ impl<'s> Rti<'s> {
             exchanges,
             rounds,
             watch: _,
+            strangers: _,
             aborted,
         } = self;
         Suspended { start, stop, idle, loss, barrier, exchanges, rounds, aborted }
@@ -91,6 +95,7 @@ impl<'s> Rti<'s> {
             exchanges,
             rounds,
             watch: Watch::default(),
+            strangers: Strangers::default(),
             aborted,
         })
     }

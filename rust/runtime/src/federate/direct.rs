@@ -6,7 +6,7 @@
 //! what lets the tag begin that makes room.
 
 use lf_coordination::federate::{Awaited, Phase};
-use lf_coordination::from_wire;
+use lf_coordination::{Tally, Times, from_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
 use lf_wire::june_2026::{Message, tag_in_header};
@@ -176,6 +176,17 @@ pub(super) struct Late {
     pub(super) messages: u64,
     /// Those of them that not all reactions handle.
     pub(super) unhandled: u64,
+    /// The same, to tell them now and then.
+    told: Tally,
+}
+
+impl Late {
+    /// One more that not all reactions handle: how loudly it is said, with how many there have been.
+    fn count_unhandled(&mut self) -> (log::Level, Times) {
+        self.unhandled = self.unhandled.saturating_add(1);
+        let times = self.told.count();
+        (if times.is_told() { log::Level::Warn } else { log::Level::Debug }, times)
+    }
 }
 
 /// The parts of the loop that a message of another federate changes.
@@ -294,19 +305,21 @@ impl Receiver<'_, '_> {
                 log::debug!("late message over {name} for {intended}: it happens at {actual}, {lateness:?} late");
             }
             Delivery::Tardy(actual) => {
-                self.late.unhandled = self.late.unhandled.saturating_add(1);
+                let (level, times) = self.late.count_unhandled();
                 let (federate, actual) = (self.federate, EventTag::relative(actual, start));
-                log::warn!(
+                log::log!(
+                    level,
                     "late message to federate {federate} over {name} for {intended}: it happens at {actual}, \
-                     {lateness:?} after its time",
+                     {lateness:?} after its time{times}",
                 );
             }
             Delivery::Lost => {
-                self.late.unhandled = self.late.unhandled.saturating_add(1);
+                let (level, times) = self.late.count_unhandled();
                 let federate = self.federate;
-                log::warn!(
+                log::log!(
+                    level,
                     "late message to federate {federate} over {name} for {intended}: it came {lateness:?} after its \
-                     time, and after the last tag, so it does not happen",
+                     time, and after the last tag, so it does not happen{times}",
                 );
             }
         }

@@ -288,7 +288,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         is_decentralized::<P>(self.federation.coordination)
     }
 
-    /// How many messages of other federates have come too late, with decentralized coordination. Each was reported.
+    /// How many messages of other federates have come too late, with decentralized coordination. Those that were not
+    /// handled were reported, now and then one.
     pub fn late_messages(&self) -> u64 {
         self.late.messages
     }
@@ -307,7 +308,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         if !self.is_decentralized() {
             return;
         }
-        let Late { messages, unhandled } = self.late;
+        let Late { messages, unhandled, .. } = self.late;
         if unhandled > 0 {
             log::warn!(
                 "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or \

@@ -327,7 +327,7 @@ impl<'s> Peers<'s> {
                     // The first byte of a connection always finds room.
                     let _ = platform.write(socket, &[lf_wire::june_2026::MessageType::Ack.byte()]);
                 }
-                Err(code) => refuse(platform, socket, address, code),
+                Err(code) => refuse(platform, socket, address, code, self.visitors.refused.count()),
             }
         }
     }

@@ -7,7 +7,7 @@
 use core::net::Ipv4Addr;
 
 use lf_coordination::peer::{Arrival, Introduction};
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, FederateId, Tally, Times};
 use lf_model::time::{Instant, Interval};
 use lf_wire::june_2026::{Message, RejectCode};
 
@@ -53,7 +53,11 @@ pub(super) struct Visitors {
     accept_again: Option<Instant>,
     places: [Option<Visitor>; VISITORS_MAX],
     /// How many have gone without having said who they are.
-    nameless: u32,
+    nameless: Tally,
+    /// How many have been refused.
+    pub(super) refused: Tally,
+    /// How often the system had no resources.
+    failures: Tally,
 }
 
 impl Visitors {
@@ -73,12 +77,11 @@ impl Visitors {
             match visitor.read(platform, federation_id) {
                 Reading::Waits if visitor.since + INTRODUCTION_TIME_OUT > now => {}
                 Reading::Waits | Reading::Ended => {
-                    self.nameless = self.nameless.saturating_add(1);
-                    turn_away(platform, visitor, self.nameless);
+                    turn_away(platform, visitor, self.nameless.count());
                     *place = None;
                 }
                 Reading::Refused(code) => {
-                    refuse(platform, visitor.socket, visitor.address, code);
+                    refuse(platform, visitor.socket, visitor.address, code, self.refused.count());
                     *place = None;
                 }
                 Reading::Is(federate) => {
@@ -103,13 +106,15 @@ impl Visitors {
                     let introduction = Introduction::default();
                     let visitor = Visitor { socket, address, introduction, since: now, readable: true };
                     if let Some(before) = self.places[place].replace(visitor) {
-                        self.nameless = self.nameless.saturating_add(1);
-                        turn_away(platform, &before, self.nameless);
+                        turn_away(platform, &before, self.nameless.count());
                     }
                 }
                 Ok(None) => self.acceptable = false,
                 Err(error) => {
-                    log::warn!("a connection could not be accepted: {error}");
+                    let times = self.failures.count();
+                    if times.is_told() {
+                        log::warn!("a connection could not be accepted: {error}{times}");
+                    }
                     (self.acceptable, self.accept_again) = (false, Some(now + ACCEPT_PAUSE));
                 }
             }
@@ -202,8 +207,16 @@ impl Visitor {
 }
 
 /// Tells whoever has connected why it is refused, and closes the connection.
-pub(super) fn refuse<P: Platform>(platform: &mut P, socket: SocketId, address: Ipv4Addr, code: RejectCode) {
-    log::warn!("a connection from {address} was refused: {code}");
+pub(super) fn refuse<P: Platform>(
+    platform: &mut P,
+    socket: SocketId,
+    address: Ipv4Addr,
+    code: RejectCode,
+    times: Times,
+) {
+    if times.is_told() {
+        log::warn!("a connection from {address} was refused: {code}{times}");
+    }
     let mut bytes = [0; 2];
     let mut rest = Message::Reject(code).encode(&mut bytes).map_or(&[][..], |length| &bytes[..length]);
     // The first bytes of a connection always find room.
@@ -222,13 +235,11 @@ pub(super) fn refuse<P: Platform>(platform: &mut P, socket: SocketId, address: I
     platform.close(socket);
 }
 
-/// Closes a connection whose visitor has not said who it is: said once, for anybody can connect.
-fn turn_away<P: Platform>(platform: &mut P, visitor: &Visitor, count: u32) {
+/// Closes a connection whose visitor has not said who it is: told now and then, for anybody can connect.
+fn turn_away<P: Platform>(platform: &mut P, visitor: &Visitor, times: Times) {
     let Visitor { socket, address, .. } = *visitor;
     platform.close(socket);
-    if count == 1 {
-        log::warn!("a connection from {address} did not say which federate it is, and was closed");
-    } else {
-        log::debug!("{count} connections did not say which federates they are, and were closed; the last: {address}");
+    if times.is_told() {
+        log::warn!("a connection from {address} did not say which federate it is, and was closed{times}");
     }
 }

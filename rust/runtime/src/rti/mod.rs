@@ -8,9 +8,9 @@ mod notices;
 
 use core::fmt;
 
-use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict, Waits};
+use lf_coordination::{Deadline, Tally};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Storage;
 
@@ -111,6 +111,8 @@ struct Listening {
     knocks: bool,
     /// When to accept again after the system had no resources.
     again: Option<Instant>,
+    /// How often it had none.
+    failures: Tally,
 }
 
 impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
@@ -159,7 +161,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             due: Due::default(),
             open: 0,
             closing: Deadline::Never,
-            listening: Listening { socket: Some(listener), acceptable: true, knocks: false, again: None },
+            listening: Listening {
+                socket: Some(listener),
+                acceptable: true,
+                knocks: false,
+                again: None,
+                failures: Tally::NOTHING,
+            },
             port,
             aborted: false,
             stop_tag: None,
@@ -271,7 +279,10 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
                 Ok(None) => self.listening.acceptable = false,
                 Err(error) => {
                     // The connection still waits, so the listener stays ready: asking it at once would be without end.
-                    log::warn!("a connection could not be accepted: {error}");
+                    let times = self.listening.failures.count();
+                    if times.is_told() {
+                        log::warn!("a connection could not be accepted: {error}{times}");
+                    }
                     self.listening.acceptable = false;
                     self.listening.again = Some(now + ACCEPT_PAUSE);
                 }

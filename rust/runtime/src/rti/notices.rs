@@ -3,8 +3,11 @@
 
 use lf_coordination::rti::{Notice, Waits};
 
-/// Logs a notice at the level of its importance.
+/// Logs a notice at the level of its importance; of what happens often, now and then one.
 pub fn log_notice(notice: Notice<'_>) {
+    if !notice.is_told() {
+        return;
+    }
     match notice {
         Notice::Lost { .. }
         | Notice::Missing(_)
@@ -13,7 +16,8 @@ pub fn log_notice(notice: Notice<'_>) {
         | Notice::Late { .. } => log::error!("{notice}"),
         Notice::HandshakeAbandoned { .. }
         | Notice::Doubtful { .. }
-        | Notice::MadeWay
+        | Notice::MadeWay(_)
+        | Notice::Sum { .. }
         | Notice::Waits(Waits::Grant { .. } | Waits::Stop(_) | Waits::Sender { .. })
         | Notice::Stranger(_)
         | Notice::UnknownType { .. }

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What can happen often is counted, and told now and then: whoever is told of each would have to look for the rest.
+
+use core::fmt;
+
+/// How often something has happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Tally(u32);
+
+impl Tally {
+    /// Nothing has happened.
+    pub const NOTHING: Self = Self(0);
+
+    /// It has happened once more; gives how often by now.
+    pub fn count(&mut self) -> Times {
+        self.0 = self.0.saturating_add(1);
+        Times(self.0)
+    }
+
+    /// How often it has happened.
+    pub fn times(self) -> Times {
+        Times(self.0)
+    }
+}
+
+/// How often something has happened. Shows as ` (100 so far)` behind a sentence about the last time, and as nothing
+/// behind one about the only time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Times(pub u32);
+
+impl Times {
+    /// Whether people are told of this time: the first, the tenth, the hundredth, and so on.
+    pub fn is_told(self) -> bool {
+        self.0.checked_ilog10().is_some_and(|digits| self.0 == 10_u32.pow(digits))
+    }
+}
+
+impl fmt::Display for Times {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0 > 1 { write!(f, " ({} so far)", self.0) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn the_first_time_is_told_and_then_each_that_is_ten_times_as_many() {
+        let mut tally = Tally::NOTHING;
+        let told: std::vec::Vec<_> = (0..20_000).map(|_| tally.count()).filter(|times| times.is_told()).collect();
+        assert_eq!(told, [1, 10, 100, 1000, 10_000].map(Times));
+        assert_eq!([told[0].to_string(), told[1].to_string()], ["", " (10 so far)"]);
+        assert!(!Times(0).is_told() && !Times(u32::MAX).is_told());
+    }
+}
