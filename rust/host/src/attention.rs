@@ -3,7 +3,12 @@
 //!
 //! A thread that sleeps is woken by the processor on which the sender runs; on a virtual machine, and wherever a
 //! processor sleeps deeply, that takes several times as long as all that an RTI does with a message. So the loop looks
-//! for a short while before it sleeps, and around the time at which it was told to expect something.
+//! for a short while before it sleeps, and around the time at which it was told to expect something. A timer wakes a
+//! processor just as late, so the loop also looks for the rest of a wait, if that is long: the program's event begins
+//! at its time then, and not after it.
+//!
+//! How long before a time it has to be up for that is what the last timers have taught: a few microseconds on one
+//! computer, 100 µs and more on another.
 //!
 //! Looking has to pay. Each look in vain makes the next ones rarer, down to one in 2⁶ waits, and one that found
 //! something, or would have, brings them back. So a loop to which nothing comes sleeps; one that is busy looks for no
@@ -13,8 +18,12 @@ use std::time::{Duration, Instant};
 
 /// How long a look after something has come takes at most: the time of a few answers of another process.
 const SPAN: Duration = Duration::from_micros(50);
-/// How long before an expected time the loop begins to look: what it takes to wake.
-const LEAD: Duration = Duration::from_micros(60);
+/// What is added to how late timers are, for they are not always as late.
+const LEAD_MIN: Duration = Duration::from_micros(20);
+/// No timer is waited for longer than this.
+const LEAD_MAX: Duration = Duration::from_micros(400);
+/// Only a wait that is longer than so many leads ends with a look, so that looking never takes much of a processor.
+const LEADS_PER_WAIT: u32 = 10;
 /// How long after an expected time it gives up.
 const WINDOW: Duration = Duration::from_micros(150);
 /// A yield that takes longer than this was somebody else's turn on the processor.
@@ -56,6 +65,8 @@ pub(crate) struct Attention {
     after: Worth,
     around: Worth,
     expected: Option<Instant>,
+    /// How late timers are, on average.
+    lateness: Duration,
 }
 
 /// One wait: when to look, and when to sleep.
@@ -67,6 +78,7 @@ pub(crate) struct Plan {
     /// Then sleeps until the first of these times, and looks until the second.
     pub(crate) second: Option<(Instant, Instant)>,
     expected: Option<Instant>,
+    lead: Duration,
 }
 
 impl Attention {
@@ -80,23 +92,37 @@ impl Attention {
         let before_end = |time: Instant| end.map_or(time, |end| time.min(end));
         let expected =
             self.expected.take().filter(|expected| *expected > begin && end.is_none_or(|end| *expected < end));
-        let second = expected.filter(|_| self.around.looks()).map(|expected| {
-            let sleeps_until = expected.checked_sub(LEAD).unwrap_or(begin).max(begin);
+        let lead = self.lead();
+        let around = expected.filter(|_| self.around.looks()).map(|expected| {
+            let sleeps_until = expected.checked_sub(lead).unwrap_or(begin).max(begin);
             (sleeps_until, before_end(expected + WINDOW))
         });
+        let is_long = |end: &Instant| end.duration_since(begin) >= LEADS_PER_WAIT * lead;
+        let before = end.filter(is_long).and_then(|end| Some((end.checked_sub(lead)?, end)));
         let first = self.after.looks().then(|| before_end(begin + SPAN));
-        Plan { begin, first, second, expected }
+        Plan { begin, first, second: around.or(before), expected, lead }
+    }
+
+    /// How long before a time the loop has to be woken to be awake at that time.
+    fn lead(&self) -> Duration {
+        (self.lateness + self.lateness / 2 + LEAD_MIN).min(LEAD_MAX)
+    }
+
+    /// A timer for this time has woken the loop now.
+    pub(crate) fn learn_lateness(&mut self, time: Instant, now: Instant) {
+        self.lateness = (self.lateness * 7 + now.duration_since(time).min(LEAD_MAX)) / 8;
     }
 
     /// The wait is over, at this time; `came`: because something has come.
     pub(crate) fn learn(&mut self, plan: &Plan, now: Instant, came: bool) {
         // What came while the loop slept has had to wake it first.
         self.after.learn(came && now.duration_since(plan.begin) <= 2 * SPAN);
+        // What comes before is something else; what is expected may still come.
         if let Some(expected) = plan.expected
+            && now + plan.lead >= expected
             && (came || now >= expected + WINDOW)
         {
-            let near = now + LEAD >= expected && now <= expected + WINDOW;
-            self.around.learn(came && near);
+            self.around.learn(came && now <= expected + WINDOW);
         }
     }
 }
@@ -163,15 +189,45 @@ mod tests {
     fn an_expected_time_counts_for_the_wait_in_which_it_lies() {
         let (mut attention, begin) = (Attention::default(), Instant::now());
         let (second, wake) = (Duration::from_secs(1), begin + Duration::from_millis(5));
-        let expected = wake + LEAD;
+        let expected = wake + LEAD_MIN;
         attention.expect(Some(expected));
         let plan = attention.plan(begin, Some(begin + second));
         assert_eq!(plan.second, Some((wake, expected + WINDOW)));
         assert_eq!(attention.plan(begin, None).second, None);
-        for gone in [begin, begin + second] {
+        let end = begin + LEAD_MIN;
+        for gone in [begin, end] {
             attention.expect(Some(gone));
-            assert_eq!(attention.plan(begin, Some(begin + second)).second, None);
+            assert_eq!(attention.plan(begin, Some(end)).second, None);
         }
+    }
+
+    /// What comes long before what is expected is something else, and says nothing of it.
+    #[test]
+    fn early_input_does_not_count_against_an_expectation() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        for _ in 0..100 {
+            attention.expect(Some(begin + Duration::from_millis(10)));
+            let plan = attention.plan(begin, None);
+            assert!(plan.second.is_some());
+            attention.learn(&plan, begin + Duration::from_millis(1), true);
+        }
+    }
+
+    /// The end of a long wait is met awake: as early as timers are late, and in a tenth of the time at most.
+    #[test]
+    fn a_long_wait_ends_with_a_look() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let late = Duration::from_micros(100);
+        for _ in 0..100 {
+            attention.learn_lateness(begin, begin + late);
+        }
+        let lead = attention.lead();
+        assert!(lead > late && lead < 2 * late, "{lead:?}");
+        let wake = begin + (LEADS_PER_WAIT - 1) * lead;
+        assert_eq!(attention.plan(begin, Some(wake + lead)).second, Some((wake, wake + lead)));
+        assert_eq!(attention.plan(begin, Some(wake)).second, None);
+        attention.learn_lateness(begin, begin + Duration::from_secs(1));
+        assert!(attention.lead() <= LEAD_MAX);
     }
 
     /// Where nothing comes at the expected times, the loop sleeps through them, and where something begins to come at

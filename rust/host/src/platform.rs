@@ -177,9 +177,13 @@ impl Platform for Host {
         let mut came = plan.first.is_some_and(|end| self.look_until(end, ready));
         if let Some((wake, end)) = plan.second.filter(|_| !came) {
             came = self.sleep_until(Some(wake), ready);
-            if !came && std::time::Instant::now() < wake {
+            let now = std::time::Instant::now();
+            if !came && now < wake {
                 // The sockets wanted to be looked after. What is expected is still to come.
                 return;
+            }
+            if !came {
+                self.attention.learn_lateness(wake.max(begin), now);
             }
             came = came || self.look_until(end, ready);
         }

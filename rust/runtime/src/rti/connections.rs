@@ -76,6 +76,8 @@ pub struct Outgoing<B> {
     pub(super) awaited: bool,
     /// Memory was refused for a message of so many bytes, which is lost; nothing that belongs behind it may be sent.
     pub(super) refused: Option<usize>,
+    /// What is pending is more than advice: somebody may wait for it.
+    pub(super) urgent: bool,
     /// This connection is in the queue of those that are due.
     due: bool,
     /// An entry of that queue.
@@ -204,6 +206,7 @@ impl<B: Storage> Outgoing<B> {
             of_socket: 0,
             awaited: false,
             refused: None,
+            urgent: false,
             due: false,
             queue: 0,
         }
@@ -236,6 +239,7 @@ impl<B: Storage> Outgoing<B> {
         if self.buffer.make_room(len) {
             // It fits, and a message that came over the wire can go over it.
             let _ = self.buffer.push(message);
+            self.urgent |= !matches!(message, Message::DownstreamNextEventTag(_));
         } else {
             self.refused = Some(len);
         }
@@ -263,6 +267,7 @@ impl<B: Storage> Outgoing<B> {
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         let Some(socket) = self.socket else { return false };
         let before = self.buffer.pending().len();
+        self.urgent = false;
         while !self.buffer.is_empty() {
             match platform.write(socket, self.buffer.pending()) {
                 Ok(Transfer::Bytes(count)) => self.buffer.consume(count),

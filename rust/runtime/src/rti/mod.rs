@@ -201,6 +201,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             self.stop_tag = self.rti.stop_tag();
             (0..self.inlets.len()).for_each(|index| self.let_go_on(Awaited::Input(ConnectionId(index))));
         }
+        // Messages and grants go before advice: a write can take longer than all that was done for it.
+        for entry in 0..self.due.len() {
+            let index = self.due.get(self.outgoings, entry);
+            if self.outgoings[index].urgent {
+                self.send(index);
+            }
+        }
         for _ in 0..self.due.len() {
             if let Some(index) = self.due.pop(self.outgoings) {
                 self.send(index);
