@@ -5,7 +5,8 @@
 //! processor sleeps deeply, that takes several times as long as all that an RTI does with a message. So the loop looks
 //! for a short while before it sleeps, and around the time at which it was told to expect something. A timer wakes a
 //! processor just as late, so the loop also looks for the rest of a wait, if that is long: the program's event begins
-//! at its time then, and not after it.
+//! at its time then, and not after it. Where nobody tells it what to expect, and what comes has a rhythm, it expects the
+//! next beat.
 //!
 //! How long before a time it has to be up for that is what the last timers have taught: a few microseconds on one
 //! computer, 100 µs and more on another.
@@ -59,12 +60,32 @@ impl Worth {
     }
 }
 
+/// The rhythm in which input comes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rhythm {
+    beat: Option<Instant>,
+    interval: Option<Duration>,
+    next: Option<Instant>,
+}
+
+impl Rhythm {
+    /// Input has come after the loop has slept: if it comes as long after the last one as that came after the one
+    /// before, the next one will.
+    fn learn(&mut self, now: Instant) {
+        let interval = self.beat.map(|beat| now.duration_since(beat));
+        let is_steady = |(a, b): (Duration, Duration)| a.abs_diff(b) <= WINDOW;
+        self.next = interval.zip(self.interval).filter(|both| is_steady(*both)).map(|(interval, _)| now + interval);
+        (self.beat, self.interval) = (Some(now), interval);
+    }
+}
+
 /// Decides when the loop looks.
 #[derive(Debug, Default)]
 pub(crate) struct Attention {
     after: Worth,
     around: Worth,
     expected: Option<Instant>,
+    rhythm: Rhythm,
     /// How late timers are, on average.
     lateness: Duration,
 }
@@ -90,9 +111,10 @@ impl Attention {
     /// How to wait from now until `end`.
     pub(crate) fn plan(&mut self, begin: Instant, end: Option<Instant>) -> Plan {
         let before_end = |time: Instant| end.map_or(time, |end| time.min(end));
-        let expected =
-            self.expected.take().filter(|expected| *expected > begin && end.is_none_or(|end| *expected < end));
         let lead = self.lead();
+        let is_ahead = |expected: &Instant| *expected > begin && end.is_none_or(|end| *expected < end);
+        let beat = self.rhythm.next.filter(|next| next.duration_since(begin) >= LEADS_PER_WAIT * lead);
+        let expected = self.expected.take().filter(is_ahead).or(beat.filter(is_ahead));
         let around = expected.filter(|_| self.around.looks()).map(|expected| {
             let sleeps_until = expected.checked_sub(lead).unwrap_or(begin).max(begin);
             (sleeps_until, before_end(expected + WINDOW))
@@ -115,6 +137,9 @@ impl Attention {
 
     /// The wait is over, at this time; `came`: because something has come.
     pub(crate) fn learn(&mut self, plan: &Plan, now: Instant, came: bool) {
+        if came && now.duration_since(plan.begin) >= LEADS_PER_WAIT * plan.lead {
+            self.rhythm.learn(now);
+        }
         // What came while the loop slept has had to wake it first.
         self.after.learn(came && now.duration_since(plan.begin) <= 2 * SPAN);
         // What comes before is something else; what is expected may still come.
@@ -199,6 +224,21 @@ mod tests {
             attention.expect(Some(gone));
             assert_eq!(attention.plan(begin, Some(end)).second, None);
         }
+    }
+
+    /// What comes in a rhythm is expected, and what does not is not.
+    #[test]
+    fn the_next_beat_is_expected() {
+        let (mut attention, mut begin) = (Attention::default(), Instant::now());
+        let period = Duration::from_millis(10);
+        let mut wait = |waited| {
+            let plan = attention.plan(begin, None);
+            begin += waited;
+            attention.learn(&plan, begin, true);
+            plan.second.map(|(_, until)| until.duration_since(begin) + waited)
+        };
+        assert_eq!([period; 5].map(&mut wait), [None, None, None, Some(period + WINDOW), Some(period + WINDOW)]);
+        assert_eq!([2 * period, 4 * period, 8 * period].map(wait)[1..], [None, None]);
     }
 
     /// What comes long before what is expected is something else, and says nothing of it.
