@@ -5,8 +5,8 @@
 //! processor sleeps deeply, that takes several times as long as all that an RTI does with a message. So the loop looks
 //! for a short while before it sleeps, and around the time at which it was told to expect something. A timer wakes a
 //! processor just as late, so the loop also looks for the rest of a wait, if that is long: the program's event begins
-//! at its time then, and not after it. Where nobody tells it what to expect, and what comes has a rhythm, it expects the
-//! next beat.
+//! at its time then, and not after it. Where nobody tells it what to expect, and what comes has a rhythm, it expects
+//! the next beat.
 //!
 //! How long before a time it has to be up for that is what the last timers have taught: a few microseconds on one
 //! computer, 100 µs and more on another.

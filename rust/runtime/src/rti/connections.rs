@@ -66,6 +66,7 @@ impl Awaited {
 }
 
 /// The sending side of one connection.
+#[expect(clippy::struct_excessive_bools, reason = "four questions, of which each has its own answer")]
 pub struct Outgoing<B> {
     pub(super) socket: Option<SocketId>,
     pub(super) buffer: OutBuffer<B>,
@@ -77,7 +78,9 @@ pub struct Outgoing<B> {
     /// Memory was refused for a message of so many bytes, which is lost; nothing that belongs behind it may be sent.
     pub(super) refused: Option<usize>,
     /// What is pending is more than advice: somebody may wait for it.
-    pub(super) urgent: bool,
+    urgent: bool,
+    /// Something went before its turn, and nobody has been told yet that there is room.
+    went: bool,
     /// This connection is in the queue of those that are due.
     due: bool,
     /// An entry of that queue.
@@ -207,6 +210,7 @@ impl<B: Storage> Outgoing<B> {
             awaited: false,
             refused: None,
             urgent: false,
+            went: false,
             due: false,
             queue: 0,
         }
@@ -263,9 +267,17 @@ impl<B: Storage> Outgoing<B> {
         self.socket.is_some() && matches!(self.state, State::Open | State::HalfClosing | State::HalfClosed)
     }
 
-    /// Writes what is pending. `true` when something went.
+    /// Writes what is pending if somebody may wait for it.
+    pub(super) fn hurry<P: Platform>(&mut self, platform: &mut P) {
+        if core::mem::take(&mut self.urgent) {
+            self.went |= self.flush(platform);
+        }
+    }
+
+    /// Writes what is pending. `true` when something went, also before.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
         let Some(socket) = self.socket else { return false };
+        let went = core::mem::take(&mut self.went);
         let before = self.buffer.pending().len();
         self.urgent = false;
         while !self.buffer.is_empty() {
@@ -277,7 +289,7 @@ impl<B: Storage> Outgoing<B> {
             }
         }
         self.buffer.shrink();
-        self.buffer.pending().len() < before
+        went || self.buffer.pending().len() < before
     }
 
     /// Goes on with closing, as far as that goes without waiting. `ended`: the peer has closed its direction.

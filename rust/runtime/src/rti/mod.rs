@@ -204,9 +204,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         // Messages and grants go before advice: a write can take longer than all that was done for it.
         for entry in 0..self.due.len() {
             let index = self.due.get(self.outgoings, entry);
-            if self.outgoings[index].urgent {
-                self.send(index);
-            }
+            self.outgoings[index].hurry(self.platform);
         }
         for _ in 0..self.due.len() {
             if let Some(index) = self.due.pop(self.outgoings) {
