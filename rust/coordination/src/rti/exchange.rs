@@ -60,7 +60,8 @@ impl Rti<'_> {
         }
     }
 
-    /// Sends a T1 that tells `now`, if one is due, and gives its connection: write that at once.
+    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection: write that at
+    /// once.
     ///
     /// Looks at each connection at most once.
     pub fn poll_exchange(&mut self, now: Instant, outlet: &mut impl Outlet) -> Option<ConnectionId> {
@@ -68,21 +69,29 @@ impl Rti<'_> {
             return None;
         }
         let (connection, left) = self.next_exchange()?;
-        if outlet.room(connection) < TIME_MESSAGE_BYTES {
-            // There was room for it when it became due, and nothing else is sent on this connection.
-            return None;
-        }
         let exchanges = &mut self.exchanges;
-        let phase = core::mem::replace(&mut self.connections[connection.0].phase, Phase::ClockSync { left });
-        let is_next = matches!(phase, Phase::Turn { .. });
+        let is_next = matches!(self.connections[connection.0].phase, Phase::Turn { .. });
         let count = if is_next { &mut exchanges.waiting } else { &mut exchanges.asked };
         *count = count.saturating_sub(1);
         if is_next || exchanges.current.is_some_and(|(current, _)| current == connection) {
             exchanges.current = Some((connection, now + PATIENCE));
         }
-        outlet.send(connection, &Message::T1(now.as_nanos()));
         self.set_deadline(connection, Some(now + self.config.connection_time_out));
+        let known = &mut self.connections[connection.0];
+        if outlet.room(connection) < TIME_MESSAGE_BYTES {
+            known.phase = Phase::Full { left };
+            return None;
+        }
+        known.phase = Phase::ClockSync { left };
+        outlet.send(connection, &Message::T1(now.as_nanos()));
         Some(connection)
+    }
+
+    /// There is more room on a connection: perhaps for the T1 that it is to be sent.
+    pub(super) fn retry_exchange(&mut self, connection: ConnectionId) {
+        if let Some(Phase::Full { left }) = self.connections.get(connection.0).map(|known| known.phase) {
+            self.ask_again(connection, left);
+        }
     }
 
     /// The connection whose exchanges are under way. What comes on it is to be read before anything else, and what is

@@ -88,7 +88,7 @@ impl Rti<'_> {
             Phase::Ids { .. } => MessageType::FedIds,
             Phase::Neighbors => MessageType::NeighborStructure,
             Phase::UdpPort => MessageType::UdpPort,
-            Phase::Turn { .. } | Phase::Asked { .. } | Phase::ClockSync { .. } => MessageType::T3,
+            Phase::Turn { .. } | Phase::Asked { .. } | Phase::Full { .. } | Phase::ClockSync { .. } => MessageType::T3,
             Phase::Vacant | Phase::Joined | Phase::Draining => return Verdict::Closed,
         };
         // A peer that does not authenticate may send less than a proof has, and then wait for an answer.

@@ -272,6 +272,7 @@ impl<'s> Rti<'s> {
 
     /// There is more room on a connection. Sends what was put off for its federate.
     pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        self.retry_exchange(connection);
         if let Some(federate) = self.joined_on(connection) {
             self.flush(federate, outlet);
         }

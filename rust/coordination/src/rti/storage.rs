@@ -181,6 +181,8 @@ pub(super) enum Phase {
     Turn { since: Instant, trials: u32 },
     /// Nothing: it is to be sent T1, this often.
     Asked { left: u32 },
+    /// The same, once there is room for it.
+    Full { left: u32 },
     /// T3, this often.
     ClockSync { left: u32 },
     /// Anything that a federate of the federation may say.
