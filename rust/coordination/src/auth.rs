@@ -9,7 +9,7 @@
 //! It protects the handshake only. What follows is neither encrypted nor authenticated.
 
 use hmac::{Hmac, KeyInit, Mac};
-use lf_wire::june_2026::{HMAC_BYTES, MessageType, NONCE_BYTES};
+use lf_wire::{HMAC_BYTES, MessageType, NONCE_BYTES};
 use sha2::Sha256;
 
 /// A random number that is used for one connection only.

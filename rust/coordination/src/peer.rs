@@ -5,8 +5,7 @@
 //! address the RTI has led it, answers with ACK or REJECT. There is one connection per direction. What is sent over it
 //! afterwards is up to the owners: the untagged messages of physical connections, or tagged ones and absences.
 
-use lf_wire::june_2026::{Decoded, Message, MessageType, RejectCode, decode};
-use lf_wire::{DecodeError, Limits};
+use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, RejectCode, decode};
 
 use crate::FederateId;
 

@@ -10,8 +10,7 @@ use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
 use lf_owned_messages::encoded;
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, RejectCode, decode};
+use lf_wire::{Decoded, Limits, Message, RejectCode, decode};
 use rti_support::{Sizes, World};
 
 const NOW: Instant = Instant(1_000_000);

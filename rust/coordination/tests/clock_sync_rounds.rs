@@ -8,7 +8,7 @@ use lf_coordination::clock_sync::{
     ClockCorrection, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX, Tracker,
 };
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 use proptest::collection::vec;
 use proptest::prelude::*;
 

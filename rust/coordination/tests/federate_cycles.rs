@@ -9,7 +9,7 @@ use federate_support::dialogue::{NOW, START, UPSTREAM, config, drain, ltc, ms, n
 use lf_coordination::federate::{Awaited, AwaitedInput, Config, Event, Federate, FederateError, Phase};
 use lf_coordination::{Deadline, to_wire};
 use lf_model::time::{Interval, Tag};
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 use proptest::collection::vec;
 use proptest::prelude::*;
 

@@ -8,7 +8,7 @@ use federate_support::dialogue::{DOWNSTREAM, NOW, START, UPSTREAM, config, drain
 use lf_coordination::federate::{Disconnected, Event, Federate, FederateError, Phase, TAGS_AHEAD_MAX};
 use lf_coordination::{Deadline, FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 fn grant(federate: &mut Federate<'_>, tag: Tag) {
     assert_eq!(federate.handle_message(NOW, Message::TagGrant(to_wire(tag))), Ok(Event::Granted(tag)));

@@ -22,7 +22,7 @@ use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, 
 use lf_coordination::{FederateId, in_turn};
 use lf_golden::{Fill, Frame, Recording, Step};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{DELAY_NONE, MessageType, RejectCode};
+use lf_wire::{DELAY_NONE, MessageType, RejectCode};
 
 /// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
 const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);

@@ -11,7 +11,7 @@ use lf_coordination::federate::{
 };
 use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
 #[test]
 fn the_handshake_goes_out_in_order_as_far_as_there_is_room() {

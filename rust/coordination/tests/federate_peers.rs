@@ -11,8 +11,7 @@ use lf_coordination::{Deadline, FederateId, in_turn};
 use lf_golden::Step;
 use lf_model::time::{Instant, Interval};
 use lf_owned_messages::encoded;
-use lf_wire::Limits;
-use lf_wire::june_2026::{ADDRESS_PORT_UNKNOWN, Decoded, Message, RejectCode, decode};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, Decoded, Limits, Message, RejectCode, decode};
 
 const NOW: Instant = Instant(1_000_000);
 const HERE: [u8; 4] = [127, 0, 0, 1];

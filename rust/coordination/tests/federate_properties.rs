@@ -7,8 +7,7 @@ use std::collections::BTreeSet;
 use lf_coordination::federate::{ClockSync, Config, Event, Federate, Phase};
 use lf_coordination::{Deadline, FederateId, from_wire, to_wire};
 use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::Limits;
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, RejectCode, decode};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, RejectCode, decode};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

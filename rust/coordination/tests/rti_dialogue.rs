@@ -6,8 +6,7 @@ mod rti_support;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
 use lf_model::time::{Instant, Interval};
-use lf_wire::Tag;
-use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure, RejectCode};
+use lf_wire::{DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
 use rti_support::dialogue::{FEDERATION, START, Upstream, at, chain, config, hello, message, read, started, wait};
 use rti_support::{Awaited, Sizes, World};
 

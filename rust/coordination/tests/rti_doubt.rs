@@ -5,7 +5,7 @@ mod rti_support;
 
 use lf_coordination::rti::CLOCK_MAX;
 use lf_model::time::Interval;
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, Message};
 use rti_support::dialogue::{at, config, hello, read, started};
 use rti_support::{Sizes, World};
 

@@ -6,7 +6,7 @@ mod rti_support;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId};
 use lf_model::time::Interval;
-use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
 use rti_support::dialogue::{FEDERATION, config, read, wait};
 use rti_support::{Sizes, World};
 

@@ -5,8 +5,7 @@ mod rti_support;
 
 use lf_coordination::FederateId;
 use lf_coordination::rti::{Cause, Config, ConnectionId, Outcome, Status};
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, Tag, decode};
 use rti_support::dialogue::{at, chain, config, message, read, started};
 use rti_support::{Awaited, Sizes, World};
 

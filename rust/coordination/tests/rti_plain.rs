@@ -4,8 +4,7 @@
 mod rti_support;
 
 use lf_coordination::rti::{ClockSync, Config, ConnectionId};
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, NeighborStructure, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, decode};
 use proptest::prelude::*;
 use rti_support::peer::START;
 use rti_support::plain::{Plain, Said};

@@ -7,8 +7,7 @@ mod rti_support;
 use std::collections::BTreeMap;
 
 use lf_coordination::rti::{Config, ConnectionId, Status};
-use lf_wire::june_2026::{Decoded, Message, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{Decoded, Limits, Message, Tag, decode};
 use proptest::prelude::*;
 use rti_support::dialogue::{at, config, started};
 use rti_support::{Sizes, World};

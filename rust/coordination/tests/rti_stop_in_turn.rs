@@ -7,8 +7,7 @@ mod rti_support;
 use lf_coordination::in_turn;
 use lf_coordination::rti::ConnectionId;
 use lf_model::time::Instant;
-use lf_wire::Tag;
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, Message, Tag};
 use rti_support::dialogue::{START, config, hello, read};
 use rti_support::{Sizes, World};
 

@@ -6,7 +6,7 @@ mod rti_support;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{CLOCK_TIME_OUT, Outcome, START_BARRIER_TIME_OUT, Status};
 use lf_model::time::Interval;
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 use rti_support::dialogue::{FEDERATION, config, hello, read, wait};
 use rti_support::{Sizes, World};
 

@@ -8,7 +8,7 @@ use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verd
 use lf_model::time::Instant;
 use lf_owned_messages::encoded;
 use lf_rti_memory::{Memory, Sizes};
-use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure};
+use lf_wire::{DELAY_NONE, Message, NeighborStructure};
 use proptest::prelude::*;
 use rti_support::{Wire, Wires};
 

@@ -6,7 +6,7 @@ mod rti_support;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{Config, ConnectionId, START_REPORT};
 use lf_model::time::Interval;
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, Message};
 use rti_support::dialogue::{FEDERATION, at, config, hello, message, read, started, wait};
 use rti_support::{Sizes, World};
 

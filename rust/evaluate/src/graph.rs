@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use lf_wire::june_2026::DELAY_NONE;
+use lf_wire::DELAY_NONE;
 
 /// How the federates are connected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,8 +10,7 @@ use std::net::TcpStream;
 use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, decode};
+use lf_wire::{Decoded, Limits, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_INITIAL, decode};
 
 use crate::peer::connect;
 use crate::{FEDERATION, Program, Result, Samples};

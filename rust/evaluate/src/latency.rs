@@ -5,8 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Instant;
 
-use lf_wire::june_2026::{Decoded, Message, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{Decoded, Limits, Message, Tag, decode};
 
 use crate::forwarder::Waiting;
 use crate::graph::{Graph, Shape};

@@ -6,8 +6,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use crate::{FEDERATION, Graph, Result};
 

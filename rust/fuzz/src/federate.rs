@@ -7,8 +7,7 @@ use lf_coordination::auth::answer_rti;
 use lf_coordination::federate::{ClockSync, Config, Federate, Phase};
 use lf_coordination::{Deadline, FederateId, from_wire};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
-use lf_wire::{DecodeError, Limits};
+use lf_wire::{DELAY_NONE, DecodeError, Decoded, Limits, Message, decode};
 
 use crate::deeds::Deed;
 

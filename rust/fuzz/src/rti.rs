@@ -7,8 +7,7 @@ use lf_coordination::rti::{ClockSync, Config, ConnectionId, FEDERATION_ID_DEFAUL
 use lf_model::time::{Instant, Interval};
 use lf_owned_messages::encoded;
 use lf_rti_memory::{Memory, Sizes};
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, decode, message_bytes_max};
+use lf_wire::{Decoded, Limits, Message, decode, message_bytes_max};
 
 use crate::rti_oracle::{Oracle, Peer};
 

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use lf_coordination::from_wire;
 use lf_coordination::rti::{ConnectionId, Notice, Outlet};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, Message};
 
 /// More messages than one input can lead to.
 const ANSWERS_MAX: usize = 2_000;

@@ -3,7 +3,7 @@
 
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
-use lf_wire::june_2026::{Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
 use crate::parts::{self, delay};
 use crate::rti::{CONNECTIONS, FEDERATES_MAX, World, config, with_world};

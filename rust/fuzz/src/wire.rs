@@ -4,8 +4,7 @@
 
 use arbitrary::Unstructured;
 use lf_owned_messages::encoded;
-use lf_wire::june_2026::{Decoded, decode, message_bytes_max};
-use lf_wire::{DecodeError, InBuffer, Limits};
+use lf_wire::{DecodeError, Decoded, InBuffer, Limits, decode, message_bytes_max};
 
 use crate::parts;
 

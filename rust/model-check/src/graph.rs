@@ -4,7 +4,7 @@
 use std::fmt;
 
 use lf_random::combine;
-use lf_wire::june_2026::DELAY_NONE;
+use lf_wire::DELAY_NONE;
 
 use crate::moment::Moment;
 

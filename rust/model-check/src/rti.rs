@@ -10,7 +10,7 @@ use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{Instant, Tag};
 use lf_owned_messages::encoded;
 use lf_rti_memory::{Memory, Sizes};
-use lf_wire::june_2026::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
 use crate::bounds::{Bounds, Fault};
 use crate::graph::{Delay, Graph};

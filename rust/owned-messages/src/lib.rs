@@ -2,8 +2,7 @@
 //! Messages that own what they are made of, and their bytes, for tests and tools: a [`Message`] only borrows.
 #![forbid(unsafe_code)]
 
-use lf_wire::Tag;
-use lf_wire::june_2026::{Message, MessageType, NeighborStructure, RejectCode};
+use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag};
 
 /// What any message can be made of; each takes what it needs.
 #[derive(Clone, Debug)]

@@ -67,8 +67,7 @@ impl Storage for Growing {
 
 #[cfg(test)]
 mod tests {
-    use lf_wire::june_2026::{Decoded, Message, decode};
-    use lf_wire::{InBuffer, Limits, OutBuffer, Storage, Tag};
+    use lf_wire::{Decoded, InBuffer, Limits, Message, OutBuffer, Storage, Tag, decode};
     use proptest::prelude::*;
 
     use super::Growing;

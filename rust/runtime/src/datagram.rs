@@ -3,7 +3,7 @@
 
 use core::net::SocketAddrV4;
 
-use lf_wire::june_2026::{Message, MessageType};
+use lf_wire::{Message, MessageType};
 
 use crate::platform::{Platform, SocketId};
 

@@ -6,7 +6,7 @@ use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
 use lf_model::Settings;
 use lf_model::time::Interval;
-use lf_wire::june_2026::MessageType;
+use lf_wire::MessageType;
 use log::LevelFilter;
 
 /// One participant's program: a federate, or an unfederated main reactor.
@@ -71,7 +71,7 @@ pub struct Federation {
     /// The RTI's TCP port.
     pub rti_port: u16,
     /// The federates that send to this one, in order of id, each with the least delay of the connections in ns, or
-    /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
+    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) where one has no `after`.
     pub upstream: &'static [(u16, i64)],
     /// The federates to which this one sends, in order of id.
     pub downstream: &'static [u16],

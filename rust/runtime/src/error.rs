@@ -8,8 +8,7 @@ use lf_coordination::federate::{ConfigError, FederateError, Phase};
 use lf_coordination::rti::SetupError;
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
-use lf_wire::DecodeError;
-use lf_wire::june_2026::RejectCode;
+use lf_wire::{DecodeError, RejectCode};
 
 use crate::platform::{NetError, RandomError};
 

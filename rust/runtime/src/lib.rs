@@ -29,7 +29,7 @@ pub use federate::{FederateLoop, Join, run_federate};
 pub use federate::{Inbound, Outbound};
 pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
-pub use lf_wire::june_2026::DELAY_NONE;
+pub use lf_wire::DELAY_NONE;
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};
 pub use turn::Turn;
 pub use unfederated::{UnfederatedLoop, run_unfederated};

@@ -7,7 +7,7 @@ mod support;
 
 use lf_coordination::rti::{ClockSync, Config};
 use lf_model::time::Interval;
-use lf_wire::june_2026::{Message, MessageType, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{Message, MessageType, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
 use support::network::{Conditions, Move};
 use support::raw::{Tester, config, with_rti};
 

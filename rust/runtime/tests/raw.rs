@@ -7,8 +7,7 @@ mod support;
 use lf_coordination::FederateId;
 use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_runtime::DELAY_NONE;
-use lf_wire::Tag;
-use lf_wire::june_2026::Message;
+use lf_wire::{Message, Tag};
 use support::network::Conditions;
 use support::raw::{Tester, config, with_rti};
 

@@ -8,7 +8,7 @@ use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_owned_messages::encoded;
 use lf_runtime::{Coordination, PeerFault, RunError};
-use lf_wire::june_2026::{Message, RejectCode};
+use lf_wire::{Message, RejectCode};
 use proptest::prelude::*;
 use support::federation::{Edge, INTRUSION, Intruder, Plan, run};
 use support::network::Conditions;

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bytes and messages of the Lingua Franca federation protocol.
 //!
-//! The protocol has no version field, so every dialect is a module of its own that keeps its numbers and layouts
-//! together; [`june_2026`] is the one that the stock C runtime spoke in June 2026. What the dialects share is here:
-//! raw tags, the owner's limits, errors, and the two stream buffers.
+//! Messages are what they mean. How they lie in bytes is the matter of a dialect, a module that keeps numbers and
+//! layouts together, for the protocol has no version field: `june_2026` is the one that the stock C runtime spoke in
+//! June 2026. A program speaks one dialect, which is chosen here and named nowhere else.
 //!
 //! This crate knows no time, no sockets and no order of messages: it says what bytes mean, not whether they may come
 //! now. It never allocates, never panics on bytes from a peer, and never believes a length before it was checked.
 //!
 //! ```
-//! use lf_wire::june_2026::Message;
-//! use lf_wire::{InBuffer, Limits, OutBuffer, Tag};
+//! use lf_wire::{InBuffer, Limits, Message, OutBuffer, Tag};
 //!
 //! let mut out = OutBuffer::new([0; 64]);
 //! out.push(&Message::NextEventTag(Tag::new(1_000, 0)))?;
@@ -30,15 +29,33 @@
 //! ```
 #![no_std]
 #![forbid(unsafe_code)]
+#![allow(clippy::doc_markdown, reason = "messages are called by their names in the protocol, which are no code")]
 
 mod buffer;
 mod bytes;
+mod decoded;
 mod error;
-pub mod june_2026;
+mod june_2026;
 mod limits;
+mod message;
+mod neighbors;
+mod reject;
+mod stream;
 mod tag;
+mod types;
+mod values;
+
+/// The dialect that is spoken.
+use june_2026 as dialect;
 
 pub use buffer::{InBuffer, OutBuffer, Storage};
+pub use decoded::{Decoded, Destination};
+pub use dialect::{decode, destination_in_header, message_bytes_max, tag_in_header};
 pub use error::{Beyond, DecodeError, EncodeError, NoRoom, PushError};
 pub use limits::Limits;
+pub use message::Message;
+pub use neighbors::{DELAY_NONE, Downstream, NeighborStructure, Upstream};
+pub use reject::RejectCode;
 pub use tag::Tag;
+pub use types::MessageType;
+pub use values::*;

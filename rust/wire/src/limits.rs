@@ -4,8 +4,8 @@
 /// The greatest lengths that are accepted from a peer. A length above its limit is a
 /// [`DecodeError::OverLimit`](crate::DecodeError::OverLimit) as soon as it has been read, before what it announces.
 ///
-/// How long a message they allow, and so how large a receive buffer must be, is said by the dialect:
-/// [`june_2026::message_bytes_max`](crate::june_2026::message_bytes_max).
+/// How long a message they allow, and so how large a receive buffer must be, says
+/// [`message_bytes_max`](crate::message_bytes_max).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Longest payload of a message, in bytes.

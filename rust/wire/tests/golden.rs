@@ -9,8 +9,7 @@ use std::collections::BTreeMap;
 
 use describe::describe;
 use lf_golden::{Fill, Frame, Recording, Step, load_all};
-use lf_wire::june_2026::{Decoded, Message, MessageType, decode};
-use lf_wire::{DecodeError, InBuffer, Limits, Tag};
+use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, MessageType, Tag, decode};
 
 /// What the recordings send on purpose that is not one message: recording, step and what it is.
 const NOT_ONE_MESSAGE: [(&str, usize, Odd); 7] = [

@@ -7,8 +7,10 @@ mod common;
 
 use common::parts;
 use lf_owned_messages::Parts;
-use lf_wire::june_2026::{Decoded, Message, MessageType, NeighborStructure, RejectCode, decode};
-use lf_wire::{InBuffer, Limits, NoRoom, OutBuffer, PushError, Tag};
+use lf_wire::{
+    Decoded, InBuffer, Limits, Message, MessageType, NeighborStructure, NoRoom, OutBuffer, PushError, RejectCode, Tag,
+    decode,
+};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

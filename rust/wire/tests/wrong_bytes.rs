@@ -4,10 +4,10 @@
 mod common;
 
 use common::parts;
-use lf_wire::june_2026::{
-    Decoded, Destination, Message, MessageType, decode, destination_in_header, message_bytes_max,
+use lf_wire::{
+    DecodeError, Decoded, Destination, InBuffer, Limits, Message, MessageType, decode, destination_in_header,
+    message_bytes_max,
 };
-use lf_wire::{DecodeError, InBuffer, Limits};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

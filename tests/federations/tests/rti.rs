@@ -11,8 +11,7 @@ use std::path::Path;
 
 use lf_federations::{Lfz, PATIENCE};
 use lf_golden::replay::{Received, Rti, replay};
-use lf_wire::Limits;
-use lf_wire::june_2026::{self, Decoded, Message};
+use lf_wire::{Decoded, Limits, Message, decode};
 
 /// Nothing in the recordings is longer.
 const LIMITS: Limits = Limits { payload_bytes_max: 1 << 20, federation_id_bytes_max: 255, neighbors_max: 100 };
@@ -55,7 +54,7 @@ impl Connection {
     fn take_address(&mut self) -> io::Result<()> {
         let mut start = 0;
         while !self.ended {
-            match june_2026::decode(&self.bytes[start..], &LIMITS) {
+            match decode(&self.bytes[start..], &LIMITS) {
                 Ok(Decoded::Complete { message: Message::AddressQueryReply { .. }, len }) => {
                     self.bytes.drain(start..start + len);
                     return Ok(());

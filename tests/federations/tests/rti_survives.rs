@@ -7,8 +7,10 @@ use std::net::{Shutdown, TcpStream};
 
 use lf_federations::{Finished, Lfz, PATIENCE, Run};
 use lf_owned_messages::encoded;
-use lf_wire::june_2026::{self, DELAY_NONE, Decoded, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
-use lf_wire::{Limits, Tag};
+use lf_wire::{
+    DELAY_NONE, Decoded, Limits, Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF,
+    decode,
+};
 
 const FEDERATION: &str = "survivors";
 /// The federates' clocks show 0, so all start a second later.
@@ -62,7 +64,7 @@ impl Federate {
     /// The next message, as its bytes; nothing at the end of the connection.
     fn next(&mut self) -> Option<Vec<u8>> {
         loop {
-            if let Ok(Decoded::Complete { len, .. }) = june_2026::decode(&self.bytes, &Limits::NONE) {
+            if let Ok(Decoded::Complete { len, .. }) = decode(&self.bytes, &Limits::NONE) {
                 return Some(self.bytes.drain(..len).collect());
             }
             let mut buffer = [0; 16 * 1024];
@@ -75,7 +77,7 @@ impl Federate {
 
     /// The next message is this one; DNETs are advice, and skipped.
     fn hears(&mut self, expected: &Message<'_>) {
-        let dnet = june_2026::MessageType::DownstreamNextEventTag.byte();
+        let dnet = MessageType::DownstreamNextEventTag.byte();
         let mut found = self.next();
         while found.as_ref().is_some_and(|bytes| bytes[0] == dnet) {
             found = self.next();
@@ -206,7 +208,7 @@ fn a_wrong_hmac() {
     let (rti, port) = rti(&["--auth"]);
     let mut stranger = Federate::connect(port);
     stranger.say(&Message::FedNonce { federate: 0, nonce: [1; 8] });
-    assert_eq!(stranger.next().map(|bytes| bytes[0]), Some(june_2026::MessageType::RtiResponse.byte()));
+    assert_eq!(stranger.next().map(|bytes| bytes[0]), Some(MessageType::RtiResponse.byte()));
     stranger.say(&Message::FedResponse { hmac: [0; 32] });
     stranger.hears(&Message::Reject(RejectCode::HmacMismatch));
     assert_eq!(stranger.next(), None);
@@ -306,7 +308,7 @@ fn what_comes_in_floods_is_told_now_and_then() {
     right.say(&Message::LatestTagComplete(at(10)));
     // So the RTI has read it before what follows.
     right.say(&Message::AddressQuery { federate: 1 });
-    assert_eq!(right.next().map(|bytes| bytes[0]), Some(june_2026::MessageType::AddressQueryReply.byte()));
+    assert_eq!(right.next().map(|bytes| bytes[0]), Some(MessageType::AddressQueryReply.byte()));
     floods.send(&vec![99; BYTES]);
     let late = Message::TaggedMessage { port: 0, federate: 1, tag: at(5), payload: b"late" };
     for _ in 0..MESSAGES {

@@ -9,8 +9,7 @@
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Interval};
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::{Exchange, ROUND_TIME_OUT};
 

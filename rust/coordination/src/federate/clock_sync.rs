@@ -5,7 +5,7 @@ use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_model::time::Instant;
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 use super::config::ClockSync;
 use super::machine::Federate;

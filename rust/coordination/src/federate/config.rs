@@ -4,7 +4,7 @@
 use core::net::Ipv4Addr;
 
 use lf_model::time::Interval;
-use lf_wire::june_2026::FEDERATION_ID_BYTES_MAX;
+use lf_wire::FEDERATION_ID_BYTES_MAX;
 
 use super::error::ConfigError;
 use crate::FederateId;
@@ -73,7 +73,7 @@ pub struct Config<'a> {
     /// How tags are kept in order.
     pub coordination: Coordination,
     /// The federates with a connection to this one, each with the least delay of these connections in ns, or
-    /// [`DELAY_NONE`](lf_wire::june_2026::DELAY_NONE) where one has no `after`.
+    /// [`DELAY_NONE`](lf_wire::DELAY_NONE) where one has no `after`.
     pub upstream: &'a [(u16, i64)],
     /// The federates to which this one has a connection.
     pub downstream: &'a [u16],

@@ -4,7 +4,7 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Interval};
-use lf_wire::june_2026::RejectCode;
+use lf_wire::RejectCode;
 
 use super::Phase;
 use crate::FederateId;

@@ -3,7 +3,7 @@
 //! clock synchronization, start barrier.
 
 use lf_model::time::Instant;
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 use super::config::ClockSync;
 use super::error::FederateError;

@@ -2,7 +2,7 @@
 //! The state of a federate, and what its event loop calls.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::{Message, RejectCode};
+use lf_wire::{Message, RejectCode};
 
 use super::config::{Config, Coordination};
 use super::error::{ConfigError, FederateError};

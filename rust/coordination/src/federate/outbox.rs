@@ -6,9 +6,7 @@
 //! `net_rules`.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::{
-    Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
-};
+use lf_wire::{Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
 
 use super::config::{ClockSync, Config, Coordination};
 use crate::FederateId;

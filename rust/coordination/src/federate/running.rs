@@ -2,7 +2,7 @@
 //! From the start to the end: grants, tags, messages, stop, resign.
 
 use lf_model::time::{EventTag, Instant, Interval, Tag};
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 use super::config::Coordination;
 use super::error::FederateError;

@@ -8,8 +8,7 @@
 use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_model::time::{Instant, Interval};
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{Decoded, Limits, Message, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::storage::Membership;
 use super::{ClockSync, Notice, Outlet, Rti};

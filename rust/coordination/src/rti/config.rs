@@ -4,8 +4,7 @@
 use core::fmt;
 
 use lf_model::time::Interval;
-use lf_wire::Limits;
-use lf_wire::june_2026::{FEDERATION_ID_BYTES_MAX, message_bytes_max};
+use lf_wire::{FEDERATION_ID_BYTES_MAX, Limits, message_bytes_max};
 
 use crate::auth::Authenticator;
 

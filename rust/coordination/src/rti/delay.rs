@@ -2,7 +2,7 @@
 //! Delays of connections and of paths of connections, and the arithmetic of tags that goes with them.
 
 use lf_model::time::{Instant, Interval, Microstep, Tag};
-use lf_wire::june_2026::DELAY_NONE;
+use lf_wire::DELAY_NONE;
 
 /// The least delay of a path of connections: a time in nanoseconds, then microsteps.
 ///

@@ -5,7 +5,7 @@
 //! whyever it left: the others go on without it at once.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::{ADDRESS_PORT_UNKNOWN, Message};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, Message};
 
 use super::storage::{Membership, Phase};
 use super::{AfterLoss, Cause, ConnectionId, Notice, Outlet, Rti, Slot, id};

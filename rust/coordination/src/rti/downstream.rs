@@ -2,7 +2,7 @@
 //! Which of a federate's next events matter to those downstream of it (DNET). It need not announce the others.
 
 use lf_model::time::Tag;
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 use super::{Outlet, Rti};
 use crate::tag::to_wire;

@@ -11,7 +11,7 @@
 //! answers always take that long are so far away that it is not each other that they wait for.
 
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{Message, MessageType};
+use lf_wire::{Message, MessageType};
 
 use super::storage::Phase;
 use super::{ConnectionId, Outlet, Rti};

@@ -7,7 +7,7 @@
 //! federates upstream go to that tag if they can, for the receiver may wait for what they do at it.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 use super::delay::latest_before;
 use super::idle::Idle;

@@ -5,7 +5,7 @@
 //! at the other end. So what a change at one federate can matter to is at hand, and only that.
 
 use lf_model::time::Tag;
-use lf_wire::june_2026::Upstream as WireUpstream;
+use lf_wire::Upstream as WireUpstream;
 
 use super::delay::PathDelay;
 use super::path::{self, Path, PathWords};
@@ -218,7 +218,7 @@ pub(super) fn number(index: usize) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use lf_wire::june_2026::NeighborStructure;
+    use lf_wire::NeighborStructure;
     use proptest::prelude::*;
     use std::vec;
     use std::vec::Vec;

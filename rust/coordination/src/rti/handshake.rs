@@ -8,9 +8,7 @@
 //! federates are there is told the true reason why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
-use lf_wire::june_2026::{
-    Decoded, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode,
-};
+use lf_wire::{Decoded, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::exchange::TIME_MESSAGE_BYTES;
 use super::graph::NeighborError;

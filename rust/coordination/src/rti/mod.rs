@@ -56,8 +56,7 @@ mod window;
 use core::fmt;
 
 use lf_model::time::Instant;
-use lf_wire::Limits;
-use lf_wire::june_2026::message_bytes_max;
+use lf_wire::{Limits, message_bytes_max};
 
 pub use clock_sync::Datagram;
 pub use config::{

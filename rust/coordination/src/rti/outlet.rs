@@ -5,8 +5,7 @@ use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::DecodeError;
-use lf_wire::june_2026::{Message, MessageType, RejectCode};
+use lf_wire::{DecodeError, Message, MessageType, RejectCode};
 
 use super::doubt::Doubt;
 use super::watch::Waits;

@@ -2,8 +2,7 @@
 //! What federates say once they have joined.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::DecodeError;
-use lf_wire::june_2026::{Decoded, Message, MessageType, decode};
+use lf_wire::{DecodeError, Decoded, Message, MessageType, decode};
 
 use super::storage::{Membership, Phase};
 use super::{Cause, ConnectionId, Notice, Outlet, Rti, Verdict, Violation, id};

@@ -128,7 +128,7 @@ impl Graph<'_> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use lf_wire::june_2026::{DELAY_NONE, NeighborStructure};
+    use lf_wire::{DELAY_NONE, NeighborStructure};
     use proptest::prelude::*;
     use std::vec;
     use std::vec::Vec;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What goes out, now or as soon as there is room.
 
-use lf_wire::june_2026::{Message, MessageType};
+use lf_wire::{Message, MessageType};
 
 use super::storage::Pending;
 use super::{ConnectionId, Outlet, Rti, Slot};

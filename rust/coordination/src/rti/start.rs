@@ -2,7 +2,7 @@
 //! The start barrier: the federation starts when all federates have joined and told their clocks.
 
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::MessageType;
+use lf_wire::MessageType;
 
 use super::doubt::CLOCK_MAX;
 use super::storage::Membership;

@@ -2,7 +2,7 @@
 //! The memory of the RTI, which its owner gives.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::june_2026::ADDRESS_PORT_UNKNOWN;
+use lf_wire::ADDRESS_PORT_UNKNOWN;
 
 use super::config::SetupError;
 use super::departure::Tallies;

@@ -6,7 +6,7 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Instant, Interval, Tag};
-use lf_wire::june_2026::MessageType;
+use lf_wire::MessageType;
 
 use super::storage::{Membership, Phase};
 use super::{Notice, Outlet, Rti, id};

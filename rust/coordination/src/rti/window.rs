@@ -32,8 +32,7 @@
 //! something, as ours do, this is what the connection's delay keeps on its way.
 
 use lf_model::time::Tag;
-use lf_wire::DecodeError;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{DecodeError, Decoded, Message, decode};
 
 use super::{ConnectionId, Outlet, Rti, Verdict};
 use crate::tag::from_wire;

@@ -4,7 +4,7 @@
 use lf_coordination::federate::{ClockSync, Config, Event, Federate};
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::june_2026::{DELAY_NONE, Message};
+use lf_wire::{DELAY_NONE, Message};
 
 pub const NOW: Instant = Instant(1_000_000);
 pub const START: Instant = Instant(10_000_000_000);

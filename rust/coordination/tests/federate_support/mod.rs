@@ -10,8 +10,7 @@ use lf_coordination::federate::{Config, Event, Federate, FederateError, Phase};
 use lf_coordination::to_wire;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_owned_messages::encoded;
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{Decoded, Limits, Message, decode};
 
 /// What the federate's program does; the recordings describe it in words.
 #[derive(Clone, Copy, Debug)]

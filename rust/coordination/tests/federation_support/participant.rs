@@ -8,8 +8,7 @@ use lf_coordination::rti::ConnectionId;
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_owned_messages::encoded;
-use lf_wire::Limits;
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, decode};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode};
 
 use super::graph::{END_NS, Edge, Graph, Inputs, Trace};
 use crate::rti_support::World;

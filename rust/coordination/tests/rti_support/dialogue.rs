@@ -3,8 +3,7 @@
 
 use lf_coordination::rti::{ClockSync, Config, ConnectionId};
 use lf_model::time::Interval;
-use lf_wire::june_2026::{DELAY_NONE, Decoded, Message, NeighborStructure, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, decode};
 
 use super::{Sizes, World};
 

@@ -17,7 +17,7 @@ use lf_golden::replay::{self, Received};
 use lf_model::time::{Instant, Interval};
 use lf_owned_messages::encoded;
 use lf_rti_memory::Memory;
-use lf_wire::june_2026::Message;
+use lf_wire::Message;
 
 /// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
 #[derive(Default)]

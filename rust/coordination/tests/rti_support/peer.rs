@@ -6,8 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::ConnectionId;
 use lf_owned_messages::encoded;
-use lf_wire::june_2026::{Decoded, Message, NeighborStructure, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{Decoded, Limits, Message, NeighborStructure, Tag, decode};
 
 /// When the federation starts: the federates' clocks show 0 before.
 pub const START: i64 = 1_000_000_000;

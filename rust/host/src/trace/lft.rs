@@ -19,8 +19,7 @@
 
 use std::io::{self, Write};
 
-use lf_wire::Tag;
-use lf_wire::june_2026::MessageType;
+use lf_wire::{MessageType, Tag};
 
 use super::table::{Direction, Format, Line};
 

@@ -16,8 +16,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
-use lf_wire::june_2026::{Decoded, Message, decode};
-use lf_wire::{DecodeError, Limits};
+use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
 
 use crate::rti::{RtiError, Trace, TraceFormat};
 use csv::Csv;

@@ -6,8 +6,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use lf_model::time::Instant;
-use lf_wire::Tag;
-use lf_wire::june_2026::{Message, MessageType};
+use lf_wire::{Message, MessageType, Tag};
 
 /// Which way a message goes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

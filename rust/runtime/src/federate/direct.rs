@@ -9,8 +9,7 @@ use lf_coordination::federate::{Awaited, Phase};
 use lf_coordination::{Tally, Times, from_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
-use lf_wire::june_2026::{Message, tag_in_header};
-use lf_wire::{InBuffer, Limits};
+use lf_wire::{InBuffer, Limits, Message, tag_in_header};
 
 use super::FederateLoop;
 use super::input::{next_at, too_long};

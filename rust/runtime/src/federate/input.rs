@@ -15,8 +15,7 @@ use lf_coordination::federate::{Awaited, Disconnected, Event, Federate, Federate
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId, Program};
-use lf_wire::june_2026::{Decoded, Message, decode, destination_in_header};
-use lf_wire::{DecodeError, InBuffer, Limits};
+use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, decode, destination_in_header};
 
 use super::link::Arrival;
 use super::peers::Peers;

@@ -21,8 +21,7 @@ use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{Awaited, Config, Coordination, Event, Federate, Phase};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, Program, Tables};
-use lf_wire::Limits;
-use lf_wire::june_2026::{Message, NeighborStructure};
+use lf_wire::{Limits, Message, NeighborStructure};
 
 use crate::connection::Buffers;
 use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES};

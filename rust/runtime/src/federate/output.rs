@@ -4,8 +4,7 @@
 use lf_coordination::federate::Federate;
 use lf_coordination::to_wire;
 use lf_model::{Env, NetworkOutput, Outgoing, Outside, SendError};
-use lf_wire::PushError;
-use lf_wire::june_2026::Message;
+use lf_wire::{Message, PushError};
 
 use super::is_decentralized;
 use super::link::Link;

@@ -9,8 +9,7 @@ use core::net::SocketAddrV4;
 use lf_coordination::peer::{Answer, read_answer};
 use lf_coordination::{Deadline, FederateId};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{Message, RejectCode};
-use lf_wire::{InBuffer, OutBuffer};
+use lf_wire::{InBuffer, Message, OutBuffer, RejectCode};
 
 use super::input::Held;
 use super::visitors::{Introduced, Visitors, refuse};
@@ -325,7 +324,7 @@ impl<'s> Peers<'s> {
                     let inbound = &mut self.inbound[place];
                     (inbound.from, inbound.socket, inbound.readable) = (Some(federate), Some(socket), true);
                     // The first byte of a connection always finds room.
-                    let _ = platform.write(socket, &[lf_wire::june_2026::MessageType::Ack.byte()]);
+                    let _ = platform.write(socket, &[lf_wire::MessageType::Ack.byte()]);
                 }
                 Err(code) => refuse(platform, socket, address, code, self.visitors.refused.count()),
             }

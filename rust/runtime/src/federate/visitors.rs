@@ -9,7 +9,7 @@ use core::net::Ipv4Addr;
 use lf_coordination::peer::{Arrival, Introduction};
 use lf_coordination::{Deadline, FederateId, Tally, Times};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::{Message, RejectCode};
+use lf_wire::{Message, RejectCode};
 
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 

@@ -9,8 +9,7 @@ use core::fmt;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Notice, Outlet};
 use lf_model::time::{Instant, Interval};
-use lf_wire::june_2026::Message;
-use lf_wire::{InBuffer, OutBuffer, Storage};
+use lf_wire::{InBuffer, Message, OutBuffer, Storage};
 
 use crate::platform::{Interest, Platform, SocketId, Transfer};
 

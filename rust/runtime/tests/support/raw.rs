@@ -12,8 +12,7 @@ use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
 use lf_virtual_network::address_of;
-use lf_wire::june_2026::{Decoded, Message, MessageType, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF, decode};
-use lf_wire::{Limits, Tag};
+use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};
 use super::network::{Conditions, Move};

@@ -5,8 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use lf_model::Payload as _;
 use lf_model::time::Tag;
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;
 use super::wire::tag;

@@ -3,8 +3,7 @@
 
 use lf_model::time::{Instant, Microstep, Tag};
 use lf_random::combine;
-use lf_wire::Limits;
-use lf_wire::june_2026::{Decoded, Message, decode};
+use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;
 use super::direct::{Direct, Written};

@@ -1,31 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bytes to messages.
 
-use super::message::Message;
-use super::neighbors::{DOWNSTREAM_BYTES, NeighborStructure, UPSTREAM_BYTES};
-use super::reject::RejectCode;
-use super::types::MessageType;
+use super::layouts::{DOWNSTREAM_BYTES, UPSTREAM_BYTES, fixed_bytes, message_type};
 use crate::bytes::{Reader, Short};
-use crate::{DecodeError, Limits, Tag};
-
-/// What the bytes at hand begin with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decoded<'a> {
-    /// A whole message.
-    Complete {
-        /// The message; it borrows what has no fixed length.
-        message: Message<'a>,
-        /// Its length in bytes. What follows belongs to the next message.
-        len: usize,
-    },
-    /// The beginning of a message, or nothing.
-    Incomplete {
-        /// Bytes that the message has at least, counted from its type byte; more than there are now.
-        need: usize,
-        /// The type of the message, once its first byte is there.
-        message_type: Option<MessageType>,
-    },
-}
+use crate::{
+    DecodeError, Decoded, Destination, FEDERATION_ID_BYTES_MAX, Limits, Message, MessageType, NeighborStructure,
+    RejectCode, Tag,
+};
 
 /// Reads the message at the beginning of `bytes`.
 ///
@@ -35,7 +16,7 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
     let Some(&first) = bytes.first() else {
         return Ok(Decoded::Incomplete { need: 1, message_type: None });
     };
-    let message_type = MessageType::from_byte(first).ok_or(DecodeError::UnknownType { found: first })?;
+    let message_type = message_type(first).ok_or(DecodeError::UnknownType { found: first })?;
     let mut fields = Fields { reader: Reader::new(bytes), message_type, limits };
     match fields.message() {
         Ok(message) => Ok(Decoded::Complete { message, len: fields.reader.at() }),
@@ -47,33 +28,22 @@ pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, Decod
 /// The tag of the message at the beginning of `bytes`, if it has a tag and a payload, and all but the payload is there.
 pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     const TAG_BYTES: usize = 12;
-    let message_type = MessageType::from_byte(*bytes.first()?)?;
+    let message_type = message_type(*bytes.first()?)?;
     if !matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage) {
         return None;
     }
     // The tag is the last of the header's fields.
-    let header = bytes.get(..message_type.fixed_bytes())?;
+    let header = bytes.get(..fixed_bytes(message_type))?;
     Reader::new(header.get(header.len() - TAG_BYTES..)?).tag().ok()
-}
-
-/// Where a payload goes, and how long it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Destination {
-    /// Network input of the federate.
-    pub port: u16,
-    /// The federate.
-    pub federate: u16,
-    /// Length of the payload in bytes.
-    pub payload_bytes: u32,
 }
 
 /// Where the message at the beginning of `bytes` goes, if it has a payload, and its header is there: also if it is
 /// longer than any limit.
 pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
-    let message_type = MessageType::from_byte(*bytes.first()?)?;
+    let message_type = message_type(*bytes.first()?)?;
     let has_payload =
         matches!(message_type, MessageType::TaggedMessage | MessageType::P2pTaggedMessage | MessageType::P2pMessage);
-    let mut reader = Reader::new(bytes.get(..message_type.fixed_bytes())?.get(1..)?);
+    let mut reader = Reader::new(bytes.get(..fixed_bytes(message_type))?.get(1..)?);
     if !has_payload {
         return None;
     }
@@ -82,17 +52,16 @@ pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
 
 /// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
 pub const fn message_bytes_max(limits: &Limits) -> usize {
-    let id = if limits.federation_id_bytes_max < super::FEDERATION_ID_BYTES_MAX {
+    let id = if limits.federation_id_bytes_max < FEDERATION_ID_BYTES_MAX {
         limits.federation_id_bytes_max
     } else {
-        super::FEDERATION_ID_BYTES_MAX
+        FEDERATION_ID_BYTES_MAX
     };
     let lengths = [
-        MessageType::RtiResponse.fixed_bytes(),
-        MessageType::FedIds.fixed_bytes() + id,
-        MessageType::TaggedMessage.fixed_bytes().saturating_add(limits.payload_bytes_max),
-        MessageType::NeighborStructure
-            .fixed_bytes()
+        fixed_bytes(MessageType::RtiResponse),
+        fixed_bytes(MessageType::FedIds) + id,
+        fixed_bytes(MessageType::TaggedMessage).saturating_add(limits.payload_bytes_max),
+        fixed_bytes(MessageType::NeighborStructure)
             .saturating_add(limits.neighbors_max.saturating_mul(UPSTREAM_BYTES + DOWNSTREAM_BYTES)),
     ];
     let mut max = 0;
@@ -127,7 +96,7 @@ struct Fields<'a, 'l> {
 
 impl<'a> Fields<'a, '_> {
     fn message(&mut self) -> Result<Message<'a>, Stop> {
-        self.reader.require(self.message_type.fixed_bytes())?;
+        self.reader.require(fixed_bytes(self.message_type))?;
         self.reader.u8()?;
         let reader = &mut self.reader;
         Ok(match self.message_type {

@@ -1,27 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages to bytes.
 
-use super::message::Message;
-use super::neighbors::NeighborStructure;
-use super::types::MessageType;
+use super::layouts::{byte, fixed_bytes};
 use crate::bytes::Writer;
-use crate::{Beyond, EncodeError, NoRoom, Tag};
+use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, NoRoom, Tag};
+
+/// Writes a message to the beginning of `target` and returns its length in bytes.
+///
+/// # Errors
+/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::Beyond`] if a part of the message
+/// is longer than its length field can say. Nothing has been written then.
+pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, EncodeError> {
+    let lengths = message.lengths()?;
+    let len = encoded_len(message);
+    let mut writer = Writer::new(target, len)?;
+    writer.u8(byte(message.message_type()))?;
+    message.write(&mut writer, lengths)?;
+    Ok(len)
+}
+
+/// Bytes of a message, type byte included.
+pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
+    let variable = match message {
+        Message::FedIds { federation_id: bytes, .. }
+        | Message::P2pSendingFedId { federation_id: bytes, .. }
+        | Message::TaggedMessage { payload: bytes, .. }
+        | Message::P2pMessage { payload: bytes, .. }
+        | Message::P2pTaggedMessage { payload: bytes, .. } => bytes.len(),
+        Message::NeighborStructure(neighbors) => neighbors.entries_bytes(),
+        _ => 0,
+    };
+    fixed_bytes(message.message_type()).saturating_add(variable)
+}
 
 impl Message<'_> {
-    /// Writes this message to the beginning of `target` and returns its length in bytes.
-    ///
-    /// # Errors
-    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::Beyond`] if a
-    /// part of the message is longer than its length field can say. Nothing has been written then.
-    pub fn encode(&self, target: &mut [u8]) -> Result<usize, EncodeError> {
-        let lengths = self.lengths()?;
-        let len = self.encoded_len();
-        let mut writer = Writer::new(target, len)?;
-        writer.u8(self.message_type().byte())?;
-        self.write(&mut writer, lengths)?;
-        Ok(len)
-    }
-
     /// The values of the length fields, checked before the first byte is written.
     fn lengths(&self) -> Result<Lengths, Beyond> {
         let name = self.name();
@@ -149,25 +161,25 @@ fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) -> 
 
 /// What precedes the payload of a message whose payload is encoded in place.
 #[derive(Clone, Copy)]
-pub(super) struct PayloadHeader {
-    pub(super) message_type: MessageType,
-    pub(super) port: u16,
-    pub(super) federate: u16,
+pub(crate) struct PayloadHeader {
+    pub(crate) message_type: MessageType,
+    pub(crate) port: u16,
+    pub(crate) federate: u16,
     /// `None` for a message without a tag.
-    pub(super) tag: Option<Tag>,
+    pub(crate) tag: Option<Tag>,
 }
 
 impl PayloadHeader {
     /// Bytes of the header.
-    pub(super) const fn bytes(&self) -> usize {
-        self.message_type.fixed_bytes()
+    pub(crate) const fn bytes(&self) -> usize {
+        fixed_bytes(self.message_type)
     }
 
     /// Writes the header for a payload of `length` bytes to the beginning of `target`.
-    pub(super) fn encode(&self, length: usize, target: &mut [u8]) -> Result<(), EncodeError> {
+    pub(crate) fn encode(&self, length: usize, target: &mut [u8]) -> Result<(), EncodeError> {
         let length = payload_length(self.message_type.name(), length)?;
         let mut writer = Writer::new(target, self.bytes())?;
-        writer.u8(self.message_type.byte())?;
+        writer.u8(byte(self.message_type))?;
         writer.u16(self.port)?;
         writer.u16(self.federate)?;
         writer.u32(length)?;

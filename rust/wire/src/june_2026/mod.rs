@@ -4,35 +4,10 @@
 //! All integers are little-endian and packed. The one exception is the address in ADDRESS_QUERY_REPLY, which is in
 //! network order. A type byte alone decides the layout; no message needs to know who sent it or when.
 
-#![allow(clippy::doc_markdown, reason = "messages are called by their names in the protocol, which are no code")]
-
 mod decode;
 mod encode;
-mod message;
-mod neighbors;
-mod reject;
-mod stream;
-mod types;
+mod layouts;
 
-pub use decode::{Decoded, Destination, decode, destination_in_header, message_bytes_max, tag_in_header};
-pub use message::Message;
-pub use neighbors::{DELAY_NONE, Downstream, NeighborStructure, Upstream};
-pub use reject::RejectCode;
-pub use types::MessageType;
-
-/// UDP_PORT of a federate that takes no part in clock synchronization.
-pub const UDP_PORT_CLOCK_SYNC_OFF: u16 = u16::MAX;
-/// UDP_PORT of a federate that takes part in the initial clock synchronization only.
-pub const UDP_PORT_CLOCK_SYNC_INITIAL: u16 = 0;
-/// Port in ADDRESS_QUERY_REPLY while the federate asked for has not advertised one.
-pub const ADDRESS_PORT_UNKNOWN: i32 = -1;
-/// Bytes of a nonce in the authentication messages.
-pub const NONCE_BYTES: usize = 8;
-/// Bytes of an HMAC-SHA256 in the authentication messages.
-pub const HMAC_BYTES: usize = 32;
-/// Longest federation id that the wire can carry, in bytes.
-pub const FEDERATION_ID_BYTES_MAX: usize = 255;
-/// TCP port on which an RTI listens unless told otherwise.
-pub const RTI_PORT_DEFAULT: u16 = 15045;
-/// UDP port from which an RTI synchronizes clocks unless told otherwise.
-pub const RTI_UDP_PORT_DEFAULT: u16 = 15061;
+pub use decode::{decode, destination_in_header, message_bytes_max, tag_in_header};
+pub(crate) use encode::{PayloadHeader, encode, encoded_len};
+pub(crate) use layouts::{DOWNSTREAM_BYTES, UPSTREAM_BYTES, byte, downstream, fixed_bytes, message_type, upstream};

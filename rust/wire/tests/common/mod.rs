@@ -2,8 +2,7 @@
 //! Arbitrary messages.
 
 use lf_owned_messages::Parts;
-use lf_wire::Tag;
-use lf_wire::june_2026::MessageType;
+use lf_wire::{MessageType, Tag};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

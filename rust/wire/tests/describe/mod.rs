@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in the words of the recordings.
 
-use lf_wire::Tag;
-use lf_wire::june_2026::{DELAY_NONE, Message, NeighborStructure, RejectCode};
+use lf_wire::{DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
 
 /// The description that the recorder gave to such a message, in a run with this start time in nanoseconds.
 pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {

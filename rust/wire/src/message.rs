@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The messages, as meaning.
 
-use super::neighbors::NeighborStructure;
-use super::reject::RejectCode;
-use super::types::MessageType;
-use super::{HMAC_BYTES, NONCE_BYTES};
-use crate::Tag;
+use crate::dialect;
+use crate::{EncodeError, HMAC_BYTES, MessageType, NONCE_BYTES, NeighborStructure, RejectCode, Tag};
 
 /// One message of the protocol. What has no fixed length is borrowed, from the receive buffer or from the sender.
 ///
@@ -58,7 +55,7 @@ pub enum Message<'a> {
     },
     /// ADDRESS_QUERY_REPLY (14), RTI to federate.
     AddressQueryReply {
-        /// TCP port, or [`ADDRESS_PORT_UNKNOWN`](super::ADDRESS_PORT_UNKNOWN) as long as there is none.
+        /// TCP port, or [`ADDRESS_PORT_UNKNOWN`](crate::ADDRESS_PORT_UNKNOWN) as long as there is none.
         port: i32,
         /// IPv4 address, in the order in which it is written.
         address: [u8; 4],
@@ -141,8 +138,8 @@ pub enum Message<'a> {
         hmac: [u8; HMAC_BYTES],
     },
     /// UDP_PORT (254), federate to RTI, after NEIGHBOR_STRUCTURE: where clock synchronization reaches the federate;
-    /// see [`UDP_PORT_CLOCK_SYNC_OFF`](super::UDP_PORT_CLOCK_SYNC_OFF) and
-    /// [`UDP_PORT_CLOCK_SYNC_INITIAL`](super::UDP_PORT_CLOCK_SYNC_INITIAL).
+    /// see [`UDP_PORT_CLOCK_SYNC_OFF`](crate::UDP_PORT_CLOCK_SYNC_OFF) and
+    /// [`UDP_PORT_CLOCK_SYNC_INITIAL`](crate::UDP_PORT_CLOCK_SYNC_INITIAL).
     UdpPort(u16),
     /// ACK (255), from the RTI or a federate: the connection is accepted.
     Ack,
@@ -191,17 +188,17 @@ impl Message<'_> {
         self.message_type().name()
     }
 
-    /// Bytes of this message on the wire, type byte included.
+    /// Bytes of this message on the wire.
     pub fn encoded_len(&self) -> usize {
-        let variable = match self {
-            Self::FedIds { federation_id: bytes, .. }
-            | Self::P2pSendingFedId { federation_id: bytes, .. }
-            | Self::TaggedMessage { payload: bytes, .. }
-            | Self::P2pMessage { payload: bytes, .. }
-            | Self::P2pTaggedMessage { payload: bytes, .. } => bytes.len(),
-            Self::NeighborStructure(neighbors) => neighbors.entries_bytes(),
-            _ => 0,
-        };
-        self.message_type().fixed_bytes().saturating_add(variable)
+        dialect::encoded_len(self)
+    }
+
+    /// Writes this message to the beginning of `target` and returns its length in bytes.
+    ///
+    /// # Errors
+    /// [`EncodeError::NoRoom`] if `target` is shorter than [`Message::encoded_len`], [`EncodeError::Beyond`] if a
+    /// part of the message is longer than its length field can say. Nothing has been written then.
+    pub fn encode(&self, target: &mut [u8]) -> Result<usize, EncodeError> {
+        dialect::encode(self, target)
     }
 }

@@ -4,13 +4,10 @@
 use core::fmt;
 use core::iter::FusedIterator;
 
+use crate::dialect::{self, DOWNSTREAM_BYTES, UPSTREAM_BYTES};
+
 /// Delay of a connection without `after`. A delay of 0 is one microstep, a positive one is in nanoseconds.
 pub const DELAY_NONE: i64 = i64::MIN;
-
-/// Bytes of an upstream entry: federate id and delay.
-pub(super) const UPSTREAM_BYTES: usize = 10;
-/// Bytes of a downstream entry: federate id.
-pub(super) const DOWNSTREAM_BYTES: usize = 2;
 
 /// The federates that a federate is connected with. Two are equal if they list the same, wherever the lists lie.
 #[derive(Clone, Copy)]
@@ -27,7 +24,7 @@ impl<'a> NeighborStructure<'a> {
     }
 
     /// The structure whose entries lie in these bytes; incomplete entries at the end are not part of it.
-    pub(super) fn from_bytes(upstream: &'a [u8], downstream: &'a [u8]) -> Self {
+    pub(crate) fn from_bytes(upstream: &'a [u8], downstream: &'a [u8]) -> Self {
         Self { upstream: List::Bytes(upstream.as_chunks().0), downstream: List::Bytes(downstream.as_chunks().0) }
     }
 
@@ -42,7 +39,7 @@ impl<'a> NeighborStructure<'a> {
     }
 
     /// Bytes of all entries on the wire.
-    pub(super) fn entries_bytes(&self) -> usize {
+    pub(crate) fn entries_bytes(&self) -> usize {
         let upstream = self.upstream.len().saturating_mul(UPSTREAM_BYTES);
         upstream.saturating_add(self.downstream.len().saturating_mul(DOWNSTREAM_BYTES))
     }
@@ -104,7 +101,7 @@ impl Iterator for Upstream<'_> {
     type Item = (u16, i64);
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next(|[i0, i1, delay @ ..]| (u16::from_le_bytes([i0, i1]), i64::from_le_bytes(delay)))
+        self.0.next(dialect::upstream)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {
@@ -129,7 +126,7 @@ impl Iterator for Downstream<'_> {
     type Item = u16;
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.0.next(u16::from_le_bytes)
+        self.0.next(dialect::downstream)
     }
 
     fn size_hint(&self) -> (usize, Option<usize>) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in and out of the stream buffers.
 
-use super::decode::{Decoded, decode};
-use super::encode::PayloadHeader;
-use super::message::Message;
-use super::types::MessageType;
-use crate::{DecodeError, EncodeError, InBuffer, Limits, OutBuffer, PushError, Tag};
+use crate::dialect::PayloadHeader;
+use crate::{
+    DecodeError, Decoded, EncodeError, InBuffer, Limits, Message, MessageType, OutBuffer, PushError, Tag, decode,
+};
 
 impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
     /// The message at the front and its length in bytes, or `None` if it is not whole yet. It stays there until the

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The type bytes and the lengths that follow from them.
+
+use crate::MessageType;
+
+/// Declares each type's number and length once, so that they cannot drift apart.
+macro_rules! layouts {
+    ($($variant:ident = $byte:literal, $fixed:literal;)*) => {
+        /// The type with this byte, or `None` if this dialect has none.
+        pub(crate) const fn message_type(byte: u8) -> Option<MessageType> {
+            match byte {
+                $($byte => Some(MessageType::$variant),)*
+                _ => None,
+            }
+        }
+
+        /// The first byte of messages of a type.
+        pub(crate) const fn byte(message_type: MessageType) -> u8 {
+            match message_type {
+                $(MessageType::$variant => $byte,)*
+            }
+        }
+
+        /// Bytes of a message of a type, type byte included, without what its lengths and counts announce.
+        pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
+            match message_type {
+                $(MessageType::$variant => $fixed,)*
+            }
+        }
+    };
+}
+
+layouts! {
+    Reject = 0, 2;
+    FedIds = 1, 4;
+    Timestamp = 2, 9;
+    Resign = 4, 1;
+    TaggedMessage = 5, 21;
+    NextEventTag = 6, 13;
+    TagGrant = 7, 13;
+    ProvisionalTagGrant = 8, 13;
+    LatestTagComplete = 9, 13;
+    StopRequest = 10, 13;
+    StopReply = 11, 13;
+    StopGranted = 12, 13;
+    AddressQuery = 13, 3;
+    AddressQueryReply = 14, 9;
+    AddressAdvertisement = 15, 5;
+    P2pSendingFedId = 16, 4;
+    P2pMessage = 17, 9;
+    P2pTaggedMessage = 18, 21;
+    T1 = 19, 9;
+    T3 = 20, 3;
+    T4 = 21, 9;
+    CodedProbe = 22, 9;
+    PortAbsent = 23, 17;
+    NeighborStructure = 24, 9;
+    Failed = 25, 1;
+    DownstreamNextEventTag = 26, 13;
+    FedNonce = 100, 11;
+    RtiResponse = 101, 41;
+    FedResponse = 102, 33;
+    UdpPort = 254, 3;
+    Ack = 255, 1;
+}
+
+/// Bytes of an upstream entry: federate id and delay.
+pub(crate) const UPSTREAM_BYTES: usize = 10;
+/// Bytes of a downstream entry: federate id.
+pub(crate) const DOWNSTREAM_BYTES: usize = 2;
+
+/// An upstream entry: a federate's id and the delay.
+pub(crate) fn upstream([id0, id1, delay @ ..]: [u8; UPSTREAM_BYTES]) -> (u16, i64) {
+    (u16::from_le_bytes([id0, id1]), i64::from_le_bytes(delay))
+}
+
+/// A downstream entry: a federate's id.
+pub(crate) fn downstream(entry: [u8; DOWNSTREAM_BYTES]) -> u16 {
+    u16::from_le_bytes(entry)
+}

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values with a meaning of their own, and the lengths that all dialects share.
+
+/// UDP_PORT of a federate that takes no part in clock synchronization.
+pub const UDP_PORT_CLOCK_SYNC_OFF: u16 = u16::MAX;
+/// UDP_PORT of a federate that takes part in the initial clock synchronization only.
+pub const UDP_PORT_CLOCK_SYNC_INITIAL: u16 = 0;
+/// Port in ADDRESS_QUERY_REPLY while the federate asked for has not advertised one.
+pub const ADDRESS_PORT_UNKNOWN: i32 = -1;
+/// Bytes of a nonce in the authentication messages.
+pub const NONCE_BYTES: usize = 8;
+/// Bytes of an HMAC-SHA256 in the authentication messages.
+pub const HMAC_BYTES: usize = 32;
+/// Longest federation id that the wire can carry, in bytes.
+pub const FEDERATION_ID_BYTES_MAX: usize = 255;
+/// TCP port on which an RTI listens unless told otherwise.
+pub const RTI_PORT_DEFAULT: u16 = 15045;
+/// UDP port from which an RTI synchronizes clocks unless told otherwise.
+pub const RTI_UDP_PORT_DEFAULT: u16 = 15061;
