@@ -15,7 +15,6 @@ pub mod clock_sync;
 mod deadline;
 pub mod federate;
 mod id;
-pub mod in_turn;
 pub mod peer;
 pub mod rti;
 mod tag;

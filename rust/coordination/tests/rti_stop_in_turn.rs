@@ -4,24 +4,24 @@
 
 mod rti_support;
 
-use lf_coordination::in_turn;
 use lf_coordination::rti::ConnectionId;
-use lf_model::time::Instant;
-use lf_wire::{DELAY_NONE, Message, Tag};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message, Tag};
 use rti_support::dialogue::{START, config, hello, read};
 use rti_support::{Sizes, World};
 
 /// Federates 0 -> 1 -> 2 without delay, started. Their next events are far away, so that all may go far.
-fn chain(clock: Instant) -> (World, [ConnectionId; 3], impl Fn(i64) -> Tag) {
-    let start = clock.as_nanos() + START;
-    let at = move |ns: i64| Tag::new(start + ns, 0);
+fn chain(in_turn: bool) -> (World, [ConnectionId; 3], impl Fn(i64) -> Tag) {
+    let at = |ns: i64| Tag::new(START + ns, 0);
     let mut world = World::new(config(), Sizes::ample(3));
     let connections = [0, 1, 2].map(|id: u16| {
         let upstream: Vec<_> = id.checked_sub(1).map(|from| (from, DELAY_NONE)).into_iter().collect();
         hello(&mut world, id, &upstream)
     });
     for connection in connections {
-        world.message(connection, &Message::Timestamp(clock.as_nanos()));
+        if in_turn {
+            world.message(connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+        }
+        world.message(connection, &Message::Timestamp(0));
     }
     for (connection, next) in connections.into_iter().zip([1000, 500, 400]) {
         world.message(connection, &Message::NextEventTag(at(next)));
@@ -45,7 +45,7 @@ fn leave(world: &mut World, connection: ConnectionId) {
 
 #[test]
 fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
-    let (mut world, connections, at) = chain(in_turn::ask(Instant(0)));
+    let (mut world, connections, at) = chain(true);
     stop(&mut world, connections, &at);
     let ptag = format!("PTAG {} 0", at(20).time - START);
     let taken_back = ["STOP_REQUEST", &ptag, "STOP_GRANTED"];
@@ -70,7 +70,7 @@ fn a_federate_that_asks_for_it_is_granted_the_stop_tag_after_those_upstream() {
 
 #[test]
 fn one_that_does_not_ask_keeps_what_it_has_been_granted() {
-    let (mut world, connections, at) = chain(Instant(0));
+    let (mut world, connections, at) = chain(false);
     stop(&mut world, connections, &at);
     for connection in connections {
         assert!(!read(&mut world, connection).iter().any(|message| message.starts_with("PTAG")));
@@ -80,7 +80,7 @@ fn one_that_does_not_ask_keeps_what_it_has_been_granted() {
 /// The federates upstream may also be lost: nothing comes from them either.
 #[test]
 fn a_loss_upstream_lets_the_stop_tag_be_granted() {
-    let (mut world, connections, at) = chain(in_turn::ask(Instant(0)));
+    let (mut world, connections, at) = chain(true);
     stop(&mut world, connections, &at);
     world.close(connections[1]);
     world.message(connections[2], &Message::NextEventTag(at(20)));

@@ -5,7 +5,7 @@
 use lf_model::time::Instant;
 use lf_wire::Message;
 
-use super::config::ClockSync;
+use super::config::{ClockSync, Coordination};
 use super::error::FederateError;
 use super::event::Event;
 use super::machine::Federate;
@@ -196,6 +196,8 @@ impl Federate<'_> {
     /// the start time.
     fn be_ready(&mut self, now: Instant) {
         self.outbox.t3 = false;
+        // Where nothing is granted, nothing can be taken back.
+        self.outbox.in_turn = self.config.coordination == Coordination::Centralized;
         self.outbox.advertisement = self.config.listening;
         self.meet(now);
     }

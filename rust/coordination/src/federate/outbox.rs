@@ -6,7 +6,9 @@
 //! `net_rules`.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::{Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF};
+use lf_wire::{
+    ADDRESS_PORT_UNKNOWN, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
+};
 
 use super::config::{ClockSync, Config, Coordination};
 use crate::FederateId;
@@ -24,6 +26,8 @@ pub(super) struct Outbox {
     pub(super) neighbor_structure: bool,
     pub(super) udp_port: bool,
     pub(super) t3: bool,
+    /// This federate stops in turn, see module `rti::stop`.
+    pub(super) in_turn: bool,
     /// The port on which others reach this federate.
     pub(super) advertisement: Option<u16>,
     pub(super) address_query: Option<FederateId>,
@@ -66,6 +70,9 @@ impl Outbox {
         if self.t3 {
             return Some(Message::T3 { federate: config.id.0 });
         }
+        if self.in_turn {
+            return Some(Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+        }
         if let Some(port) = self.advertisement {
             return Some(Message::AddressAdvertisement { port: port.into() });
         }
@@ -105,6 +112,7 @@ impl Outbox {
             Message::NeighborStructure(_) => self.neighbor_structure = false,
             Message::UdpPort(_) => self.udp_port = false,
             Message::T3 { .. } => self.t3 = false,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.in_turn = false,
             Message::AddressAdvertisement { .. } => self.advertisement = None,
             Message::AddressQuery { .. } => self.address_query = None,
             Message::Timestamp(_) => self.timestamp = None,

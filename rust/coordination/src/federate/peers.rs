@@ -8,12 +8,12 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_model::time::{Instant, Interval};
 
-use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT, Coordination};
+use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT};
 use super::error::FederateError;
 use super::event::Event;
 use super::machine::Federate;
 use super::phase::Phase;
-use crate::{Deadline, FederateId, in_turn};
+use crate::{Deadline, FederateId};
 
 /// How long after the RTI did not know an address it is asked again.
 pub const ADDRESS_RETRY: Interval = Interval::from_millis(250);
@@ -50,12 +50,7 @@ impl Federate<'_> {
             self.outbox.address_query = next;
         } else {
             self.phase = Phase::Starting;
-            let clock = self.clock.physical(now);
-            self.outbox.timestamp = Some(match self.config.coordination {
-                Coordination::Centralized => in_turn::ask(clock),
-                // Nothing is granted that could be taken back.
-                Coordination::Decentralized => in_turn::refrain(clock),
-            });
+            self.outbox.timestamp = Some(self.clock.physical(now));
         }
     }
 

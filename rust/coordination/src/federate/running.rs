@@ -229,7 +229,7 @@ impl Federate<'_> {
     /// A PTAG: nothing can come any more before this tag, but at it something may, from federates that are in a cycle
     /// without delay with this one, and that may be waiting for it likewise.
     ///
-    /// The stop tag may have been granted before it was one. Then this takes that back (see module `in_turn`).
+    /// The stop tag may have been granted before it was one. Then this takes that back (see module `rti::stop`).
     fn handle_provisional_grant(&mut self, tag: Tag) {
         let is_stop_tag = self.stop.is_open() || self.stop.granted() == Some(tag);
         if is_stop_tag && tag > self.current && tag <= self.net.granted() {

@@ -2,7 +2,7 @@
 //! What federates say once they have joined.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::{DecodeError, Decoded, Message, MessageType, decode};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
 use super::storage::{Membership, Phase};
 use super::{Cause, ConnectionId, Notice, Outlet, Rti, Verdict, Violation, id};
@@ -105,6 +105,7 @@ impl Rti<'_> {
         let unexpected = Err(Violation::Unexpected(message.message_type()));
         match *message {
             Message::Timestamp(clock) => self.on_timestamp(federate, Instant(clock), outlet)?,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => self.slots[federate].stops_in_turn = true,
             Message::AddressAdvertisement { port } => self.slots[federate].port = port,
             Message::AddressQuery { federate: asked } => return self.on_address_query(connection, asked, outlet),
             Message::Resign => self.on_resign(now, federate, outlet),

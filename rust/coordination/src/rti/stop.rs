@@ -1,6 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Stopping together: one federate asks, the others answer with the earliest tag that is possible for them, and the
 //! latest of these is granted to all. A federate that has left counts as agreed.
+//!
+//! **In turn.** The stock RTI grants a stop to all federates at once. But one that has been granted tags far ahead,
+//! because nobody upstream had anything to do, then runs its last tag without what those upstream send at theirs. An
+//! RTI that knows better takes back what it has granted of the stop tag and later ones, so that such a federate asks
+//! for that tag again and gets it as any other. The stock federates do not know of that; so it is done only for
+//! federates that ask for it, in a way that makes no difference to a stock RTI: before anything else about their
+//! address they advertise the port that means that there is none, which is what every RTI takes it to be anyhow.
+//!
+//! What takes grants back is a PTAG of the stop tag just before `STOP_GRANTED`. The stock RTI never grants a tag
+//! provisionally that it has granted before, so a federate can tell. It allows nothing, but says as ever that nothing
+//! comes before that tag; and when the federate has done all that is before, it says so (LTC).
 
 use lf_model::time::{Instant, Tag};
 
@@ -122,7 +133,7 @@ impl Rti<'_> {
     }
 
     fn stops_in_turn(&self, federate: usize) -> bool {
-        self.slots[federate].asks_to_stop_in_turn() && self.graph.upstreams(federate) > 0
+        self.slots[federate].stops_in_turn && self.graph.upstreams(federate) > 0
     }
 
     /// The next event of a federate, which is no later than the stop tag as long as it has not left: it may have told
@@ -131,7 +142,7 @@ impl Rti<'_> {
     /// The stock RTI takes what is told after the stop as it is, and so do we for federates that count on that.
     pub(super) fn not_after_stop(&self, federate: usize, next_event: Tag) -> Tag {
         match self.stop.granted() {
-            Some(tag) if self.slots[federate].asks_to_stop_in_turn() => next_event.min(tag),
+            Some(tag) if self.slots[federate].stops_in_turn => next_event.min(tag),
             _ => next_event,
         }
     }

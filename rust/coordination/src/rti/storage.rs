@@ -13,7 +13,6 @@ use super::path::PathWords;
 use super::watch::Seen;
 use crate::auth::Nonce;
 use crate::clock_sync::Poll;
-use crate::in_turn;
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -75,7 +74,7 @@ pub(super) enum Membership {
 pub(super) struct Pending {
     pub(super) start: bool,
     pub(super) stop_request: bool,
-    /// A PTAG of the stop tag, which takes back earlier grants (see module `in_turn`).
+    /// A PTAG of the stop tag, which takes back earlier grants (see module `stop`).
     pub(super) taken_back: bool,
     pub(super) stop_granted: bool,
     pub(super) grant: bool,
@@ -108,6 +107,8 @@ pub struct Slot {
     pub(super) demand: Option<(Tag, u16)>,
     /// Messages on their way to it.
     pub(super) in_transit: Ring,
+    /// It wants to be granted the stop tag in its turn.
+    pub(super) stops_in_turn: bool,
     /// It has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
     /// Address of its connection to the RTI.
@@ -139,6 +140,7 @@ impl Slot {
         dnet: Tag::NEVER,
         demand: None,
         in_transit: Ring::EMPTY,
+        stops_in_turn: false,
         stop_agreed: false,
         address: [0; 4],
         port: ADDRESS_PORT_UNKNOWN,
@@ -148,11 +150,6 @@ impl Slot {
         tallies: Tallies::NOTHING,
         seen: Seen::NOTHING,
     };
-
-    /// Whether the federate wants to be told of a stop in its turn.
-    pub(super) fn asks_to_stop_in_turn(&self) -> bool {
-        self.clock.is_some_and(in_turn::is_asked)
-    }
 }
 
 impl Default for Slot {
