@@ -10,7 +10,7 @@ use lf_coordination::federate::{
     Federate, FederateError, Phase,
 };
 use lf_coordination::{Deadline, FederateId};
-use lf_model::time::{Instant, Interval};
+use lf_model::time::Interval;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, RejectCode, UDP_PORT_CLOCK_SYNC_OFF};
 
 /// How a federate says that it stops in turn.

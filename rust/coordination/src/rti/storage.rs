@@ -88,6 +88,7 @@ impl Pending {
 
 /// All that the RTI knows of one federate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts of a federate")]
 pub struct Slot {
     pub(super) membership: Membership,
     pub(super) pending: Pending,

@@ -8,8 +8,8 @@ use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, NoRoom
 /// Writes a message to the beginning of `target` and returns its length in bytes.
 ///
 /// # Errors
-/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::Beyond`] if a part of the message
-/// is longer than its length field can say. Nothing has been written then.
+/// [`EncodeError::NoRoom`] if `target` is shorter than [`encoded_len`], [`EncodeError::Beyond`] if a part of the
+/// message is longer than its length field can say. Nothing has been written then.
 pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, EncodeError> {
     let lengths = message.lengths()?;
     let len = encoded_len(message);
