@@ -259,10 +259,7 @@ impl Sockets {
             return false;
         }
         let now = Instant::now();
-        if self.silence.is_due(now) {
-            self.silence.look(now);
-        }
-        let gone = self.silence.heard(now);
+        let gone = self.silence.turn(now);
         if !gone.is_empty() {
             for socket in sockets {
                 if ends(&socket.descriptor).is_some_and(|ends| gone.contains(&ends)) {

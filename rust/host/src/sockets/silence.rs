@@ -42,13 +42,23 @@ impl Silence {
         Self { looked: now, hearing: None, since: BTreeMap::new() }
     }
 
+    /// Says which connections have been repeating for too long, and looks again if it is time.
+    pub(super) fn turn(&mut self, now: Instant) -> Vec<Ends> {
+        // What has been heard is judged before the next look forgets it.
+        let gone = self.heard(now);
+        if self.is_due(now) {
+            self.look(now);
+        }
+        gone
+    }
+
     /// Whether it is time to look.
-    pub(super) fn is_due(&self, now: Instant) -> bool {
+    fn is_due(&self, now: Instant) -> bool {
         now.duration_since(self.looked) >= LOOK_INTERVAL
     }
 
     /// Begins to look. Without a thread nothing is heard, and all is as Linux has it.
-    pub(super) fn look(&mut self, now: Instant) {
+    fn look(&mut self, now: Instant) {
         self.looked = now;
         let (tell, hear) = channel();
         let read = move || {
@@ -59,7 +69,7 @@ impl Silence {
     }
 
     /// Says which connections have been repeating for too long, once after each look.
-    pub(super) fn heard(&mut self, now: Instant) -> Vec<Ends> {
+    fn heard(&mut self, now: Instant) -> Vec<Ends> {
         let Some(hearing) = &self.hearing else { return Vec::new() };
         match hearing.try_recv() {
             Err(TryRecvError::Empty) => Vec::new(),
@@ -163,6 +173,19 @@ mod tests {
             assert!(!silence.is_due(begin + Duration::from_secs(4)));
             assert!(silence.is_due(begin + Duration::from_secs(5)));
             silence.look(begin + LOOK_INTERVAL);
+        }
+    }
+
+    /// An event loop with nothing to do comes by only when it is time to look again.
+    #[test]
+    fn what_is_heard_is_judged_before_the_next_look() {
+        let begin = Instant::now();
+        let mut silence = Silence::new(begin);
+        for (after, gone) in [(LOOK_INTERVAL, vec![]), (LOOK_INTERVAL + SILENCE, vec![board(2)])] {
+            let (tell, hear) = channel();
+            silence.hearing = Some(hear);
+            tell.send(connections(&[(2, 1, 9)])).expect("it is heard");
+            assert_eq!(silence.turn(begin + after), gone);
         }
     }
 
