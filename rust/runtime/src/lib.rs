@@ -22,7 +22,7 @@ mod unfederated;
 
 pub use connection::Buffers;
 pub use description::{
-    CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
+    CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
 };
 pub use error::{PeerFault, RunError};
 pub use federate::{FederateLoop, Join, run_federate};

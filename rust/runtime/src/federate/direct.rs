@@ -13,14 +13,14 @@ use lf_wire::{InBuffer, Limits, Message, tag_in_header};
 
 use super::FederateLoop;
 use super::input::{next_at, too_long};
-use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
+use crate::description::{PEERS, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
 
 impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Makes the connections to other federates, and takes those that come from them.
     pub(super) fn meet_peers(&mut self) -> Result<(), RunError> {
-        if !P::PEERS {
+        if !PEERS {
             return Ok(());
         }
         let begun = self.machine.phase() >= Phase::Running;
@@ -90,13 +90,13 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
                 log::warn!("federate {from} does not end: what it may still send is not waited for");
             }
         }
-        in_time && self.peers.can_receive::<P>()
+        in_time && self.peers.can_receive()
     }
 
     /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
     fn takes_messages(&self) -> bool {
         match self.machine.phase() {
-            Phase::Running => P::PEERS,
+            Phase::Running => PEERS,
             Phase::Resigning | Phase::Ended => self.is_decentralized(),
             _ => false,
         }

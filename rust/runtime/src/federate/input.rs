@@ -304,7 +304,7 @@ impl<P: Platform> Hands<'_, '_, '_, P> {
         if self.engine.stop_tag() < Tag::FOREVER {
             self.machine.limit_stop(self.engine.stop_tag());
         }
-        if is_decentralized::<P>(self.machine.coordination()) {
+        if is_decentralized(self.machine.coordination()) {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }

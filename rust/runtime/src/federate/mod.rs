@@ -24,7 +24,7 @@ use lf_model::{Engine, Program, Tables};
 use lf_wire::{Limits, Message, NeighborStructure};
 
 use crate::connection::Buffers;
-use crate::description::{CONTROL_BYTES, Federation, TAGGED_MESSAGE_HEADER_BYTES};
+use crate::description::{CONTROL_BYTES, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::error::RunError;
 use crate::platform::Platform;
 use crate::turn::Turn;
@@ -82,8 +82,8 @@ pub fn run_federate<'s, P: Platform>(
 }
 
 /// Whether messages go past the RTI; never where there are no connections past it.
-fn is_decentralized<P: Platform>(coordination: Coordination) -> bool {
-    P::PEERS && coordination == Coordination::Decentralized
+fn is_decentralized(coordination: Coordination) -> bool {
+    PEERS && coordination == Coordination::Decentralized
 }
 
 /// Whether the buffers can hold what this federate sends and receives; otherwise it would wait for room for ever.
@@ -284,7 +284,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     fn is_decentralized(&self) -> bool {
-        is_decentralized::<P>(self.federation.coordination)
+        is_decentralized(self.federation.coordination)
     }
 
     /// How many messages of other federates have come too late, with decentralized coordination. Those that were not
@@ -333,7 +333,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         self.platform.wait(until, &mut |socket, interest| {
             port.handle_ready(socket);
             link.handle_ready(socket, interest);
-            peers.handle_ready::<P>(socket, interest);
+            peers.handle_ready(socket, interest);
         });
     }
 
@@ -418,7 +418,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let running = self.machine.phase() == Phase::Running;
         self.link.set_interest(self.platform);
         self.peers.set_interest(self.platform, running);
-        let sockets = self.link.poll_timeout().min(self.peers.poll_timeout::<P>(running));
+        let sockets = self.link.poll_timeout().min(self.peers.poll_timeout(running));
         let report = self.report_wait(advance);
         event.min(self.machine.poll_timeout()).min(sockets).min(report)
     }

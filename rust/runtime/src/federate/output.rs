@@ -9,7 +9,7 @@ use lf_wire::{Message, PushError};
 use super::is_decentralized;
 use super::link::Link;
 use super::peers::{Outbound, Peers};
-use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
+use crate::description::{CONTROL_BYTES, PEERS, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::{Observation, Platform};
 
 /// The connection to the RTI as the engine's environment.
@@ -118,7 +118,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {
-        if P::PEERS && message.output.physical {
+        if PEERS && message.output.physical {
             return self.send_directly(message, None);
         }
         if self.silent || !self.machine.may_send(message.tag) {
@@ -126,7 +126,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             return Ok(());
         }
         let tag = to_wire(message.tag);
-        if is_decentralized::<P>(self.machine.coordination()) {
+        if is_decentralized(self.machine.coordination()) {
             return self.send_directly(message, Some(tag));
         }
         self.make_room(message.output.max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
@@ -151,7 +151,7 @@ impl<P: Platform> Env for Output<'_, '_, '_, P> {
             return Ok(());
         }
         let message = Message::PortAbsent { port: output.port, federate: output.federate, tag: to_wire(tag) };
-        if is_decentralized::<P>(self.machine.coordination()) {
+        if is_decentralized(self.machine.coordination()) {
             return self.tell_absent_directly(output.federate, &message);
         }
         self.make_room(message.encoded_len())?;

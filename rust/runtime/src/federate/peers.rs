@@ -13,6 +13,7 @@ use lf_wire::{InBuffer, Message, OutBuffer, RejectCode};
 
 use super::input::Held;
 use super::visitors::{Introduced, Visitors, refuse};
+use crate::description::PEERS;
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
@@ -274,7 +275,7 @@ impl<'s> Peers<'s> {
 
     /// Begins to await connections, if any are to come; gives the port.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<Option<u16>, NetError> {
-        if !P::PEERS || self.inbound.is_empty() {
+        if !PEERS || self.inbound.is_empty() {
             return Ok(None);
         }
         self.visitors.listen(platform).map(Some)
@@ -282,7 +283,7 @@ impl<'s> Peers<'s> {
 
     /// Begins to connect.
     pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, index: usize, address: SocketAddrV4) {
-        let Some(outbound) = self.outbound.get_mut(index).filter(|_| P::PEERS) else { return };
+        let Some(outbound) = self.outbound.get_mut(index).filter(|_| PEERS) else { return };
         outbound.end(platform);
         match platform.connect(address) {
             Ok(socket) => outbound.state = State::Connecting(socket, false),
@@ -353,7 +354,7 @@ impl<'s> Peers<'s> {
 
     /// Writes what is pending on all connections. `true` when nothing is left.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
-        if !P::PEERS {
+        if !PEERS {
             return true;
         }
         for outbound in self.outbound.iter_mut() {
@@ -365,7 +366,7 @@ impl<'s> Peers<'s> {
     /// Sends what is still to be sent, and closes each connection when that is done. Those over which something may
     /// come stay open as long as this federate `hears`. `false` when nothing is left to be sent.
     pub(super) fn take_leave<P: Platform>(&mut self, platform: &mut P, hears: bool) -> bool {
-        if !P::PEERS {
+        if !PEERS {
             return false;
         }
         self.visitors.close(platform);
@@ -381,13 +382,13 @@ impl<'s> Peers<'s> {
     }
 
     /// Whether another federate can still send something directly.
-    pub(super) fn can_receive<P: Platform>(&self) -> bool {
-        P::PEERS && self.inbound.iter().any(|inbound| inbound.from.is_some())
+    pub(super) fn can_receive(&self) -> bool {
+        PEERS && self.inbound.iter().any(|inbound| inbound.from.is_some())
     }
 
     /// Since when the federate with this index has taken nothing though this one waits for that.
-    pub(super) fn stuck<P: Platform>(&self) -> Option<(usize, Instant)> {
-        if !P::PEERS {
+    pub(super) fn stuck(&self) -> Option<(usize, Instant)> {
+        if !PEERS {
             return None;
         }
         let stuck = |(index, outbound): (usize, &Outbound<'_>)| outbound.stuck.map(|since| (index, since));
@@ -396,7 +397,7 @@ impl<'s> Peers<'s> {
 
     /// Says what to wait for; messages only while the program can take them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
-        if !P::PEERS {
+        if !PEERS {
             return;
         }
         self.visitors.set_interest(platform);
@@ -412,8 +413,8 @@ impl<'s> Peers<'s> {
     }
 
     /// A wait found this socket ready.
-    pub(super) fn handle_ready<P: Platform>(&mut self, ready: SocketId, interest: Interest) {
-        if !P::PEERS {
+    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+        if !PEERS {
             return;
         }
         self.visitors.handle_ready(ready);
@@ -437,8 +438,8 @@ impl<'s> Peers<'s> {
     }
 
     /// When there is something to do though no socket is ready.
-    pub(super) fn poll_timeout<P: Platform>(&mut self, running: bool) -> Deadline {
-        if !P::PEERS {
+    pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
+        if !PEERS {
             return Deadline::Never;
         }
         let unread = |inbound: &mut Inbound<'_>| {
@@ -453,7 +454,7 @@ impl<'s> Peers<'s> {
 
     /// Ends all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if !P::PEERS {
+        if !PEERS {
             return;
         }
         self.visitors.close(platform);

@@ -32,7 +32,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         let waits = advance == Advance::OutputFull;
         let now = self.platform.now();
         if waits
-            && let Some((index, since)) = self.peers.stuck::<P>()
+            && let Some((index, since)) = self.peers.stuck()
             && now >= since + TIME_OUT
         {
             let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
@@ -50,7 +50,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
 
     /// When to look again though nothing has happened.
     pub(super) fn stuck_deadline(&self) -> Deadline {
-        let since = self.peers.stuck::<P>().map(|(_, since)| since);
+        let since = self.peers.stuck().map(|(_, since)| since);
         let first: Option<Instant> = since.into_iter().chain(self.choked_since).min();
         first.map(|since| since + TIME_OUT).into()
     }

@@ -69,7 +69,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
     /// Begins the next tag, if it is due and granted; else says what it waits for.
     fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
         // Asked first: who leaves now has left all its events behind.
-        let sources = self.platform.outside().mailbox().links() > 0 || self.peers.can_receive::<P>();
+        let sources = self.platform.outside().mailbox().links() > 0 || self.peers.can_receive();
         self.machine.set_physical_sources(sources);
         let env = Output::new(
             self.platform,
@@ -116,7 +116,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         // Neither the program nor one of its threads can make an event out of nothing.
         let has_no_source = !self.engine.settings().keepalive
             && self.platform.outside().mailbox().links() == 0
-            && !self.peers.can_receive::<P>();
+            && !self.peers.can_receive();
         if !self.federation.upstream.is_empty() || !has_no_source {
             // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
             // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is

@@ -152,7 +152,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         let tag = if self.engine.is_in_tag() { self.engine.current_tag() } else { self.engine.next_tag()? };
         match advance {
             Advance::OutputFull => {
-                let peer = self.peers.stuck::<P>().and_then(|(index, _)| self.federation.peers_out.get(index).copied());
+                let peer = self.peers.stuck().and_then(|(index, _)| self.federation.peers_out.get(index).copied());
                 Some(Reason::Room(tag, peer))
             }
             Advance::NotGranted => match self.unknown_input(tag) {

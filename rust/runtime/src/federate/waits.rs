@@ -75,7 +75,7 @@ impl<P: Platform> FederateLoop<'_, '_, P> {
         // Neither the program, nor one of its threads, nor another federate can make an event out of nothing.
         let has_source = self.engine.settings().keepalive
             || self.platform.outside().mailbox().links() > 0
-            || self.peers.can_receive::<P>();
+            || self.peers.can_receive();
         if has_source {
             return Advance::Until(Deadline::Never);
         }
