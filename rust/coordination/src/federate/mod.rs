@@ -47,15 +47,16 @@ mod connect;
 mod decentralized;
 mod error;
 mod event;
-mod handshake;
 mod machine;
 mod net_rules;
 mod outbox;
 mod pace;
 mod peers;
 mod phase;
-mod running;
+mod physical;
+mod session;
 mod stop;
+mod tags;
 
 pub use awaited::{Awaited, AwaitedInput};
 pub use clock_sync::{ClockSyncReport, Received};
