@@ -9,8 +9,8 @@ use core::net::SocketAddrV4;
 use lf_model::time::{Instant, Tag};
 use lf_wire::Message;
 
-use super::clock_sync::{Clock, ClockSyncReport, Received};
-use super::config::{ClockSync, Config, Coordination};
+use super::clock_sync::{Clock, Received};
+use super::config::{Config, Coordination};
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
 use super::pace::Pace;
@@ -20,20 +20,19 @@ use super::session::Session;
 use super::stop::Stop;
 use super::tags::{Arrival, Tags};
 use crate::auth::Nonce;
-use crate::clock_sync::ClockCorrection;
 use crate::tag::{from_wire, to_wire};
 use crate::{Deadline, FederateId};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
 pub struct Federate<'a> {
-    config: Config<'a>,
-    session: Session,
-    clock: Clock,
-    tags: Tags,
+    pub(super) config: Config<'a>,
+    pub(super) session: Session,
+    pub(super) clock: Clock,
+    pub(super) tags: Tags,
     physical: PhysicalActions,
     pace: Pace,
-    stop: Stop,
+    pub(super) stop: Stop,
 }
 
 impl<'a> Federate<'a> {
@@ -59,63 +58,9 @@ impl<'a> Federate<'a> {
         })
     }
 
-    /// How tags are kept in order.
-    pub fn coordination(&self) -> Coordination {
-        self.config.coordination
-    }
-
     /// Where this federate is.
     pub fn phase(&self) -> Phase {
         self.session.phase()
-    }
-
-    /// From this participant's own clock to the federation's physical time.
-    ///
-    /// It makes one step, with [`Event::ClockCorrected`], before the start. Afterwards only its rate changes, with
-    /// [`Received::corrected`](super::Received::corrected).
-    pub fn clock(&self) -> ClockCorrection {
-        *self.clock.correction()
-    }
-
-    /// The physical time at which logical time begins; `None` before [`Event::Started`].
-    pub fn start_time(&self) -> Option<Instant> {
-        self.tags.start_time()
-    }
-
-    /// The last tag that the RTI has granted; `NEVER` before the first grant. A provisional grant counts as one of all
-    /// that is before its tag.
-    pub fn granted(&self) -> Tag {
-        self.tags.granted()
-    }
-
-    /// When something is likely to come, on the participant's own clock: what the RTI grants ends just before the
-    /// earliest event of those upstream, as far as their connections have no delay.
-    pub fn next_arrival(&self) -> Deadline {
-        match self.tags.granted().time {
-            Instant::NEVER | Instant::FOREVER => Deadline::Never,
-            time => Deadline::At(self.clock.correction().local(time)),
-        }
-    }
-
-    /// The last provisional grant, if it is later than [`Federate::granted`].
-    pub fn granted_provisionally(&self) -> Option<Tag> {
-        self.tags.granted_provisionally()
-    }
-
-    /// The last tag that was begun; `NEVER` before the first.
-    pub fn current(&self) -> Tag {
-        self.tags.current()
-    }
-
-    /// The tag to which a PTAG calls this federate, though it may have no event there: to be begun when no event is
-    /// earlier. Others of its cycle wait for what it sends at that tag, or for word that there is nothing.
-    pub fn summons(&self) -> Option<Tag> {
-        self.tags.summons().filter(|tag| *tag <= self.stop.last_tag())
-    }
-
-    /// Whether it is known of all inputs what comes at the current tag.
-    pub(super) fn knows_all_inputs(&self) -> bool {
-        self.tags.knows_all_inputs()
     }
 
     /// Whether this tag may be begun now, as far as the federation is concerned.
@@ -123,31 +68,6 @@ impl<'a> Federate<'a> {
     /// Physical time is not looked at. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
         self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && self.pace.allows()
-    }
-
-    /// The tag at which the whole federation stops; `None` before [`Event::StopGranted`].
-    pub fn stop_tag(&self) -> Option<Tag> {
-        self.stop.granted()
-    }
-
-    /// Whether this federate has named a tag to stop at, and the RTI has not decided.
-    pub fn awaits_stop_tag(&self) -> bool {
-        self.stop.is_open()
-    }
-
-    /// Whether a message with this tag may be sent: not after this federate's last tag, for nobody will get there.
-    pub fn may_send(&self, tag: Tag) -> bool {
-        tag <= self.stop.last_tag()
-    }
-
-    /// The place of the federate to which a connection is to be made next, among those to which this one sends.
-    pub fn next_peer_index(&self) -> Option<usize> {
-        self.session.next_peer_index(&self.config)
-    }
-
-    /// What clock synchronization has found out; `None` unless it goes on while the federation runs.
-    pub fn clock_sync_report(&self) -> Option<ClockSyncReport> {
-        matches!(self.config.clock_sync, ClockSync::On { .. }).then(|| self.clock.report())
     }
 
     /// The connection to the RTI is there.
