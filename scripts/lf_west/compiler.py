@@ -64,6 +64,14 @@ class Compiler:
         board = json.loads(result.stdout)["target"]["board"]
         return None if board is None else str(board)
 
+    def explain_codes(self, text: str) -> str:
+        """A line with sentences in place of the codes that an image without texts has logged."""
+        command = [str(self.path), "explain"]
+        result = subprocess.run(
+            command, input=text, capture_output=True, text=True, check=False, env=dict(self.environment)
+        )
+        return result.stdout if result.returncode == 0 else text
+
     def explain(self, messages: Sequence[Path]) -> str:
         """What cargo's messages in these files say, as said about the LF program."""
         result = _run([str(self.path), "explain-errors", *map(str, messages)], self.environment)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,17 +87,17 @@ class LfFedRun(LfCommand):
         limits = Limits(run_s=args.timeout)
         if federation.network is not None:
             limits = replace(limits, grace_s=_BOARDS_GRACE_S)
-        status = run(federation, limits)
+        status = run(federation, limits, lfz.explain_codes)
         if status != 0:
             # What happened has been said.
             sys.exit(status)
 
 
-def run(federation: Federation, limits: Limits) -> int:
+def run(federation: Federation, limits: Limits, explain: Callable[[str], str]) -> int:
     """Start the RTI, then the federates, and wait for all; the exit status."""
     if federation.network is not None:
         federation.network.enter()
-    output = Output("west", federation.names())
+    output = Output("west", federation.names(), explain=explain)
     with Children() as children:
         supervisor = Supervisor(children, output, limits)
         image = federation.rti_image

@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TextIO
+
+# What the codes begin with that images without texts log.
+_CODE = "lf#"
 
 # Of terminals; each participant keeps its own.
 _COLOURS = (36, 33, 32, 35, 34, 96, 93, 92, 95, 94)
@@ -21,8 +24,11 @@ class Output:
         names: Iterable[str],
         standard: TextIO | None = None,
         error: TextIO | None = None,
+        explain: Callable[[str], str] = lambda text: text,
     ) -> None:
-        """Make room for the names; `own_name` is under which the command itself speaks."""
+        """Make room for the names; `own_name` is under which the command itself speaks. `explain` puts sentences in
+        place of codes."""
+        self._explain = explain
         self._own_name = own_name
         names = list(names)
         self._colours = {name: _COLOURS[index % len(_COLOURS)] for index, name in enumerate(names)}
@@ -33,7 +39,9 @@ class Output:
         self.is_closed = False
 
     def line(self, name: str, is_error: bool, text: str) -> None:
-        """Show a line of a participant."""
+        """Show a line of a participant, with sentences in place of codes."""
+        if _CODE in text:
+            text = self._explain(text)
         self._write(name, self._colours.get(name), self._error if is_error else self._standard, text)
 
     def note(self, text: str) -> None:

@@ -27,10 +27,14 @@ set(flags [=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compac
 if(profile STREQUAL release)
   # A panic says where it happened: the image carries that text, so it had better be short, and the same everywhere.
   string(APPEND flags ", '--remap-path-prefix=${repository}/='")
+  if(target MATCHES "^thumb")
+    # What several functions have in common becomes one.
+    string(APPEND flags ", '-Cllvm-args=--enable-machine-outliner=always'")
+  endif()
 endif()
 list(APPEND arguments --config "build.rustflags=[${flags}]")
-# Messages of more detail than Kconfig lets through are not even compiled.
-list(APPEND arguments --features lf/max_level_${log_level})
+# What Kconfig leaves out, such as messages of more detail than it lets through, is not even compiled.
+list(APPEND arguments --features ${features})
 set(redirection)
 if(messages)
   list(APPEND arguments --message-format=json)

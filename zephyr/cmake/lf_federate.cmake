@@ -44,7 +44,11 @@ function(lf_federate crate)
   endif()
 
   _rust_map_target()
-  lf_find_rust_toolchain(${RUST_TARGET})
+  set(preference)
+  if(NOT CONFIG_LF_PANIC_TEXTS)
+    set(preference PREFER_SOURCES)
+  endif()
+  lf_find_rust_toolchain(${RUST_TARGET} ${preference})
   message(STATUS "Rust: ${LF_RUST_TOOLCHAIN}")
 
   set(default_target_dir ${CMAKE_BINARY_DIR}/lf/cargo)
@@ -101,7 +105,7 @@ macro(_lf_write_settings file)
   if(CONFIG_DEBUG)
     set(profile dev)
   endif()
-  set(optimization s)
+  set(optimization z)
   if(CONFIG_SPEED_OPTIMIZATIONS)
     set(optimization 3)
   endif()
@@ -109,6 +113,23 @@ macro(_lf_write_settings file)
   set(link_time_optimization fat)
   if(CONFIG_ARCH_POSIX)
     set(link_time_optimization false)
+  endif()
+  # A panic without texts is an instruction that the processor does not have, in `core` too.
+  set(panic abort)
+  if(NOT CONFIG_LF_PANIC_TEXTS AND profile STREQUAL release)
+    if(LF_RUST_SOURCES VERSION_LESS 1.91)
+      message(WARNING
+        "CONFIG_LF_PANIC_TEXTS=n needs Rust 1.91 or later with the sources of its standard library (`rustup component "
+        "add rust-src`, or the package rust-src of your distribution's rustc): the texts of panics stay in the image"
+      )
+    else()
+      set(panic immediate-abort)
+      list(APPEND LF_CARGO_ENVIRONMENT CARGO_UNSTABLE_PANIC_IMMEDIATE_ABORT=true)
+    endif()
+  endif()
+  set(features)
+  if(CONFIG_LF_TEXTS)
+    set(features ,lf/texts)
   endif()
   # Names of the features of lf-zephyr; Zephyr has no level for traces, they go with its debug messages.
   set(log_levels off error warn info trace)
@@ -129,7 +150,7 @@ set(lock [==[${LF_REPOSITORY}/rust/zephyr/Cargo.lock]==])
 set(target ${RUST_TARGET})
 set(target_dir [==[${LF_CARGO_TARGET_DIR}]==])
 set(profile ${profile})
-set(log_level ${log_level})
+set(features lf/max_level_${log_level}${features})
 set(repository [==[${LF_REPOSITORY}]==])
 set(messages [==[${LF_CARGO_MESSAGES}]==])
 set(library [==[${library}]==])
@@ -147,7 +168,7 @@ list(APPEND environment
   CARGO_PROFILE_RELEASE_LTO=${link_time_optimization}
   CARGO_PROFILE_RELEASE_CODEGEN_UNITS=1
   CARGO_PROFILE_RELEASE_DEBUG=line-tables-only
-  CARGO_PROFILE_RELEASE_PANIC=abort
+  CARGO_PROFILE_RELEASE_PANIC=${panic}
 )
 set(include_dirs [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_INCLUDE_DIRECTORIES>]==])
 set(include_defines [==[$<TARGET_PROPERTY:zephyr_interface,INTERFACE_COMPILE_DEFINITIONS>]==])

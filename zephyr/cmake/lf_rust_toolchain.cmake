@@ -6,12 +6,13 @@
 #   2. one that has the sources of the standard library (rustup's rust-src, or a distribution's rustc with its
 #      rust-src package); `core` is then compiled with the program. Cargo counts this as unstable, so it has to be
 #      told to act like a nightly one.
-# The first kind wins over the whole PATH, because it builds faster.
+# The first kind wins over the whole PATH, because it builds faster, unless the second kind is preferred.
 #
-# As a module:  lf_find_rust_toolchain(TARGET) sets in the caller's scope
+# As a module:  lf_find_rust_toolchain(TARGET [PREFER_SOURCES]) sets in the caller's scope
 #   LF_CARGO                the cargo program
 #   LF_CARGO_ENVIRONMENT    VARIABLE=VALUE entries to run it with
 #   LF_RUST_TOOLCHAIN       one line that describes the choice
+#   LF_RUST_SOURCES         the version of the toolchain if it compiles `core` with the program, else nothing
 # As a script:  cmake -DLF_RUST_TARGET=thumbv7m-none-eabi -P lf_rust_toolchain.cmake
 #   prints the choice, or fails with what to install.
 
@@ -57,6 +58,7 @@ function(_lf_rust_version out folder)
 endfunction()
 
 function(lf_find_rust_toolchain target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "PREFER_SOURCES" "" "")
   _lf_rust_folders(folders)
   set(with_target)
   set(with_sources)
@@ -70,17 +72,22 @@ function(lf_find_rust_toolchain target)
     _lf_rustc(libraries "${folder}" --target ${target} --print target-libdir)
     file(GLOB core "${libraries}/libcore-*.rlib")
     _lf_rustc(sysroot "${folder}" --print sysroot)
-    if(core)
+    if(core AND NOT with_target)
       set(with_target "${folder}")
       set(description "${folder}/rustc ${version} with ${target} installed")
-      break()
-    elseif(NOT with_sources AND EXISTS "${sysroot}/lib/rustlib/src/rust/library/core/Cargo.toml")
+    endif()
+    if(NOT with_sources AND EXISTS "${sysroot}/lib/rustlib/src/rust/library/core/Cargo.toml")
       set(with_sources "${folder}")
+      set(version_sources "${version}")
       set(description_sources "${folder}/rustc ${version}, compiling core for ${target} from source")
+    endif()
+    if((with_target AND NOT arg_PREFER_SOURCES) OR (with_target AND with_sources))
+      break()
     endif()
   endforeach()
 
-  if(with_target)
+  if(with_target AND NOT (with_sources AND arg_PREFER_SOURCES))
+    set(LF_RUST_SOURCES "" PARENT_SCOPE)
     set(LF_CARGO "${with_target}/cargo" PARENT_SCOPE)
     set(LF_CARGO_ENVIRONMENT "RUSTC=${with_target}/rustc" PARENT_SCOPE)
     set(LF_RUST_TOOLCHAIN "${description}" PARENT_SCOPE)
@@ -89,8 +96,10 @@ function(lf_find_rust_toolchain target)
     # Only `core` is built: a crate that needs `alloc` then does not compile, which is what is wanted.
     set(LF_CARGO_ENVIRONMENT
       "RUSTC=${with_sources}/rustc" "RUSTC_BOOTSTRAP=1" "CARGO_UNSTABLE_BUILD_STD=core"
+      "CARGO_UNSTABLE_BUILD_STD_FEATURES=optimize_for_size"
       PARENT_SCOPE
     )
+    set(LF_RUST_SOURCES "${version_sources}" PARENT_SCOPE)
     set(LF_RUST_TOOLCHAIN "${description_sources}" PARENT_SCOPE)
   else()
     list(JOIN seen "\n  " seen)

@@ -12,6 +12,7 @@ extern crate std;
 
 pub mod auth;
 pub mod clock_sync;
+pub mod code;
 mod deadline;
 pub mod federate;
 mod id;

@@ -181,11 +181,12 @@ fn nothing_but_the_proof_is_an_answer() {
         let mut federate = federate(KEY, true);
         drain(&mut federate);
         let error = federate.handle_message(NOW, message).unwrap_err();
-        let expected = FederateError::Unexpected { message: message.name(), phase: Phase::Authenticating };
+        let expected = FederateError::Unexpected { message: message.message_type(), phase: Phase::Authenticating };
         assert_eq!(error, expected);
     }
     let mut early = federate(KEY, true);
     let answer = Message::RtiResponse { nonce: NONCE, hmac: [0; 32] };
-    let expected = FederateError::Unexpected { message: "RTI_RESPONSE", phase: Phase::Authenticating };
+    let expected =
+        FederateError::Unexpected { message: lf_wire::MessageType::RtiResponse, phase: Phase::Authenticating };
     assert_eq!(early.handle_message(NOW, answer), Err(expected), "before the nonce was sent");
 }

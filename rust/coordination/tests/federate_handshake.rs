@@ -125,7 +125,7 @@ fn t4_without_t3_is_unexpected() {
     config.clock_sync = ClockSync::Init { trials: 1 };
     let mut federate = accepted(config);
     federate.handle_message(NOW, Message::T1(0)).unwrap();
-    let expected = FederateError::Unexpected { message: "T4", phase: Phase::Synchronizing };
+    let expected = FederateError::Unexpected { message: lf_wire::MessageType::T4, phase: Phase::Synchronizing };
     assert_eq!(federate.handle_message(NOW, Message::T4(0)), Err(expected));
 }
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What generated code tells the event loop about its program. All of it is constant.
 
+use crate::remark::{Remark, tell};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
 use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_wire::MessageType;
-use log::LevelFilter;
+use log::{Level, LevelFilter};
 
 /// Whether federates can have connections with others, past the RTI, as those with decentralized coordination do: the
 /// feature `peers`. Without it nothing that handles such connections is linked.
@@ -48,10 +49,7 @@ impl Description {
     pub fn check_key(&self, federation_id: &[u8]) {
         let authenticates = self.federation.is_some_and(|federation| federation.authentication.is_some());
         if authenticates && (federation_id == self.program.as_bytes() || federation_id == FEDERATION_ID_DEFAULT) {
-            log::warn!(
-                "the federation id is the key of `auth`, and others can guess this one: choose another with --id, or \
-                 CONFIG_LF_FEDERATION_ID"
-            );
+            tell(Level::Warn, &Remark::GuessableKey);
         }
     }
 }

@@ -8,7 +8,7 @@ use lf_coordination::federate::{ConfigError, FederateError, Phase};
 use lf_coordination::rti::SetupError;
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
-use lf_wire::{DecodeError, RejectCode};
+use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use crate::platform::{NetError, RandomError};
 
@@ -187,7 +187,7 @@ pub enum PeerFault {
     /// Its bytes are no message.
     Bytes(DecodeError),
     /// It sent what no federate sends to another one.
-    Unexpected(&'static str),
+    Unexpected(MessageType),
     /// It sent to another federate, or to an input that is not the end of such a connection from it.
     WrongInput {
         /// The federate that it named.

@@ -18,8 +18,10 @@ mod datagram;
 mod description;
 mod error;
 mod federate;
+mod image;
 mod listener;
 pub mod platform;
+mod remark;
 mod rti;
 mod turn;
 mod unfederated;
@@ -28,10 +30,13 @@ pub use description::{
     CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
 };
 pub use error::{PeerFault, RunError};
-pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, run_federate};
+pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, Reason, run_federate};
+pub use image::{ImageError, RtiError, SettingsError};
 pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
+pub use lf_coordination::code::PREFIX as CODE_PREFIX;
 pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 pub use lf_wire::DELAY_NONE;
+pub use remark::{Code, ConnectionRemark, PeerRemark, Remark, TEXTS, Tell, explain, tell};
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};
 pub use turn::Turn;
 pub use unfederated::{UnfederatedLoop, run_unfederated};

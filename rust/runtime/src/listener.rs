@@ -7,6 +7,8 @@ use lf_coordination::{Deadline, Tally};
 use lf_model::time::{Instant, Interval};
 
 use crate::platform::{Interest, Platform, SocketId};
+use crate::remark::{ConnectionRemark, tell};
+use log::Level;
 
 /// How long no connection is accepted after the system has had no resources for one.
 const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
@@ -65,7 +67,7 @@ impl Listener {
                 // The connection still waits, so the listener stays ready: asking it at once would be without end.
                 let times = self.failures.count();
                 if times.is_told() {
-                    log::warn!("a connection could not be accepted: {error}{times}");
+                    tell(Level::Warn, &ConnectionRemark::NotAccepted { error, times });
                 }
                 self.again = Some(now + ACCEPT_PAUSE);
             }

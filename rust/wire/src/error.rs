@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use crate::MessageType;
+
 /// Bytes that are no message, or one that the owner's [`Limits`](crate::Limits) exclude. Offsets count from the type
 /// byte of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -14,8 +16,8 @@ pub enum DecodeError {
     },
     /// A length or count is above the limit that the owner has set.
     OverLimit {
-        /// Name of the message.
-        message: &'static str,
+        /// Type of the message.
+        message: MessageType,
         /// Name of the field that holds the length.
         field: &'static str,
         /// Where that field begins.
@@ -27,8 +29,8 @@ pub enum DecodeError {
     },
     /// A count is negative.
     Negative {
-        /// Name of the message.
-        message: &'static str,
+        /// Type of the message.
+        message: MessageType,
         /// Name of the field that holds the count.
         field: &'static str,
         /// Where that field begins.
@@ -39,8 +41,8 @@ pub enum DecodeError {
     /// The message is within the limits, but can never be whole in this buffer. The owner's limits and the capacity
     /// of its buffer contradict each other.
     LargerThanBuffer {
-        /// Name of the message.
-        message: &'static str,
+        /// Type of the message, if its first byte is there.
+        message: Option<MessageType>,
         /// Bytes that the message has at least.
         needed: usize,
         /// Bytes that the buffer holds.
@@ -62,6 +64,7 @@ impl fmt::Display for DecodeError {
                 write!(f, "{message}: {field} at offset {offset} is {found}, but cannot be negative")
             }
             Self::LargerThanBuffer { message, needed, capacity } => {
+                let message = message.map_or("any message", MessageType::name);
                 write!(f, "{message}: has {needed} bytes or more, but the receive buffer holds {capacity}")
             }
         }
@@ -90,8 +93,8 @@ impl core::error::Error for NoRoom {}
 /// A length that the wire has no bits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Beyond {
-    /// Name of the message.
-    pub message: &'static str,
+    /// Type of the message.
+    pub message: MessageType,
     /// Name of the field that would hold the length.
     pub field: &'static str,
     /// The length.

@@ -17,8 +17,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
         match decode(self.bytes(), limits)? {
             Decoded::Complete { message, len } => Ok(Some((message, len))),
             Decoded::Incomplete { need, message_type } if need > self.capacity() => {
-                let message = message_type.map_or("any message", MessageType::name);
-                Err(DecodeError::LargerThanBuffer { message, needed: need, capacity: self.capacity() })
+                Err(DecodeError::LargerThanBuffer { message: message_type, needed: need, capacity: self.capacity() })
             }
             Decoded::Incomplete { .. } => Ok(None),
         }

@@ -6,9 +6,9 @@ use core::ffi::{CStr, c_char, c_int};
 use core::fmt;
 use core::sync::atomic::{AtomicPtr, Ordering};
 
+use lf_runtime::{Code, ImageError, TEXTS, Tell};
 use log::LevelFilter;
 
-use crate::image::ImageError;
 use crate::platform::ZephyrPlatform;
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
@@ -28,15 +28,29 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
-    pub fn run<E: fmt::Display>(
+    pub fn run(self, logging: LevelFilter, run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), ImageError>) {
+        self.run_and(logging, run, report);
+    }
+
+    /// Runs what is no LF program, whose errors have no codes.
+    pub fn run_other<E: fmt::Display>(
         self,
         logging: LevelFilter,
         run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
     ) {
+        self.run_and(logging, run, |error| report_words(format_args!("{error}")));
+    }
+
+    fn run_and<E>(
+        self,
+        logging: LevelFilter,
+        run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
+        report_error: impl FnOnce(&E),
+    ) {
         crate::logger::install(logging);
         *self.status = match ZephyrPlatform::new() {
-            Ok(mut platform) => status(run(&mut platform)),
-            Err(error) => status(Err(ImageError::Platform(error))),
+            Ok(mut platform) => status(run(&mut platform), report_error),
+            Err(error) => status(Err(ImageError::Platform(error)), report),
         };
     }
 }
@@ -49,7 +63,7 @@ impl Federate<'_> {
 pub extern "C" fn lf_rti_listen() -> c_int {
     let (rti, description) = rti_of_image();
     crate::logger::install(description.logging);
-    status(rti.listen(description))
+    status(rti.listen(description), report)
 }
 
 /// Runs the RTI until all federates have left. Returns 0 if the federation ended as its program says, else 1; the log
@@ -60,7 +74,7 @@ pub extern "C" fn lf_rti_listen() -> c_int {
 #[unsafe(no_mangle)]
 pub extern "C" fn lf_rti_main() -> c_int {
     let (rti, description) = rti_of_image();
-    let status = status(rti.run(description));
+    let status = status(rti.run(description), report);
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status
@@ -73,8 +87,8 @@ fn rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::De
 }
 
 /// What C is told of an outcome; an error is logged, and given to the fatal hook.
-fn status<E: fmt::Display>(outcome: Result<(), E>) -> c_int {
-    c_int::from(outcome.inspect_err(|error| report(format_args!("{error}"))).is_err())
+fn status<E>(outcome: Result<(), E>, report: impl FnOnce(&E)) -> c_int {
+    c_int::from(outcome.inspect_err(report).is_err())
 }
 
 /// Runs the federate until it ends. Returns 0 if it ended as its program says, else 1; the log then has the reason.
@@ -115,8 +129,12 @@ unsafe extern "Rust" {
     fn lf_rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::Description);
 }
 
-/// Logs why the federate or the RTI ends early, and tells the hook.
-fn report(reason: fmt::Arguments<'_>) {
+/// Logs why the federate or the RTI ends early, and tells the hook: the sentence, or the code in place of it.
+fn report<E: Tell>(reason: &E) {
+    if TEXTS { report_words(format_args!("{reason}")) } else { report_words(format_args!("{}", Code::of(reason))) }
+}
+
+fn report_words(reason: fmt::Arguments<'_>) {
     if cfg!(CONFIG_LOG) {
         log::error!("{reason}");
     } else {

@@ -9,40 +9,12 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
 use lf_runtime::{
-    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, PEERS, RunError, run_federate,
-    run_unfederated,
+    Buffers, Coordination, Description, Federation, ImageError, Inbound, Join, Outbound, PEERS, SettingsError,
+    run_federate, run_unfederated,
 };
 
 use crate::platform::ZephyrPlatform;
-use crate::settings::{self, SettingsError};
-
-/// Why the program of an image ends early.
-#[derive(Debug)]
-pub enum ImageError {
-    /// Zephyr has no descriptor left for the wake-up.
-    Platform(lf_runtime::platform::NetError),
-    /// A setting is of no use.
-    Settings(SettingsError),
-    /// The event loop ended early.
-    Run(RunError),
-    /// The program was started before, and its memory is in use.
-    Running,
-}
-
-impl fmt::Display for ImageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Platform(error) => {
-                write!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
-            }
-            Self::Settings(error) => error.fmt(f),
-            Self::Run(error) => error.fmt(f),
-            Self::Running => f.write_str("lf_main() can be called only once"),
-        }
-    }
-}
-
-impl core::error::Error for ImageError {}
+use crate::settings;
 
 /// The memory of an engine, without the sizes in its type.
 pub trait EngineStorage {

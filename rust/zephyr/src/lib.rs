@@ -65,6 +65,7 @@ macro_rules! main {
             "the program needs the feature `peers` of lf-zephyr"
         );
         $crate::main!(
+            @run
             |platform: &mut $crate::ZephyrPlatform| {
                 static MEMORY: $crate::image::Memory<
                     $module::$program,
@@ -82,12 +83,15 @@ macro_rules! main {
             $module::DESCRIPTION.logging
         );
     };
-    // A function of the platform, for tests that are no LF programs.
-    ($run:expr, $logging:expr) => {
+    (@$method:ident $run:expr, $logging:expr) => {
         #[unsafe(no_mangle)]
         fn lf_federate_of_image(federate: $crate::Federate<'_>) {
-            federate.run($logging, $run)
+            federate.$method($logging, $run)
         }
+    };
+    // A function of the platform, for tests that are no LF programs.
+    ($run:expr, $logging:expr) => {
+        $crate::main!(@run_other $run, $logging);
     };
 }
 

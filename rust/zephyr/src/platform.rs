@@ -10,6 +10,9 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::{Remark, tell};
+
+use log::Level;
 
 use crate::kconfig::{LF_SOCKETS, SYS_CLOCK_TICKS_PER_SEC};
 use crate::net::{self, Descriptor};
@@ -287,10 +290,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
 fn tell_of_missing_buffers() {
     static TOLD: AtomicBool = AtomicBool::new(false);
     if !TOLD.swap(true, Ordering::Relaxed) {
-        log::warn!(
-            "out of network buffers: what is to be sent waits for them; more of them make it quicker \
-             (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)"
-        );
+        tell(Level::Warn, &Remark::NoBuffers);
     }
 }
 

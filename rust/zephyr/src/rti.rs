@@ -11,18 +11,16 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 pub use lf_coordination::rti::ClockSync;
-use lf_coordination::rti::{
-    AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, START_REPORT, Slot,
-};
+use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, START_REPORT, Slot};
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
-use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiSetup, log_notice, run_rti};
 use log::LevelFilter;
 
 use crate::kconfig::{LF_RTI_BUFFER_SIZE, LF_RTI_CONNECTIONS, LF_RTI_FEDERATES, LF_RTI_IN_TRANSIT, LF_RTI_UPSTREAM};
 use crate::platform::ZephyrPlatform;
-use crate::settings::{self, SettingsError};
+use crate::settings;
 
 const _: () = assert!(LF_RTI_CONNECTIONS >= LF_RTI_FEDERATES, "each federate of the RTI needs one connection");
 
@@ -79,45 +77,6 @@ pub const fn buffer_bytes(description: &Description) -> usize {
 const SOCKETS: usize = LF_RTI_CONNECTIONS + 1 + if cfg!(CONFIG_NET_UDP) { 1 } else { 0 };
 
 type RtiPlatform = ZephyrPlatform<SOCKETS>;
-
-/// Why the RTI of an image ends early.
-#[derive(Debug)]
-pub enum RtiError {
-    /// A setting is of no use.
-    Settings(SettingsError),
-    /// The port cannot be listened on.
-    Listen {
-        /// The port.
-        port: u16,
-        /// Why not.
-        error: NetError,
-    },
-    /// No UDP port can be opened for clock synchronization.
-    Bind(NetError),
-    /// The event loop ended early.
-    Run(RunError),
-    /// The federation did not end as it should.
-    Ended(Outcome),
-    /// A step was taken before the other, or a second time.
-    Order,
-}
-
-impl fmt::Display for RtiError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Settings(error) => error.fmt(f),
-            Self::Listen { port, error } => {
-                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
-            }
-            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
-            Self::Run(error) => error.fmt(f),
-            Self::Ended(outcome) => outcome.fmt(f),
-            Self::Order => f.write_str("lf_rti_listen() and lf_rti_main() can be called only once, in this order"),
-        }
-    }
-}
-
-impl core::error::Error for RtiError {}
 
 /// The RTI of an image, without the sizes in its type.
 pub trait ImageRti: Sync {

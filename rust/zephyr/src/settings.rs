@@ -2,33 +2,12 @@
 //! Which federation to join, and where its RTI is: from Kconfig, and on `native_sim` from the command line.
 
 use core::ffi::CStr;
-use core::fmt;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use core::sync::atomic::{AtomicU16, Ordering};
 
+use lf_runtime::SettingsError;
+
 use crate::raw;
-
-/// A setting that cannot be used.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum SettingsError {
-    /// The address of the RTI is not an IPv4 address.
-    RtiAddress,
-    /// The port of the RTI is not one.
-    RtiPort(u32),
-}
-
-impl fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::RtiAddress => {
-                f.write_str("CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
-            }
-            Self::RtiPort(port) => write!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
-        }
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 /// The federation id that the federate presents to the RTI; empty for that of its program.
 pub fn federation_id() -> &'static [u8] {

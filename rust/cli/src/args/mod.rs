@@ -85,6 +85,17 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
     /// Run the RTI alone, with the options of the stock RTI.
     #[command(disable_version_flag = true)]
     Rti(RtiArgs),
+    /// Say in sentences what the codes mean that images without texts log, such as `lf#0.2.2.b.6`.
+    #[command(long_about = "\
+Say in sentences what the codes mean that images without texts (CONFIG_LF_TEXTS=n) log, such as `lf#0.2.2.b.6`.
+
+Without a code, copy the standard input to the standard output with sentences in place of codes, line by line, as they
+come: `lfz explain < /dev/ttyACM0` shows the console of a board.")]
+    Explain {
+        /// Codes.
+        #[arg(value_name = "CODE")]
+        codes: Vec<String>,
+    },
     /// Print what rustc says about crates for Zephyr as said about the LF program; what the west commands show.
     #[command(hide = true)]
     ExplainErrors {

@@ -3,6 +3,7 @@
 
 mod build;
 mod check;
+mod codes;
 mod explain;
 mod plan;
 mod rti;
@@ -23,6 +24,7 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
+        Command::Explain { codes } => codes::explain(&codes),
         Command::ExplainErrors { messages } => explain::explain(&messages),
         Command::Guard { parent, program } => {
             let error = guard::become_program(parent, &program);

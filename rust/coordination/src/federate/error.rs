@@ -4,7 +4,7 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Interval};
-use lf_wire::{Message, RejectCode};
+use lf_wire::{Message, MessageType, RejectCode};
 
 use super::phase::Phase;
 use crate::FederateId;
@@ -62,8 +62,8 @@ pub enum FederateError {
     },
     /// A message that has no place here.
     Unexpected {
-        /// Its name.
-        message: &'static str,
+        /// Its type.
+        message: MessageType,
         /// Where the federate was.
         phase: Phase,
     },
@@ -112,7 +112,7 @@ pub enum FederateError {
 impl FederateError {
     /// A message that has no place in this phase.
     pub(super) fn unexpected(message: &Message<'_>, phase: Phase) -> Self {
-        Self::Unexpected { message: message.name(), phase }
+        Self::Unexpected { message: message.message_type(), phase }
     }
 }
 

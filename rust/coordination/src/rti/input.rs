@@ -15,7 +15,7 @@ use crate::tag::from_wire;
 /// What a federate did by sending such bytes.
 fn wrong(error: DecodeError) -> Violation {
     match error {
-        DecodeError::OverLimit { message, found, limit, .. } if message == MessageType::TaggedMessage.name() => {
+        DecodeError::OverLimit { message: MessageType::TaggedMessage, found, limit, .. } => {
             Violation::TooLong { bytes: found, max: limit }
         }
         error => Violation::Bytes(error),

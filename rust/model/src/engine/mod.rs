@@ -231,6 +231,7 @@ impl<'s> Engine<'s> {
     // --- Commands ---
 
     /// Sets the time of the first tag, and with it that of timers and timeout.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn start(&mut self, start: Instant) {
         self.state.start = start;
         self.state.current = Tag::at(start).before();
@@ -267,6 +268,7 @@ impl<'s> Engine<'s> {
     }
 
     /// Schedules what has come from other threads. Call it whenever the event loop was woken, before `next_tag`.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn drain_physical(&mut self, program: &mut dyn Program, env: &dyn Env) {
         let bounds = self.state.bounds();
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
@@ -289,6 +291,7 @@ impl<'s> Engine<'s> {
     ///
     /// # Errors
     /// [`DeliverError::Full`] asks to wait, and to try again with the same message; the others are fatal.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn deliver(
         &mut self,
         program: &mut dyn Program,

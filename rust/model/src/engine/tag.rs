@@ -16,6 +16,7 @@ impl Engine<'_> {
     ///
     /// # Errors
     /// When it is not the time for this tag.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn begin(&mut self, program: &mut dyn Program, tag: Tag) -> Result<(), ModelError> {
         if self.state.phase != Phase::BetweenTags {
             return Err(ModelError::NotReady { tag });
@@ -50,6 +51,7 @@ impl Engine<'_> {
     ///
     /// With `max_level`, only reactions below that level run, and the tag is not completed, for inputs that reactions
     /// from that level on see are not known yet. Without an open tag it says [`Progress::Complete`].
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn advance(&mut self, program: &mut dyn Program, env: &mut dyn Env, max_level: Option<u16>) -> Progress {
         if self.state.phase != Phase::InTag {
             return self.state.error.map_or(Progress::Complete, Progress::Failed);
@@ -119,6 +121,7 @@ impl Engine<'_> {
         }
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
         let info = &self.tables.reactions[usize::from(id.0)];
         let tardy = self.tardy.contains(id);
@@ -148,6 +151,7 @@ impl Engine<'_> {
     }
 
     /// Whether the value, or word that there is none, is on its way, or has nowhere to go.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn send(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: OutputId) -> bool {
         let output = &self.tables.outputs[usize::from(id.0)];
         let tag = self.state.current.delayed(output.delay);
@@ -170,6 +174,7 @@ impl Engine<'_> {
     }
 
     /// Closes the tag: delayed connections take their values, and what was present no longer is.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn complete(&mut self, program: &mut dyn Program, env: &dyn Env) {
         while let Some(port) = self.ports.first_from(0) {
             let info = &self.tables.ports[usize::from(port)];

@@ -5,6 +5,8 @@ use lf_coordination::federate::{ClockSync, Federate};
 
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
+use crate::remark::{Remark, tell};
+use log::Level;
 
 /// The port for datagrams of the RTI.
 #[derive(Debug, Default)]
@@ -19,7 +21,7 @@ impl ClockSyncPort {
     pub(super) fn open<P: Platform>(platform: &mut P, clock_sync: ClockSync) -> Result<(Self, Option<u16>), NetError> {
         let ClockSync::On { .. } = clock_sync else { return Ok((Self::default(), None)) };
         if !P::DATAGRAMS {
-            log::warn!("the clock is synchronized before the start only, because this image has no UDP");
+            tell(Level::Warn, &Remark::NoDatagrams);
             return Ok((Self::default(), None));
         }
         let socket = platform.bind(0)?;
@@ -44,7 +46,7 @@ impl ClockSyncPort {
                 platform.set_correction(machine.clock());
             }
             if heard.stranger && !core::mem::replace(told, true) {
-                log::warn!("datagrams from {from}, which is not the RTI, are ignored");
+                tell(Level::Warn, &Remark::Stranger(from));
             }
         });
     }
@@ -56,7 +58,7 @@ impl ClockSyncPort {
         }
         self.port.close(platform);
         if let Some(report) = machine.clock_sync_report() {
-            log::info!("clock synchronization: {report}");
+            tell(Level::Info, &Remark::ClockSync(report));
         }
     }
 }

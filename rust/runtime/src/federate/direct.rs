@@ -12,6 +12,8 @@ use super::peers::Peers;
 use crate::description::PEERS;
 use crate::error::RunError;
 use crate::platform::Platform;
+use crate::remark::{PeerRemark, tell};
+use log::Level;
 
 /// The connections past the RTI, and what has come too late over them.
 #[derive(Debug)]
@@ -119,7 +121,7 @@ impl<'a, 's> Direct<'a, 's> {
             if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
                 if !inbound.receiver.rest().is_empty() {
-                    log::warn!("federate {from} has left in the middle of a message");
+                    tell(Level::Warn, &PeerRemark::LeftInMessage(from.0));
                 }
                 inbound.close(platform);
             }
@@ -157,12 +159,12 @@ impl<'a, 's> Direct<'a, 's> {
     /// Reads once what other federates send at their end. `true` while more can come, and there is time.
     fn hear_out<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>, in_time: bool) -> bool {
         if let Err(error) = self.sweep(platform, execution) {
-            log::warn!("what another federate sent at the end could not be read: {error}");
+            tell(Level::Warn, &PeerRemark::LastMessages(error));
             return false;
         }
         if !in_time {
             for from in self.peers.senders() {
-                log::warn!("federate {from} does not end: what it may still send is not waited for");
+                tell(Level::Warn, &PeerRemark::DoesNotEnd(from.0));
             }
         }
         in_time && self.peers.can_receive()
@@ -176,9 +178,9 @@ impl<'a, 's> Direct<'a, 's> {
         self.late.sum_up();
         for (to, outbound) in self.peers.receivers() {
             if outbound.lost > 0 {
-                log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost);
+                tell(Level::Warn, &PeerRemark::Lost { messages: outbound.lost, to });
             } else if outbound.left_early {
-                log::warn!("federate {to} left before this one: messages on their way to it may be lost");
+                tell(Level::Warn, &PeerRemark::LeftBefore(to));
             }
         }
     }

@@ -110,6 +110,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     ///
     /// # Errors
     /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn new(
         platform: &'a mut P,
         program: &'a mut dyn Program,
@@ -162,6 +163,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     ///
     /// After the end each call gives the same result again. If it is an error, the RTI has been told, where that was
     /// possible.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if let Stage::Taking = self.stage {
             let result = match self.take_part() {
@@ -192,6 +194,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
     /// the time has come that the last [`FederateLoop::turn`] gave.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn wait(&mut self, until: Deadline) {
         let (session, peers, port) = (&mut self.session, &mut self.direct.peers, &mut self.clock_sync.port);
         self.platform.expect(self.execution.machine.next_arrival());
@@ -215,6 +218,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// One turn of a federate that takes part in the federation. `None` when it has resigned.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn take_part(&mut self) -> Result<Option<Advance>, RunError> {
         self.clock_sync.synchronize(self.platform, &mut self.execution.machine);
         if self.platform.interrupted() {
@@ -241,6 +245,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// Reads what the RTI has sent and handles it, as far as there is room for it.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn receive(&mut self) -> Result<(), RunError> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
@@ -279,6 +284,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// Runs the tags that are due and granted.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn advance(&mut self) -> Result<Advance, RunError> {
         if self.execution.phase() != Phase::Running {
             return Ok(Advance::Until(Deadline::Never));
@@ -300,6 +306,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// Begins the next tag, if it may begin; else says what it waits for.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
         let outside = self.platform.outside();
         self.execution.collect(outside, self.direct.peers.can_receive());
@@ -347,6 +354,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn level_limit(&mut self) -> Result<(Option<u16>, Advance), RunError> {
         if !self.execution.is_decentralized() {
             return Ok((self.execution.max_level(), Advance::NotGranted));
@@ -370,6 +378,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// Ends with an error what would last for ever, because some queue is too small for what others send.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
         let (now, choked) = (self.platform.now(), self.session.receiver.choked());
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
@@ -400,6 +409,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     }
 
     /// Says what to wait for, and gives until when.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn prepare_wait(&mut self, advance: Advance) -> Deadline {
         let event = match advance {
             Advance::Until(deadline) => deadline,
@@ -440,6 +450,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Says the last words, since this time. Gives until when to wait; `None` when nothing is left to do, or at a time
     /// no time for it.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
         let resigned = is_ok && !self.platform.interrupted();
         let until = since + if resigned { RESIGNATION } else { LAST_WORDS };

@@ -98,6 +98,7 @@ impl<'a, 's> Execution<'a, 's> {
     }
 
     /// The federation starts at this physical time.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn start(&mut self, start: Instant) {
         log::debug!("the federation starts");
         self.engine.start(start);
@@ -132,6 +133,7 @@ impl<'a, 's> Execution<'a, 's> {
 
     /// With centralized coordination, the tag that is next, which the RTI is told; `None` when there is none. The
     /// earliest message that is `held` counts like those in the queues.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn announce(&mut self, now: Instant, held: Tag) -> Option<Tag> {
         let event = self.engine.next_tag();
         // In a cycle without delay others may wait for this federate at a tag at which it has no event.
@@ -161,6 +163,7 @@ impl<'a, 's> Execution<'a, 's> {
     }
 
     /// There is no event. When none can come any more, the next microstep is the last tag.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn idle(&mut self, now: Instant, held: Tag, outside: &dyn Outside, can_receive: bool) -> Advance {
         // Neither the program, nor one of its threads, nor another federate can make an event out of nothing.
         let has_source = self.engine.settings().keepalive || outside.mailbox().links() > 0 || can_receive;

@@ -36,7 +36,7 @@ impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
                 (port, federate, Some(tag))
             }
             Message::PortAbsent { port, federate, tag } => (port, federate, Some(from_wire(tag))),
-            _ => return Err(self.fault(PeerFault::Unexpected(message.name()))),
+            _ => return Err(self.fault(PeerFault::Unexpected(message.message_type()))),
         };
         let input = InputId(port);
         let fits =

@@ -65,6 +65,7 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
         self.handle(message)
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
         let phase = self.execution.phase();
         too_long(bytes, error, &self.execution.engine).unwrap_or(RunError::Bytes { error, phase })
@@ -72,6 +73,7 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
 }
 
 impl<P: Platform> FromRti<'_, '_, '_, P> {
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle(&mut self, message: Message<'_>) -> Result<Fate, RunError> {
         let Execution { machine, engine, awaited, .. } = &mut *self.execution;
         match machine.handle_message(self.now, message).map_err(|error| name_input(error, engine))? {
@@ -98,6 +100,7 @@ impl<P: Platform> FromRti<'_, '_, '_, P> {
         Ok(Fate::Taken)
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), RunError> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();

@@ -3,9 +3,11 @@
 
 use core::time::Duration;
 
+use crate::remark::{PeerRemark, tell};
 use lf_coordination::{Tally, Times};
 use lf_model::time::{EventTag, Tag};
 use lf_model::{Delivery, Engine, InputId, NetworkInput, ReactionKind, Tables};
+use log::Level;
 
 /// Messages that have come too late.
 #[derive(Debug, Default)]
@@ -38,7 +40,7 @@ impl Late {
         match delivery {
             Delivery::InTime(_) => return,
             Delivery::AfterStop => {
-                log::info!("a message over {name} is for {intended}, after the last tag: it does not happen");
+                tell(Level::Info, &PeerRemark::AfterStop { input: name, intended });
                 return;
             }
             Delivery::Tardy(actual) if is_handled(engine.tables(), info) => {
@@ -48,19 +50,14 @@ impl Late {
             Delivery::Tardy(actual) => {
                 let (level, times) = self.count_unhandled();
                 let actual = EventTag::relative(actual, start);
-                log::log!(
+                tell(
                     level,
-                    "late message to federate {federate} over {name} for {intended}: it happens at {actual}, \
-                     {lateness:?} after its time{times}",
+                    &PeerRemark::Late { input: name, intended, actual: Some(actual), lateness, federate, times },
                 );
             }
             Delivery::Lost => {
                 let (level, times) = self.count_unhandled();
-                log::log!(
-                    level,
-                    "late message to federate {federate} over {name} for {intended}: it came {lateness:?} after its \
-                     time, and after the last tag, so it does not happen{times}",
-                );
+                tell(level, &PeerRemark::Late { input: name, intended, actual: None, lateness, federate, times });
             }
         }
         self.messages = self.messages.saturating_add(1);
@@ -75,14 +72,9 @@ impl Late {
 
     /// Says at the end how many there have been.
     pub(super) fn sum_up(&self) {
-        let Self { messages, unhandled, .. } = self;
-        if *unhandled > 0 {
-            log::warn!(
-                "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or \
-                 @absent_after, or give the reactions tardy handlers"
-            );
-        } else if *messages > 0 {
-            log::warn!("{messages} late messages");
+        let Self { messages, unhandled, .. } = *self;
+        if messages > 0 {
+            tell(Level::Warn, &PeerRemark::LateInAll { messages, unhandled });
         }
     }
 }

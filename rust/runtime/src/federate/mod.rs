@@ -33,3 +33,5 @@ pub use event_loop::{FederateLoop, Join, run_federate};
 pub use inbound::Inbound;
 pub use memory::Buffers;
 pub use outbound::Outbound;
+pub use waiting::Reason;
+pub(crate) use waiting::Words;

@@ -10,6 +10,8 @@ use super::peers::Peers;
 use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::{Observation, Platform};
+use crate::remark::{PeerRemark, tell};
+use log::Level;
 
 /// The connections of a federate, to send over.
 pub(super) struct Output<'x, 'a, 's, P> {
@@ -64,7 +66,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         let NetworkOutput { port, federate, max_len, .. } = *message.output;
         let Some((peer, platform)) = self.peer(federate, max_len) else {
             if tag.is_some() && self.peers.to(federate).is_some_and(Outbound::lose) {
-                log::warn!("federate {federate} has left: messages to it are lost");
+                tell(Level::Warn, &PeerRemark::Left(federate));
             }
             return Ok(());
         };

@@ -68,6 +68,7 @@ impl<'s> Session<'s> {
     ///
     /// # Errors
     /// [`RunError::RtiUnreachable`] when the time for it is over.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, RunError> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
@@ -96,12 +97,14 @@ impl<'s> Session<'s> {
     }
 
     /// Reads once, if there is something to read, for [`Receiver::next`]. `true` when the connection has ended.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.receiver.resume();
         self.receiver.connection.fill(platform) == Reading::End
     }
 
     /// Moves what the machine has to say into the output buffer, and writes it.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) {
         while self.is_open() {
             self.collect(machine);
@@ -143,6 +146,7 @@ impl<'s> Session<'s> {
     ///
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
     /// the RTI's last words are read.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> bool {
         let Some(socket) = self.receiver.connection.socket() else { return false };
         self.transmit(platform, machine);

@@ -13,6 +13,8 @@ use lf_wire::{Message, RejectCode};
 
 use crate::listener::Listener;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use crate::remark::{PeerRemark, tell};
+use log::Level;
 
 /// How many visitors there can be at once. The compiler counts their sockets, too.
 const VISITORS_MAX: usize = 2;
@@ -188,7 +190,7 @@ pub(super) fn refuse<P: Platform>(
     times: Times,
 ) {
     if times.is_told() {
-        log::warn!("a connection from {address} was refused: {code}{times}");
+        tell(Level::Warn, &PeerRemark::Refused { address, code, times });
     }
     let mut bytes = [0; 2];
     let mut rest = Message::Reject(code).encode(&mut bytes).map_or(&[][..], |length| &bytes[..length]);
@@ -213,6 +215,6 @@ fn turn_away<P: Platform>(platform: &mut P, visitor: &Visitor, times: Times) {
     let Visitor { socket, address, .. } = *visitor;
     platform.close(socket);
     if times.is_told() {
-        log::warn!("a connection from {address} did not say which federate it is, and was closed{times}");
+        tell(Level::Warn, &PeerRemark::Nameless { address, times });
     }
 }

@@ -5,13 +5,16 @@
 //! asks for it with `log-waits`.
 
 use core::fmt;
+use core::mem::{self, Discriminant};
 
 use lf_coordination::Deadline;
 use lf_coordination::federate::Phase;
 use lf_model::time::{EventTag, Instant, Interval, Tag};
+use log::Level;
 
 use super::execution::{Advance, Execution};
 use crate::error::PeerFault;
+use crate::remark::{Remark, tell};
 
 /// After how long it is said what the start of a federate waits for, and the longest pause until it is said again.
 const START_REPORT: Interval = Interval::from_secs(5);
@@ -19,7 +22,7 @@ const START_REPORT_PAUSE_MAX: Interval = Interval::from_secs(60);
 
 /// What a federate waits for.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) enum Reason {
+pub enum Reason {
     /// An RTI that takes its connection.
     Rti,
     /// An answer of the RTI in the handshake.
@@ -42,17 +45,24 @@ impl Reason {
         matches!(self, Self::Rti | Self::Answer(_) | Self::Peer(..) | Self::Others)
     }
 
-    /// Whether this is the same wait as another one.
-    fn is(self, other: Self) -> bool {
-        match (self, other) {
-            (Self::Peer(one, _), Self::Peer(other, _)) => one == other,
-            _ => self == other,
-        }
+    /// What tells this wait from others. What has gone wrong with a federate does not make another wait of it.
+    fn key(self) -> Key {
+        let (tag, federate, input) = match self {
+            Self::Rti | Self::Answer(_) | Self::Others => (Tag::NEVER, None, ""),
+            Self::Peer(federate, _) => (Tag::NEVER, Some(federate), ""),
+            Self::Grant(tag) => (tag, None, ""),
+            Self::Input(tag, name) => (tag, None, name),
+            Self::Room(tag, federate) => (tag, federate, ""),
+        };
+        let phase = if let Self::Answer(phase) = self { Some(phase) } else { None };
+        (mem::discriminant(&self), phase, tag, federate, input)
     }
 }
 
+type Key = (Discriminant<Reason>, Option<Phase>, Tag, Option<u16>, &'static str);
+
 /// A reason in words: what comes after "waiting for".
-struct Words(Reason, Instant);
+pub(crate) struct Words(pub(crate) Reason, pub(crate) Instant);
 
 impl fmt::Display for Words {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -82,7 +92,7 @@ pub(super) struct Waiting {
 
 #[derive(Clone, Copy, Debug)]
 struct Wait {
-    reason: Reason,
+    key: Key,
     since: Instant,
     /// When to say it; NEVER once it is said for good.
     due: Instant,
@@ -94,6 +104,7 @@ impl Waiting {
     /// Gives when to look again. `local` is the time of a tag on the platform's clock, `start` the federation's start.
     ///
     /// A wait counts from when it is noted, but before the time of its tag a federate waits for that only.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn note(
         &mut self,
         now: Instant,
@@ -111,17 +122,18 @@ impl Waiting {
             Reason::Grant(tag) | Reason::Input(tag, _) => local(tag).map_or(now, |time| time.max(now)),
             _ => now,
         };
-        let begun = self.now.filter(|wait| wait.reason.is(reason));
-        let mut wait = begun.unwrap_or(Wait { reason, since, due: since + limit, pause: limit });
-        wait.reason = reason;
+        let begun = self.now.filter(|wait| wait.key == reason.key());
+        let mut wait = begun.unwrap_or(Wait { key: reason.key(), since, due: since + limit, pause: limit });
         if wait.due != Instant::NEVER && wait.due <= now {
-            let lasts = now.since(wait.since).as_nanos() / 1_000_000;
+            let lasts = now.since(wait.since);
+            tell(
+                if reason.is_before_start() { Level::Info } else { Level::Warn },
+                &Remark::Waits { reason, start, lasts },
+            );
             if reason.is_before_start() {
-                log::info!("waiting for {}, for {lasts} ms", Words(reason, start));
                 wait.pause = Interval(wait.pause.as_nanos().saturating_mul(2)).min(START_REPORT_PAUSE_MAX);
                 wait.due = now + wait.pause;
             } else {
-                log::warn!("waiting for {}, for {lasts} ms", Words(reason, start));
                 wait.due = Instant::NEVER;
             }
         }
@@ -132,6 +144,7 @@ impl Waiting {
 
 /// What this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that is to take
 /// what has no room.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn reason(execution: &Execution<'_, '_>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
     let tag = execution.tag_in_question()?;
     let unknown = || execution.unknown_input(tag).map(|input| Reason::Input(tag, execution.name_of(input)));

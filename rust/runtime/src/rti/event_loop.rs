@@ -15,7 +15,9 @@ use crate::datagram::{DatagramPort, send};
 use crate::error::RunError;
 use crate::listener::Listener;
 use crate::platform::{Platform, SocketId};
+use crate::remark::{ConnectionRemark, tell};
 use crate::turn::Turn;
+use log::Level;
 
 /// How many messages of one connection are handled before the next connection has its turn.
 const MESSAGES_PER_TURN: u32 = 64;
@@ -201,7 +203,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             if self.authentication
                 && let Err(error) = self.platform.random(&mut nonce)
             {
-                log::error!("a connection is refused: {error}");
+                tell(Level::Error, &ConnectionRemark::NoRandom(error));
                 self.platform.close(socket);
                 continue;
             }
@@ -383,7 +385,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
 
     /// Clock synchronization over TCP before the start: what stands between an answer and the times that it leads to
     /// would be taken for a part of its way. So the connection whose turn it is comes before all others, and again
-    /// after each of them; its answer is written at once, and each time that begins an exchange is taken right before it is.
+    /// after each of them; its answer is written at once, and each time that begins an exchange is taken right
+    /// before it is.
     ///
     /// Whether something has come there, only reading says: the last wait is over.
     fn exchange(&mut self) {

@@ -184,7 +184,7 @@ impl<'a> Fields<'a, '_> {
     fn neighbor_count(&mut self, field: &'static str) -> Result<usize, Stop> {
         let offset = self.reader.at();
         let found = self.reader.i32()?;
-        let message = self.message_type.name();
+        let message = self.message_type;
         let count =
             u32::try_from(found).map_err(|_| Stop::Wrong(DecodeError::Negative { message, field, offset, found }))?;
         self.within(field, offset, count, self.limits.neighbors_max)
@@ -192,7 +192,7 @@ impl<'a> Fields<'a, '_> {
 
     /// The length that was found at `offset`, unless it is above `limit`.
     fn within(&self, field: &'static str, offset: usize, found: u32, limit: usize) -> Result<usize, Stop> {
-        let message = self.message_type.name();
+        let message = self.message_type;
         usize::try_from(found).ok().filter(|length| *length <= limit).ok_or(Stop::Wrong(DecodeError::OverLimit {
             message,
             field,

@@ -36,12 +36,12 @@ pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
 impl Message<'_> {
     /// The values of the length fields, checked before the first byte is written.
     fn lengths(&self) -> Result<Lengths, Beyond> {
-        let name = self.name();
+        let message = self.message_type();
         match self {
             Self::FedIds { federation_id, .. } | Self::P2pSendingFedId { federation_id, .. } => {
                 let field = "federation id length";
                 u8::try_from(federation_id.len()).map(Lengths::Id).map_err(|_| Beyond {
-                    message: name,
+                    message,
                     field,
                     length: federation_id.len(),
                     max: u8::MAX.into(),
@@ -49,10 +49,10 @@ impl Message<'_> {
             }
             Self::TaggedMessage { payload, .. }
             | Self::P2pMessage { payload, .. }
-            | Self::P2pTaggedMessage { payload, .. } => payload_length(name, payload.len()).map(Lengths::Payload),
+            | Self::P2pTaggedMessage { payload, .. } => payload_length(message, payload.len()).map(Lengths::Payload),
             Self::NeighborStructure(neighbors) => Ok(Lengths::Neighbors(
-                neighbor_count(name, "upstream count", neighbors.upstream().len())?,
-                neighbor_count(name, "downstream count", neighbors.downstream().len())?,
+                neighbor_count(message, "upstream count", neighbors.upstream().len())?,
+                neighbor_count(message, "downstream count", neighbors.downstream().len())?,
             )),
             _ => Ok(Lengths::None),
         }
@@ -143,11 +143,11 @@ impl Writer<'_> {
     }
 }
 
-fn payload_length(message: &'static str, length: usize) -> Result<u32, Beyond> {
+fn payload_length(message: MessageType, length: usize) -> Result<u32, Beyond> {
     u32::try_from(length).map_err(|_| Beyond { message, field: "payload length", length, max: u32::MAX })
 }
 
-fn neighbor_count(message: &'static str, field: &'static str, length: usize) -> Result<i32, Beyond> {
+fn neighbor_count(message: MessageType, field: &'static str, length: usize) -> Result<i32, Beyond> {
     i32::try_from(length).map_err(|_| Beyond { message, field, length, max: i32::MAX.unsigned_abs() })
 }
 
@@ -177,7 +177,7 @@ impl PayloadHeader {
 
     /// Writes the header for a payload of `length` bytes to the beginning of `target`.
     pub(crate) fn encode(&self, length: usize, target: &mut [u8]) -> Result<(), EncodeError> {
-        let length = payload_length(self.message_type.name(), length)?;
+        let length = payload_length(self.message_type, length)?;
         let mut writer = Writer::new(target, self.bytes())?;
         writer.u8(byte(self.message_type))?;
         writer.u16(self.port)?;

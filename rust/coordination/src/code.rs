@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Sentences as codes, for images without texts: which sentence, and the numbers in it.
+//!
+//! An error or a notice is an enum whose [`Display`](core::fmt::Display) is its sentence. [`coded!`](crate::coded)
+//! makes numbers of it, the place of its variant and its fields, and reads them back on another computer, which has the
+//! sentence. So a sentence stands in one place, and a code is as exact as it.
+//!
+//! A code looks like `lf#0.c.1f4."a.out -> b.in"`: numbers in hexadecimal, texts between quotation marks.
+
+use core::net::{Ipv4Addr, SocketAddrV4};
+use core::time::Duration;
+
+use lf_model::time::{EventTag, Instant, Interval, Microstep, Tag};
+use lf_model::{DeliverError, ModelError, PayloadError};
+use lf_wire::{DecodeError, MessageType, RejectCode};
+
+use crate::clock_sync::Line;
+use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
+use crate::rti::{Cause, Doubt, Notice, Outcome, Progress, SetupError, Violation, Waits};
+use crate::{FederateId, Times};
+
+/// What each code begins with.
+pub const PREFIX: &str = "lf#";
+
+/// Can be written as a code.
+pub trait Encode {
+    /// Writes what identifies the value.
+    fn encode(&self, to: &mut Writer<'_>);
+}
+
+/// Can be read from a code.
+pub trait Decode: Sized {
+    /// The value; `None` when the code is not that of one.
+    fn decode(from: &mut Reader<'_>) -> Option<Self>;
+}
+
+/// Writes a code, piece by piece.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    bytes: &'a mut [u8],
+    length: usize,
+}
+
+impl<'a> Writer<'a> {
+    /// Writes the code of `value`, which belongs to the family of this number, into these bytes: all of it, or what
+    /// fits. Gives its length.
+    pub fn write(bytes: &'a mut [u8], family: u8, value: &dyn Encode) -> usize {
+        let mut writer = Self { bytes, length: 0 };
+        writer.put(PREFIX.as_bytes());
+        writer.digits(u64::from(family));
+        value.encode(&mut writer);
+        writer.length
+    }
+
+    /// A number. Digits are hexadecimal, because they need no division.
+    #[inline(never)]
+    pub fn number(&mut self, number: u64) {
+        self.put(b".");
+        self.digits(number);
+    }
+
+    /// A text. Quotation marks in it, which names of a program do not have, would end it; a code is ASCII.
+    #[inline(never)]
+    pub fn text(&mut self, text: &str) {
+        self.put(b".\"");
+        for byte in text.as_bytes() {
+            self.put(&[if byte.is_ascii() { *byte } else { b'?' }]);
+        }
+        self.put(b"\"");
+    }
+
+    fn digits(&mut self, number: u64) {
+        let mut shift = 64_u32.saturating_sub(number.leading_zeros()).div_ceil(4).max(1) * 4;
+        while shift > 0 {
+            shift -= 4;
+            let digit = (number >> shift).to_le_bytes()[0] & 0xF;
+            self.put(&[if digit < 10 { b'0' + digit } else { b'a' - 10 + digit }]);
+        }
+    }
+
+    fn put(&mut self, text: &[u8]) {
+        for (place, byte) in self.bytes.iter_mut().skip(self.length).zip(text) {
+            *place = *byte;
+            self.length += 1;
+        }
+    }
+}
+
+/// Reads a code, piece by piece.
+#[derive(Debug)]
+pub struct Reader<'a> {
+    rest: &'a str,
+    /// Makes a text outlive the code, for errors name parts of the program, which on the board are static.
+    keep: fn(&str) -> &'static str,
+}
+
+impl<'a> Reader<'a> {
+    /// A reader of this code, and the number of the family to which what follows belongs; `None` if it is no code.
+    pub fn new(code: &'a str, keep: fn(&str) -> &'static str) -> Option<(u8, Self)> {
+        let code = code.strip_prefix(PREFIX)?;
+        let (family, rest) = code.split_at(code.find('.').unwrap_or(code.len()));
+        Some((u8::from_str_radix(family, 16).ok()?, Self { rest, keep }))
+    }
+
+    /// A number.
+    pub fn number(&mut self) -> Option<u64> {
+        let rest = self.rest.strip_prefix('.')?;
+        let (digits, rest) = rest.split_at(rest.find(|sign: char| !sign.is_ascii_hexdigit()).unwrap_or(rest.len()));
+        self.rest = rest;
+        u64::from_str_radix(digits, 16).ok()
+    }
+
+    /// A text.
+    pub fn text(&mut self) -> Option<&'static str> {
+        let (text, rest) = self.rest.strip_prefix(".\"")?.split_once('"')?;
+        self.rest = rest;
+        Some((self.keep)(text))
+    }
+
+    /// What is behind all that was read.
+    pub fn rest(self) -> &'a str {
+        self.rest
+    }
+}
+
+/// Writes and reads the variants of an enum by their place in the list, and what is in them in its order.
+#[macro_export]
+macro_rules! coded {
+    ($type:ident $(<$life:lifetime>)? {
+        $($variant:ident $(($($place:ident),*))? $({ $($field:ident),* })?),* $(,)?
+    }) => {
+        const _: () = {
+            #[derive(Clone, Copy)]
+            enum Kind { $($variant),* }
+            impl $(<$life>)? $crate::code::Encode for $type $(<$life>)? {
+                fn encode(&self, to: &mut $crate::code::Writer<'_>) {
+                    match self {
+                        $(Self::$variant $(($($place),*))? $({$($field),*})? => {
+                            to.number(Kind::$variant as u64);
+                            $($($crate::code::Encode::encode($place, to);)*)?
+                            $($($crate::code::Encode::encode($field, to);)*)?
+                        })*
+                    }
+                }
+            }
+            impl $(<$life>)? $crate::code::Decode for $type $(<$life>)? {
+                fn decode(from: &mut $crate::code::Reader<'_>) -> Option<Self> {
+                    let kind = from.number()?;
+                    $(if kind == Kind::$variant as u64 {
+                        $($(let $place = $crate::code::Decode::decode(from)?;)*)?
+                        $($(let $field = $crate::code::Decode::decode(from)?;)*)?
+                        return Some(Self::$variant $(($($place),*))? $({$($field),*})?);
+                    })*
+                    None
+                }
+            }
+        };
+    };
+}
+
+/// What is one number.
+macro_rules! numbers {
+    ($($type:ty: $value:ident => $number:expr, $from:ident => $made:expr;)*) => {$(
+        impl Encode for $type {
+            fn encode(&self, to: &mut Writer<'_>) {
+                let $value = *self;
+                to.number($number);
+            }
+        }
+        impl Decode for $type {
+            fn decode(from: &mut Reader<'_>) -> Option<Self> {
+                let $from = from.number()?;
+                $made
+            }
+        }
+    )*};
+}
+
+numbers! {
+    bool: value => u64::from(value), number => Some(number != 0);
+    u8: value => u64::from(value), number => Self::try_from(number).ok();
+    u16: value => u64::from(value), number => Self::try_from(number).ok();
+    u32: value => u64::from(value), number => Self::try_from(number).ok();
+    u64: value => value, number => Some(number);
+    usize: value => value as u64, number => Self::try_from(number).ok();
+    i32: value => i64::from(value).cast_unsigned(), number => Self::try_from(number.cast_signed()).ok();
+    i64: value => value.cast_unsigned(), number => Some(number.cast_signed());
+    Instant: value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
+    Interval: value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
+    Duration: value => Interval::from_duration(value).0.cast_unsigned(),
+        number => Some(Self::from_nanos(number));
+    FederateId: value => u64::from(value.0), number => u16::try_from(number).ok().map(Self);
+    Times: value => u64::from(value.0), number => u32::try_from(number).ok().map(Self);
+    RejectCode: value => u64::from(value.byte()), number => u8::try_from(number).ok().map(Self::from_byte);
+    MessageType: value => u64::from(value.byte()), number => Self::from_byte(u8::try_from(number).ok()?);
+    Ipv4Addr: value => u64::from(value.to_bits()), number => u32::try_from(number).ok().map(Self::from_bits);
+}
+
+/// What is made of several values.
+macro_rules! structs {
+    ($($type:ty { $($field:ident),* } = $make:expr;)*) => {$(
+        impl Encode for $type {
+            fn encode(&self, to: &mut Writer<'_>) {
+                $(structs!(@ self $field).encode(to);)*
+            }
+        }
+        impl Decode for $type {
+            fn decode(from: &mut Reader<'_>) -> Option<Self> {
+                $(let $field = Decode::decode(from)?;)*
+                Some($make)
+            }
+        }
+    )*};
+    (@ $self:ident ip) => { $self.ip() };
+    (@ $self:ident port) => { $self.port() };
+    (@ $self:ident $field:ident) => { $self.$field };
+}
+
+structs! {
+    Tag { time, microstep } = Self::new(time, Microstep(microstep));
+    EventTag { offset_from_t0, microstep } = Self::new(offset_from_t0, microstep);
+    ClockSyncReport { exchanges, unused, calm, line } = Self { exchanges, unused, calm, line };
+    Line { at, offset, drift_ppb, width } = Self { at, offset, drift_ppb, width };
+    SocketAddrV4 { ip, port } = Self::new(ip, port);
+}
+
+impl Encode for Microstep {
+    fn encode(&self, to: &mut Writer<'_>) {
+        self.0.encode(to);
+    }
+}
+
+impl Encode for &'static str {
+    fn encode(&self, to: &mut Writer<'_>) {
+        to.text(self);
+    }
+}
+
+impl Decode for &'static str {
+    fn decode(from: &mut Reader<'_>) -> Option<Self> {
+        from.text()
+    }
+}
+
+/// Bytes of a peer, which need not be a text.
+impl Encode for &[u8] {
+    fn encode(&self, to: &mut Writer<'_>) {
+        to.number(self.len() as u64);
+        for byte in *self {
+            byte.encode(to);
+        }
+    }
+}
+
+impl Decode for &[u8] {
+    /// What is no text is not told.
+    fn decode(from: &mut Reader<'_>) -> Option<Self> {
+        let mut bytes = [0; 255];
+        let length = usize::decode(from)?;
+        for place in bytes.get_mut(..length)? {
+            *place = u8::decode(from)?;
+        }
+        let text = core::str::from_utf8(bytes.get(..length)?).unwrap_or("?");
+        Some((from.keep)(text).as_bytes())
+    }
+}
+
+impl<T: Encode> Encode for Option<T> {
+    fn encode(&self, to: &mut Writer<'_>) {
+        to.number(u64::from(self.is_some()));
+        if let Some(value) = self {
+            value.encode(to);
+        }
+    }
+}
+
+impl<T: Decode> Decode for Option<T> {
+    fn decode(from: &mut Reader<'_>) -> Option<Self> {
+        if from.number()? == 0 { Some(None) } else { T::decode(from).map(Some) }
+    }
+}
+
+coded!(PayloadError {
+    Absent, NoRoom { needed, available }, Length { expected, found }, Remainder { element, found },
+    TooLong { capacity, found }, NotBool(byte), Nul, NotUtf8,
+});
+coded!(ModelError {
+    ActionFull { action, capacity }, DelayFull { connection, capacity }, Encode { output, error },
+    TagOrder { tag, against }, NotReady { tag }, NoThreadLeft { threads }, ThreadRefused { os_error },
+});
+coded!(DeliverError {
+    Full { input, capacity }, Payload { input, error }, Late { input, tag, current }, NoSuchPort { port },
+});
+coded!(DecodeError {
+    UnknownType { found }, OverLimit { message, field, offset, found, limit },
+    Negative { message, field, offset, found }, LargerThanBuffer { message, needed, capacity },
+});
+
+coded!(Phase {
+    Disconnected,
+    Authenticating,
+    Introducing,
+    Synchronizing,
+    Meeting,
+    Starting,
+    Running,
+    Resigning,
+    Ended,
+    Failed,
+});
+coded!(ConfigError { FederationIdTooLong { bytes }, NoTrials, AdvanceInterval });
+coded!(FederateError {
+    Rejected(code), RtiNotAuthentic, NoAnswer, NoClockSync, TrialsDiffer { trials }, PeerUnreachable { federate },
+    Unexpected { message, phase }, WrongDestination { federate }, LateMessage { port, tag, current },
+    BeforeStart { port, by }, RtiFailed, RtiLost { phase }, NotGranted { tag }, NotLater { tag, current },
+});
+
+coded!(SetupError {
+    FederationIdTooLong { bytes }, StartTimeMultiple, ClockSyncPeriod, Window, Federates { slots },
+    Storage { part, needed, found },
+});
+coded!(Violation {
+    Bytes(error), TooLong { bytes, max }, Unexpected(message), Clock(clock), NoSuchFederate(id),
+    Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication,
+});
+coded!(Cause {
+    Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,
+});
+coded!(Outcome { Complete, Lost { federate, cause }, NotStarted { first, missing }, Aborted });
+coded!(Doubt { NotGranted(tag), Backwards { next, completed }, Ahead { of, by } });
+coded!(Progress { Absent, Handshake(next), Joined });
+coded!(Waits {
+    Start { missing, federates, strangers }, StartFor { federate, progress }, StartForMore(more),
+    Grant { federate, tag, lasts, by, at }, Stop(federate), Sender { from, to, room, lasts },
+});
+coded!(Notice<'a> {
+    Joined(federate), Started(start), Rejected { code, federate, federation_id, violation, times },
+    RejectedBy { federate, code, times }, HandshakeAbandoned { federate, timed_out, times }, MadeWay(times),
+    Resigned(federate), Lost { federate, cause, started }, Doubtful { federate, doubt }, Waits(waits),
+    Missing(federate), UnknownType { federate, found, times }, Dropped { from, to, times }, Late { from, to, times },
+    Sum { federate, unknown, late, dropped }, InTransitFull(federate), StopRequested(federate), StopGranted(tag),
+    Stranger(from),
+});
+
+#[cfg(test)]
+mod tests {
+    use std::string::String;
+
+    use super::*;
+
+    fn code(value: &dyn Encode) -> String {
+        let mut bytes = [0; 96];
+        let length = Writer::write(&mut bytes, 2, value);
+        String::from_utf8_lossy(&bytes[..length]).into_owned()
+    }
+
+    fn back<T: Decode>(code: &str) -> Option<T> {
+        let (family, mut reader) = Reader::new(code, |text| String::from(text).leak())?;
+        let value = T::decode(&mut reader)?;
+        (family == 2 && reader.rest().is_empty()).then_some(value)
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written() {
+        let tag = |time: i64| EventTag::relative(Tag::at(Instant(time)), Instant(0));
+        for error in [
+            FederateError::NoAnswer,
+            FederateError::Rejected(RejectCode::Other(77)),
+            FederateError::Unexpected { message: MessageType::T4, phase: Phase::Meeting },
+            FederateError::LateMessage { port: 3, tag: tag(1_000_000_000), current: tag(0) },
+            FederateError::BeforeStart { port: 0, by: Interval(-5) },
+        ] {
+            assert_eq!(back(&code(&error)), Some(error));
+        }
+        let refused = Notice::Rejected {
+            code: RejectCode::FederationIdMismatch,
+            federate: None,
+            federation_id: Some(b"grid"),
+            violation: Some(Violation::Bytes(DecodeError::Negative {
+                message: MessageType::NeighborStructure,
+                field: "upstream count",
+                offset: 1,
+                found: -7,
+            })),
+            times: Times(10),
+        };
+        assert_eq!(back(&code(&refused)), Some(refused));
+        let full = ModelError::ActionFull { action: "main.a.x", capacity: 16 };
+        assert_eq!(code(&full), "lf#2.0.\"main.a.x\".10");
+        assert_eq!(back(&code(&full)), Some(full));
+    }
+
+    #[test]
+    fn what_is_no_code_is_refused() {
+        for text in ["", "lf#", "lf#2", "lf#2.e", "lf#2.0", "lf#2.1.0", "lf#3.1", "lf#2.0.\"open"] {
+            assert_eq!(back::<FederateError>(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_code_that_is_too_long_is_cut() {
+        let mut bytes = [0; 8];
+        assert_eq!(Writer::write(&mut bytes, 0, &u64::MAX), 8);
+        assert_eq!(&bytes, b"lf#0.fff");
+    }
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why the program or the RTI of an image for a board ends early.
+//!
+//! The image is not this crate's, but its sentences are here, so that the computer beside it can turn codes into them.
+
+use core::fmt;
+
+use lf_coordination::rti::Outcome;
+
+use crate::error::RunError;
+use crate::platform::NetError;
+
+/// Why the program of an image ends early.
+#[derive(Debug)]
+pub enum ImageError {
+    /// Zephyr has no descriptor left for the wake-up.
+    Platform(NetError),
+    /// A setting is of no use.
+    Settings(SettingsError),
+    /// The event loop ended early.
+    Run(RunError),
+    /// The program was started before, and its memory is in use.
+    Running,
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Platform(error) => {
+                write!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
+            }
+            Self::Settings(error) => error.fmt(f),
+            Self::Run(error) => error.fmt(f),
+            Self::Running => f.write_str("lf_main() can be called only once"),
+        }
+    }
+}
+
+impl core::error::Error for ImageError {}
+
+/// A setting that cannot be used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SettingsError {
+    /// The address of the RTI is not an IPv4 address.
+    RtiAddress,
+    /// The port of the RTI is not one.
+    RtiPort(u32),
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RtiAddress => {
+                f.write_str("CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
+            }
+            Self::RtiPort(port) => write!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
+        }
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// Why the RTI of an image ends early.
+#[derive(Debug)]
+pub enum RtiError {
+    /// A setting is of no use.
+    Settings(SettingsError),
+    /// The port cannot be listened on.
+    Listen {
+        /// The port.
+        port: u16,
+        /// Why not.
+        error: NetError,
+    },
+    /// No UDP port can be opened for clock synchronization.
+    Bind(NetError),
+    /// The event loop ended early.
+    Run(RunError),
+    /// The federation did not end as it should.
+    Ended(Outcome),
+    /// A step was taken before the other, or a second time.
+    Order,
+}
+
+impl fmt::Display for RtiError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Settings(error) => error.fmt(f),
+            Self::Listen { port, error } => {
+                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
+            }
+            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
+            Self::Run(error) => error.fmt(f),
+            Self::Ended(outcome) => outcome.fmt(f),
+            Self::Order => f.write_str("lf_rti_listen() and lf_rti_main() can be called only once, in this order"),
+        }
+    }
+}
+
+impl core::error::Error for RtiError {}

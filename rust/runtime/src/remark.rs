@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What participants say to people: each sentence once, as the [`Display`](fmt::Display) of a value that can also go
+//! out as a [`code`](lf_coordination::code), and be turned back into the sentence elsewhere.
+
+use core::fmt::{self, Write};
+use core::net::{Ipv4Addr, SocketAddrV4};
+use core::time::Duration;
+
+use lf_coordination::code::{Decode, Encode, Reader, Writer};
+use lf_coordination::federate::ClockSyncReport;
+use lf_coordination::rti::Notice;
+use lf_coordination::{Times, coded};
+use lf_model::time::{EventTag, Instant, Interval};
+use lf_wire::RejectCode;
+use log::Level;
+
+use crate::error::{PeerFault, RunError};
+use crate::federate::{Reason, Words};
+use crate::image::{ImageError, RtiError, SettingsError};
+use crate::platform::{NetError, RandomError};
+
+/// A sentence that can be told as a code: those of one type are a family, whose number the code begins with.
+pub trait Tell: fmt::Display + Encode {
+    /// The family's number.
+    const FAMILY: u8;
+}
+
+/// Gives the families their numbers, for both directions.
+macro_rules! families {
+    ($($number:literal $type:ident $(<$life:lifetime>)?),* $(,)?) => {
+        $(impl $(<$life>)? Tell for $type $(<$life>)? {
+            const FAMILY: u8 = $number;
+        })*
+
+        /// Gives the sentence of a code to `show`. `keep` makes a text outlive the code. `false` when it is none of
+        /// this release.
+        pub fn explain(
+            code: &str,
+            keep: fn(&str) -> &'static str,
+            show: &mut dyn FnMut(&dyn fmt::Display),
+        ) -> bool {
+            let Some((family, mut code)) = Reader::new(code, keep) else { return false };
+            match family {
+                $($number => {
+                    let Some(said) = $type::decode(&mut code).filter(|_| code.rest().is_empty()) else { return false };
+                    show(&said);
+                })*
+                _ => return false,
+            }
+            true
+        }
+    };
+}
+
+families! {
+    0 ImageError, 1 RtiError, 2 Notice<'a>, 3 Remark, 4 PeerRemark, 5 ConnectionRemark,
+}
+
+/// What a federate says while it goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Remark {
+    /// It has been waiting for this for so long.
+    Waits {
+        /// For what.
+        reason: Reason,
+        /// When the federation started, for the tag in it.
+        start: Instant,
+        /// For how long.
+        lasts: Interval,
+    },
+    /// The federation id is the key of the authentication, and no secret.
+    GuessableKey,
+    /// Its clock is not synchronized while the federation runs.
+    NoDatagrams,
+    /// A datagram came from there, which is not the RTI.
+    Stranger(SocketAddrV4),
+    /// What clock synchronization has found out.
+    ClockSync(ClockSyncReport),
+    /// The system has no buffers for what is to be sent.
+    NoBuffers,
+}
+
+impl fmt::Display for Remark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Waits { reason, start, lasts } => {
+                write!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
+            }
+            Self::GuessableKey => f.write_str(
+                "the federation id is the key of `auth`, and others can guess this one: choose another with --id, or \
+                 CONFIG_LF_FEDERATION_ID",
+            ),
+            Self::NoDatagrams => {
+                f.write_str("the clock is synchronized before the start only, because this image has no UDP")
+            }
+            Self::Stranger(from) => write!(f, "datagrams from {from}, which is not the RTI, are ignored"),
+            Self::ClockSync(report) => write!(f, "clock synchronization: {report}"),
+            Self::NoBuffers => f.write_str(
+                "out of network buffers: what is to be sent waits for them; more of them make it quicker \
+                 (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)",
+            ),
+        }
+    }
+}
+
+coded!(Remark {
+    Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
+});
+
+/// What a federate says of its connections with other federates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PeerRemark {
+    /// A federate has left to which this one sends.
+    Left(u16),
+    /// What a federate sent at the end of both could not be read.
+    LastMessages(RunError),
+    /// A federate goes on sending after the end of this one.
+    DoesNotEnd(u16),
+    /// A federate has left in the middle of a message.
+    LeftInMessage(u16),
+    /// A message came for a tag that there will not be.
+    AfterStop {
+        /// The connection.
+        input: &'static str,
+        /// The message's tag.
+        intended: EventTag,
+    },
+    /// A message came too late, and not all that it triggers handles that.
+    Late {
+        /// The connection.
+        input: &'static str,
+        /// The message's tag.
+        intended: EventTag,
+        /// At which tag it happens; `None` when it came after the last one.
+        actual: Option<EventTag>,
+        /// How long after its time it came.
+        lateness: Duration,
+        /// The federate that it is for.
+        federate: u16,
+        /// How many have.
+        times: Times,
+    },
+    /// At the end: some messages were late.
+    LateInAll {
+        /// How many.
+        messages: u64,
+        /// How many of them nothing in the program has handled.
+        unhandled: u64,
+    },
+    /// At the end: messages did not reach a federate.
+    Lost {
+        /// How many, at least.
+        messages: u64,
+        /// The federate.
+        to: u16,
+    },
+    /// At the end: a federate left earlier than this one.
+    LeftBefore(u16),
+    /// A connection was refused.
+    Refused {
+        /// From where it came.
+        address: Ipv4Addr,
+        /// Why.
+        code: RejectCode,
+        /// How many have been.
+        times: Times,
+    },
+    /// A connection was closed whose other end did not say who it is.
+    Nameless {
+        /// From where it came.
+        address: Ipv4Addr,
+        /// How many have been.
+        times: Times,
+    },
+}
+
+impl fmt::Display for PeerRemark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Left(federate) => write!(f, "federate {federate} has left: messages to it are lost"),
+            Self::LastMessages(error) => {
+                write!(f, "what another federate sent at the end could not be read: {error}")
+            }
+            Self::DoesNotEnd(from) => {
+                write!(f, "federate {from} does not end: what it may still send is not waited for")
+            }
+            Self::LeftInMessage(from) => write!(f, "federate {from} has left in the middle of a message"),
+            Self::AfterStop { input, intended } => {
+                write!(f, "a message over {input} is for {intended}, after the last tag: it does not happen")
+            }
+            Self::Late { input, intended, actual, lateness, federate, times } => {
+                write!(f, "late message to federate {federate} over {input} for {intended}: it ")?;
+                match actual {
+                    Some(actual) => write!(f, "happens at {actual}, {lateness:?} after its time{times}"),
+                    None => write!(
+                        f,
+                        "came {lateness:?} after its time, and after the last tag, so it does not happen{times}"
+                    ),
+                }
+            }
+            Self::LateInAll { messages, unhandled: 0 } => write!(f, "{messages} late messages"),
+            Self::LateInAll { messages, unhandled } => write!(
+                f,
+                "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or \
+                 @absent_after, or give the reactions tardy handlers"
+            ),
+            Self::Lost { messages, to } => write!(f, "at least {messages} messages to federate {to} did not reach it"),
+            Self::LeftBefore(to) => {
+                write!(f, "federate {to} left before this one: messages on their way to it may be lost")
+            }
+            Self::Refused { address, code, times } => {
+                write!(f, "a connection from {address} was refused: {code}{times}")
+            }
+            Self::Nameless { address, times } => {
+                write!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
+            }
+        }
+    }
+}
+
+coded!(PeerRemark {
+    Left(federate), LastMessages(error), DoesNotEnd(from), LeftInMessage(from), AfterStop { input, intended },
+    Late { input, intended, actual, lateness, federate, times }, LateInAll { messages, unhandled },
+    Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Nameless { address, times },
+});
+
+/// What is said of connections that come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConnectionRemark {
+    /// One cannot be authenticated.
+    NoRandom(RandomError),
+    /// The system did not hand one over.
+    NotAccepted {
+        /// Why.
+        error: NetError,
+        /// How often this has happened.
+        times: Times,
+    },
+}
+
+impl fmt::Display for ConnectionRemark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoRandom(error) => write!(f, "a connection is refused: {error}"),
+            Self::NotAccepted { error, times } => write!(f, "a connection could not be accepted: {error}{times}"),
+        }
+    }
+}
+
+coded!(ConnectionRemark { NoRandom(error), NotAccepted { error, times } });
+
+coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
+coded!(PeerFault {
+    Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
+    Stuck,
+});
+coded!(RunError {
+    RtiUnreachable { address, last }, Random(error), Federate(error), Config(error), Model(error),
+    Bytes { error, phase }, Deliver(error), Interrupted, InputFull { input }, Late { input, tag, current },
+    BeforeStart { input, by }, TooLong { input, bytes, max }, KnownTooShort { needed, found }, Bind(error),
+    Listen(error), Peer { federate, fault }, TagFull { input }, BufferTooSmall { buffer, needed, found },
+    Setup(error),
+});
+coded!(Reason {
+    Rti, Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate),
+});
+coded!(SettingsError { RtiAddress, RtiPort(port) });
+coded!(ImageError { Platform(error), Settings(error), Run(error), Running });
+coded!(RtiError { Settings(error), Listen { port, error }, Bind(error), Run(error), Ended(outcome), Order });
+
+impl Encode for RandomError {
+    fn encode(&self, to: &mut Writer<'_>) {
+        self.0.encode(to);
+    }
+}
+
+impl Decode for RandomError {
+    fn decode(from: &mut Reader<'_>) -> Option<Self> {
+        i32::decode(from).map(Self)
+    }
+}
+
+/// Whether sentences are told as sentences, and not as codes.
+pub const TEXTS: bool = cfg!(feature = "texts");
+
+/// Tells people something, at this level of importance: as a sentence, or without [`TEXTS`] as a code.
+pub fn tell<T: Tell>(level: Level, said: &T) {
+    if level > log::STATIC_MAX_LEVEL {
+        return;
+    }
+    if TEXTS {
+        log::log!(level, "{said}");
+    } else {
+        log::log!(level, "{}", Code::of(said));
+    }
+}
+
+/// Bytes of the longest code. What is longer, by the name of a connection, is cut.
+const CODE_BYTES: usize = 96;
+
+/// What is said as a code.
+#[derive(Debug)]
+pub struct Code {
+    bytes: [u8; CODE_BYTES],
+    length: usize,
+}
+
+impl Code {
+    /// The code of what is said.
+    pub fn of<T: Tell>(said: &T) -> Self {
+        let mut bytes = [0; CODE_BYTES];
+        let length = Writer::write(&mut bytes, T::FAMILY, said);
+        Self { bytes, length }
+    }
+}
+
+impl fmt::Display for Code {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let code = self.bytes.get(..self.length).unwrap_or_default();
+        // Codes are ASCII, and what checks that of a text is large.
+        code.iter().try_for_each(|byte| f.write_char(char::from(*byte)))
+    }
+}
