@@ -21,6 +21,7 @@ const MANY: usize = 8;
 pub fn sizes(applications: &Applications) -> Result<()> {
     println!("\nImages for {BOARD} in KiB: as they are, with an empty main() instead, and this project's share by the");
     println!("linker's map. The buffers of connections are in .bss; stacks are the main thread's and the RTI's.");
+    println!("Then the project's .text by the crates that it is from; what is inlined counts where it is inlined.");
     let mut table = Table::new(&[
         "",
         "flash",
@@ -35,6 +36,8 @@ pub fn sizes(applications: &Applications) -> Result<()> {
         "our flash",
         "our RAM",
     ]);
+    let mut parts =
+        Table::new(&["", "model", "wire", "coordination", "runtime", "zephyr", "core", "other crates", "C"]);
     let grid = applications.file("smart_grid/src/SmartGrid.lf");
     let joint = applications.file("smart_grid/deployment/topology3.yaml");
     let (many, alone) = many(applications)?;
@@ -46,20 +49,27 @@ pub fn sizes(applications: &Applications) -> Result<()> {
         ("joint RTI and unit A, 4 federates".to_owned(), &grid, &joint, "a"),
         (format!("RTI alone, {MANY} federates"), &many, &alone, "rti"),
     ] {
-        let (folder, flash, ram) = build(applications, file, deployment, participant)?;
-        let (empty_flash, empty_ram) = build_empty(applications, &folder)?;
-        let map = fs::read_to_string(folder.join("zephyr/zephyr.map"))?;
-        let ours = share(&map);
-        let stacks = stacks(&fs::read_to_string(folder.join("zephyr/.config"))?);
-        // The RTI's stack is in the application's own memory, and is told apart from it here.
-        let bss = ours.bss.saturating_sub(stacks.rti);
-        let both = stacks.main + stacks.rti;
-        let mut cells = vec![name];
-        let numbers = [flash, ram, empty_flash, empty_ram, ours.text, ours.rodata, ours.data, bss, both];
-        cells.extend(numbers.into_iter().chain([ours.text + ours.rodata + ours.data, ours.data + bss + both]).map(kib));
-        table.row(cells);
+        let mut empty = None;
+        for texts in [true, false] {
+            let name = if texts { name.clone() } else { format!("{name}, without texts") };
+            let (folder, flash, ram) = build(applications, file, deployment, participant, texts)?;
+            let (empty_flash, empty_ram) = match empty {
+                Some(sizes) => sizes,
+                None => *empty.insert(build_empty(applications, &folder)?),
+            };
+            let map = fs::read_to_string(folder.join("zephyr/zephyr.map"))?;
+            let ours = share(&map);
+            let stacks = stacks(&fs::read_to_string(folder.join("zephyr/.config"))?);
+            // The RTI's stack is in the application's own memory, and is told apart from it here.
+            let bss = ours.bss.saturating_sub(stacks.rti);
+            let both = stacks.main + stacks.rti;
+            let numbers = [flash, ram, empty_flash, empty_ram, ours.text, ours.rodata, ours.data, bss, both];
+            let sums = [ours.text + ours.rodata + ours.data, ours.data + bss + both];
+            table.row([name.clone()].into_iter().chain(numbers.into_iter().chain(sums).map(kib)).collect());
+            parts.row([name].into_iter().chain(text_by_part(&map).map(kib)).collect());
+        }
     }
-    println!("\n{table}");
+    println!("\n{table}\n{parts}");
     Ok(())
 }
 
@@ -94,10 +104,19 @@ fn deployment(applications: &Applications, name: &str, rti: Option<&str>, federa
 }
 
 /// Builds one image; gives its build folder, and its flash and RAM in bytes.
-fn build(applications: &Applications, file: &Path, deployment: &Path, name: &str) -> Result<(PathBuf, u64, u64)> {
-    let build = applications.build_folder(file).join("sizes").join(name);
+fn build(
+    applications: &Applications,
+    file: &Path,
+    deployment: &Path,
+    name: &str,
+    texts: bool,
+) -> Result<(PathBuf, u64, u64)> {
+    let build = applications.build_folder(file).join(if texts { "sizes" } else { "sizes-codes" }).join(name);
     let mut command = applications.west_in("lf-fed-build", file, &build);
     command.arg("--deployment").arg(deployment).args(["-f", name]);
+    if !texts {
+        command.args(["--", "-DCONFIG_LF_TEXTS=n", "-DCONFIG_LF_PANIC_TEXTS=n"]);
+    }
     run(&mut command)?;
     let folder = build.join("zephyr").join(file.file_stem().unwrap_or_default()).join(name);
     let log = fs::read_to_string(folder.with_extension("log"))?;
@@ -157,7 +176,50 @@ struct Share {
 /// What of an image is of the Rust library, of the application and of this repository's Zephyr module.
 fn share(map: &str) -> Share {
     let mut share = Share::default();
-    let Some((_, map)) = map.split_once("Linker script and memory map") else { return share };
+    for_each_of_ours(map, |section, size, _| {
+        let kind = section.trim_start_matches('.').split('.').next().unwrap_or_default();
+        match kind {
+            "text" => share.text += size,
+            "rodata" => share.rodata += size,
+            "data" => share.data += size,
+            "bss" | "noinit" | "COMMON" => share.bss += size,
+            _ => {}
+        }
+    });
+    share
+}
+
+/// The code by its crates: model, wire, coordination, runtime, zephyr, core, others; and what is C.
+fn text_by_part(map: &str) -> [u64; 8] {
+    const CRATES: [&str; 6] = ["lf_model", "lf_wire", "lf_coordination", "lf_runtime", "lf_zephyr", "core"];
+    let mut parts = [0; 8];
+    for_each_of_ours(map, |section, size, is_rust| {
+        if let Some(symbol) = section.strip_prefix(".text.") {
+            let of = crate_of(symbol);
+            let place = if is_rust { CRATES.iter().position(|name| of == Some(name)).unwrap_or(6) } else { 7 };
+            parts[place] += size;
+        }
+    });
+    parts
+}
+
+/// The first crate that a symbol names, and `core` only if there is no other. In symbols a crate's name stands after a
+/// number, with its length before it: `Cs1a2B3c_13lf_coordination`.
+fn crate_of(symbol: &str) -> Option<&str> {
+    let name = |part: &'_ str| -> Option<&str> {
+        let part = &symbol[symbol.len() - part.len()..];
+        let (number, rest) = part.split_once('_')?;
+        let digits = rest.len() - rest.trim_start_matches(|sign: char| sign.is_ascii_digit()).len();
+        let length: usize = rest[..digits].parse().ok()?;
+        number.bytes().all(|byte| byte.is_ascii_alphanumeric()).then(|| rest.get(digits..digits + length))?
+    };
+    let names = || symbol.match_indices("Cs").filter_map(|(at, _)| name(&symbol[at + 2..]));
+    names().find(|name| *name != "core").or_else(|| names().next())
+}
+
+/// Hands on each section of what is ours: its name, its bytes, and whether it is of the Rust library.
+fn for_each_of_ours(map: &str, mut each: impl FnMut(&str, u64, bool)) {
+    let Some((_, map)) = map.split_once("Linker script and memory map") else { return };
     let mut section = "";
     for line in map.lines() {
         let mut words = line.split_whitespace().peekable();
@@ -175,17 +237,9 @@ fn share(map: &str) -> Share {
         if !is_ours || address == 0 {
             continue;
         }
-        let kind = section.trim_start_matches('.').split('.').next().unwrap_or_default();
-        match kind {
-            "text" => share.text += size,
-            "rodata" => share.rodata += size,
-            "data" => share.data += size,
-            "bss" | "noinit" | "COMMON" => share.bss += size,
-            _ => {}
-        }
+        each(section, size, file.contains("librustapp.a("));
         section = "";
     }
-    share
 }
 
 fn hexadecimal(word: &str) -> Option<u64> {
@@ -244,6 +298,7 @@ Linker script and memory map
     #[test]
     fn only_what_is_ours_and_in_the_image_counts() {
         assert_eq!(share(MAP), Share { text: 0x120, rodata: 0x30, data: 0, bss: 8 });
+        assert_eq!(text_by_part(MAP), [0, 0, 0x100, 0, 0, 0, 0x20, 0]);
     }
 
     #[test]
