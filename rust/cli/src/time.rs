@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use lf_host::model::units::unit_ns;
+use lf_linux::model::units::unit_ns;
 
 /// Reads `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
 ///

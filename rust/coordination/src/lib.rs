@@ -7,13 +7,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "heap"))]
 extern crate std;
 
 pub mod auth;
 pub mod clock_sync;
 mod deadline;
 pub mod federate;
+#[cfg(feature = "heap")]
+pub mod heap;
 mod id;
 pub mod peer;
 pub mod rti;

@@ -5,11 +5,11 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use ahash::RandomState;
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
 use lf_coordination::{from_wire, to_wire};
 use lf_model::time::{Instant, Tag};
-use lf_owned_messages::encoded;
-use lf_rti_memory::{Memory, Sizes};
+use lf_testkit::messages::encoded;
 use lf_wire::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
 use crate::bounds::{Bounds, Fault};

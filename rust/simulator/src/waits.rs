@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use lf_model::time::Instant;
-use lf_random::{Random, combine};
+use lf_testkit::random::{Random, combine};
 
 use crate::program::{CAPACITY_MAX, Played};
 use crate::run::{Report, run, work_alone};

@@ -3,8 +3,8 @@
 
 use std::process::ExitCode;
 
-use lf_host::log::LevelFilter;
-use lf_host::rti::{Outcome, serve};
+use lf_linux::log::LevelFilter;
+use lf_linux::rti::{Outcome, serve};
 
 use crate::args::RtiArgs;
 use crate::failure::Failure;
@@ -24,7 +24,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     for warning in warnings {
         terminal::remark(format_args!("warning: {warning}"));
     }
-    lf_host::install_logger(LevelFilter::Info);
+    lf_linux::install_logger(LevelFilter::Info);
     let outcome = serve(&options, |port| {
         // An RTI whose output nobody reads serves its federates all the same.
         let _ = terminal::print(format_args!("{LISTENING}{port}"));
@@ -37,7 +37,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
         ))),
         outcome @ Outcome::Aborted => {
             terminal::remark(format_args!("error: {outcome}"));
-            Ok(ExitCode::from(lf_host::interruption_status()))
+            Ok(ExitCode::from(lf_linux::interruption_status()))
         }
     }
 }

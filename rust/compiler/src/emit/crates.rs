@@ -91,8 +91,8 @@ impl Crate<'_> {
         );
         match self.kind {
             CrateKind::Host => {
-                let path = toml_text(settings.lf_host);
-                text = text + "[dependencies]\nlf = { package = \"lf-host\", path = " + &path + " }\n";
+                let path = toml_text(settings.lf_linux);
+                text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + " }\n";
             }
             CrateKind::Zephyr => {
                 let path = toml_text(settings.lf_zephyr);

@@ -29,8 +29,8 @@ pub use source_map::SourceMap;
 /// What the caller decides about the generated crates.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'a> {
-    /// The folder of the crate `lf-host`, absolute or relative to a generated crate.
-    pub lf_host: &'a str,
+    /// The folder of the crate `lf-linux`, absolute or relative to a generated crate.
+    pub lf_linux: &'a str,
     /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
     pub lf_zephyr: &'a str,
     /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share

@@ -2,7 +2,7 @@
 //! Reads along on every connection: no grant may be violated by a later message.
 
 use lf_model::time::{Instant, Microstep, Tag};
-use lf_random::combine;
+use lf_testkit::random::combine;
 use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;

@@ -7,7 +7,7 @@ use std::fmt;
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use lf_model::time::Tag;
 use lf_model::{Port, Timer};
-use lf_random::mix;
+use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
 use super::tables::{port_id, tables, trigger_id};

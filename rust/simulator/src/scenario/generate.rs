@@ -2,7 +2,7 @@
 //! A scenario from a seed. Each draw is made in a fixed order, so a seed stands for one scenario.
 
 use lf_coordination::rti::WINDOW;
-use lf_random::Random;
+use lf_testkit::random::Random;
 
 use super::reactors::{Style, federate};
 use super::{

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Random reactors: what is in a federate, and in what is in it.
 
-use lf_random::Random;
+use lf_testkit::random::Random;
 
 use super::generate::Ending;
 use super::{Action, End, Link, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
