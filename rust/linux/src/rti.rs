@@ -14,6 +14,7 @@ use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, RunError, log_notice,
 
 use crate::platform::Linux;
 use crate::trace::Traced;
+pub use crate::trace::{Trace, TraceFormat};
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
@@ -91,24 +92,6 @@ impl Options {
     }
 }
 
-/// A file that the messages are written into.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Trace {
-    /// Where it is; a file that is there already is replaced.
-    pub file: PathBuf,
-    /// What it looks like.
-    pub format: TraceFormat,
-}
-
-/// What a trace looks like.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TraceFormat {
-    /// The binary format that LF's own tools read; `trace/lft.rs` says what is in it.
-    Lft,
-    /// Comma-separated values; `trace/csv.rs` says which.
-    Csv,
-}
-
 /// Why there is no RTI, or none any more.
 #[derive(Debug)]
 pub enum RtiError {
@@ -159,7 +142,8 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     if options.traces.is_empty() {
         return serve_on(host, options, listening);
     }
-    serve_on(Traced::new(host, &options.traces)?, options, listening)
+    let traced = Traced::new(host, &options.traces).map_err(|(file, error)| RtiError::Trace { file, error })?;
+    serve_on(traced, options, listening)
 }
 
 fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {

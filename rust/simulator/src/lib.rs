@@ -16,6 +16,7 @@
 
 mod check;
 mod command;
+mod compile;
 mod coverage;
 mod program;
 mod run;
@@ -40,7 +41,7 @@ pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Res
             match trial.violation {
                 None => Ok(trial.digest),
                 Some(violation) => {
-                    let option = command::option(coordination);
+                    let option = workers::option(coordination);
                     Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
                 }
             }

@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use lf_model::time::Instant;
 use lf_testkit::random::{Random, combine};
 
+use crate::compile::compile_text;
 use crate::program::{CAPACITY_MAX, Played};
 use crate::run::{Report, run, work_alone};
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
-use crate::trial::compile_text;
 
 /// No scenario takes longer than this, in virtual time.
 const LONGEST: Nanos = 5 * SEC;

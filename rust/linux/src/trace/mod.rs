@@ -10,6 +10,7 @@ mod table;
 
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddrV4};
+use std::path::PathBuf;
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
@@ -18,10 +19,30 @@ use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
 
-use crate::rti::{RtiError, Trace, TraceFormat};
 use csv::Csv;
 use lft::Lft;
 use table::{Direction, Format, Table};
+
+/// A file that the messages are written into.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Trace {
+    /// Where it is; a file that is there already is replaced.
+    pub file: PathBuf,
+    /// What it looks like.
+    pub format: TraceFormat,
+}
+
+/// What a trace looks like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TraceFormat {
+    /// The binary format that LF's own tools read; `trace/lft.rs` says what is in it.
+    Lft,
+    /// Comma-separated values; `trace/csv.rs` says which.
+    Csv,
+}
+
+/// The file that cannot be written, and why not.
+pub(crate) type TraceError = (PathBuf, std::io::Error);
 
 /// A platform whose connections are traced.
 pub(crate) struct Traced<P> {
@@ -64,14 +85,14 @@ impl<P: Platform> Traced<P> {
     ///
     /// # Errors
     /// When one of them cannot be written.
-    pub(crate) fn new(platform: P, traces: &[Trace]) -> Result<Self, RtiError> {
+    pub(crate) fn new(platform: P, traces: &[Trace]) -> Result<Self, TraceError> {
         let mut table = Table::default();
         for Trace { file, format } in traces {
             let format: Box<dyn Format> = match format {
                 TraceFormat::Lft => Box::new(Lft::default()),
                 TraceFormat::Csv => Box::new(Csv),
             };
-            table.add_file(file, format).map_err(|error| RtiError::Trace { file: file.clone(), error })?;
+            table.add_file(file, format).map_err(|error| (file.clone(), error))?;
         }
         let (connections, ports) = (BTreeMap::new(), BTreeMap::new());
         Ok(Self { platform, connections, ports, datagrams: Vec::new(), table })

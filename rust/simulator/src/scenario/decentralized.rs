@@ -5,7 +5,7 @@
 use lf_testkit::random::{Random, combine};
 
 use super::{Decentralized, MS, Scenario, US, has_cycle};
-use crate::scenario::generate::Ending;
+use crate::scenario::reactors::Ending;
 
 impl Scenario {
     /// The scenario of a seed. It has no waits yet: see [`waits`](crate::waits).

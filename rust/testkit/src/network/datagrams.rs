@@ -5,25 +5,9 @@ use std::net::SocketAddrV4;
 
 use lf_runtime::platform::{NetError, SocketId};
 
-use super::socket::Kind;
+use super::socket::{Arriving, Kind};
 use super::switch::Network;
 use super::{Medium, address_of};
-
-/// Datagrams on their way to a port: when each comes, from where, and what it carries.
-#[derive(Debug, Default)]
-pub(crate) struct Arriving(Vec<(u64, SocketAddrV4, Vec<u8>)>);
-
-impl Arriving {
-    /// When the first one comes.
-    pub(crate) fn next_time(&self) -> Option<u64> {
-        self.0.iter().map(|(at, ..)| *at).min()
-    }
-
-    fn take(&mut self, now: u64) -> Option<(SocketAddrV4, Vec<u8>)> {
-        let first = (0..self.0.len()).min_by_key(|index| self.0[*index].0)?;
-        (self.0[first].0 <= now).then(|| self.0.swap_remove(first)).map(|(_, from, bytes)| (from, bytes))
-    }
-}
 
 impl<M: Medium> Network<M> {
     /// Opens a port for datagrams; port 0 stands for one that no other socket of the participant has.

@@ -2,11 +2,25 @@
 //! The sockets of one participant.
 
 use std::collections::VecDeque;
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_runtime::platform::{Interest, NetError, SocketId};
 
-use super::datagrams::Arriving;
+/// Datagrams on their way to a port: when each comes, from where, and what it carries.
+#[derive(Debug, Default)]
+pub(crate) struct Arriving(pub(super) Vec<(u64, SocketAddrV4, Vec<u8>)>);
+
+impl Arriving {
+    /// When the first one comes.
+    pub(crate) fn next_time(&self) -> Option<u64> {
+        self.0.iter().map(|(at, ..)| *at).min()
+    }
+
+    pub(crate) fn take(&mut self, now: u64) -> Option<(SocketAddrV4, Vec<u8>)> {
+        let first = (0..self.0.len()).min_by_key(|index| self.0[*index].0)?;
+        (self.0[first].0 <= now).then(|| self.0.swap_remove(first)).map(|(_, from, bytes)| (from, bytes))
+    }
+}
 
 /// What a socket is.
 #[derive(Debug)]

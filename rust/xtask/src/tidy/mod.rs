@@ -2,6 +2,7 @@
 //! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
 //! the documentation and its maps, and files that do not belong in the tree.
 
+mod circles;
 mod crates;
 mod documents;
 mod rules;
@@ -34,6 +35,7 @@ const RULES: &[(&str, Rule)] = &[
     ("paths in documents", documents::paths_exist),
     ("crates in the maps", crates::maps_complete),
     ("what crates may know", crates::known_crates),
+    ("circles of files", circles::no_circles),
 ];
 
 /// Checks the repository; every rule counts as one test.
