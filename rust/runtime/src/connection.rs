@@ -1,93 +1,140 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One TCP connection with its two buffers.
+//!
+//! A connection knows bytes and no messages. It reads once at a time, so that a fast peer cannot keep an event loop
+//! from its other work, and only when a wait has told that there is something; it writes as much as the system takes.
 
-use lf_wire::{InBuffer, OutBuffer};
+use lf_wire::{InBuffer, OutBuffer, Storage};
 
-use crate::federate::{Inbound, Outbound, Peers};
-use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use crate::platform::{Interest, Platform, SocketId, Transfer};
 
-/// Buffers that a connection uses as long as it lasts, and the next connection after it.
+/// A connection, or the place for one: its socket, as long as there is one, and its buffers, which the next one uses
+/// after it.
 #[derive(Debug)]
-pub struct Buffers<'s> {
-    /// What has come and is not handled yet. It must hold the longest message that can come.
-    pub input: InBuffer<&'s mut [u8]>,
-    /// What is to be sent. It must hold the longest message that can be sent, and control messages beside it.
-    pub output: OutBuffer<&'s mut [u8]>,
-    /// Of a federate: the connections with others, past the RTI.
-    pub(crate) peers: Peers<'s>,
+pub(crate) struct Connection<'s> {
+    socket: Option<SocketId>,
+    /// What has come and is not handled yet.
+    pub(crate) input: InBuffer<&'s mut [u8]>,
+    /// What is to be sent.
+    pub(crate) output: OutBuffer<&'s mut [u8]>,
+    /// There may be something to read.
+    readable: bool,
+    /// Nothing more comes.
+    ended: bool,
 }
 
-impl<'s> Buffers<'s> {
-    /// Empty buffers in the owner's memory.
-    pub fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
-        Self { input: InBuffer::new(input), output: OutBuffer::new(output), peers: Peers::default() }
+/// What one read has found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Reading {
+    /// Nothing.
+    Nothing,
+    /// Bytes, which are in the buffer.
+    Bytes,
+    /// The peer has closed its direction, or the connection broke: nothing more comes after what is in the buffer.
+    End,
+}
+
+impl<'s> Connection<'s> {
+    /// A place for a connection, with buffers in the owner's memory.
+    pub(crate) fn new(input: &'s mut [u8], output: &'s mut [u8]) -> Self {
+        let (input, output) = (InBuffer::new(input), OutBuffer::new(output));
+        Self { socket: None, input, output, readable: false, ended: false }
     }
 
-    /// With connections to the federates of [`Federation::peers_out`], in the same order, and as many places for
-    /// connections from others as [`Federation::peers_in`] has.
-    ///
-    /// [`Federation::peers_out`]: crate::Federation::peers_out
-    /// [`Federation::peers_in`]: crate::Federation::peers_in
-    #[must_use]
-    pub fn with_peers(self, outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
-        Self { peers: Peers::new(outbound, inbound), ..self }
+    /// The connection is there, and something may have come already.
+    pub(crate) fn open(&mut self, socket: SocketId) {
+        (self.socket, self.readable, self.ended) = (Some(socket), true, false);
     }
 
-    /// Forgets what belonged to a connection that has ended.
-    pub(crate) fn clear(&mut self) {
+    /// The socket, as long as the connection is there.
+    pub(crate) fn socket(&self) -> Option<SocketId> {
+        self.socket
+    }
+
+    /// Whether nothing more comes, apart from what has come.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Something may have come, though no wait has told.
+    pub(crate) fn look(&mut self) {
+        self.readable = true;
+    }
+
+    /// Whether [`Connection::fill`] would read.
+    pub(crate) fn is_due(&mut self) -> bool {
+        self.readable && !self.ended && self.socket.is_some() && !self.input.space().is_empty()
+    }
+
+    /// Reads once, if something may have come and there is space for it.
+    pub(crate) fn fill<P: Platform>(&mut self, platform: &mut P) -> Reading {
+        let Some(socket) = self.socket.filter(|_| self.readable && !self.ended) else { return Reading::Nothing };
+        if self.input.space().is_empty() {
+            return Reading::Nothing;
+        }
+        self.readable = false;
+        let reading = read(platform, socket, &mut self.input, usize::MAX);
+        self.ended = reading == Reading::End;
+        reading
+    }
+
+    /// Writes what is pending, as much as the system takes. `false` when the connection is broken.
+    pub(crate) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
+        self.socket.is_none_or(|socket| write(platform, socket, &mut self.output))
+    }
+
+    /// Says what to wait for: bytes, if they are wanted and there is space, and room if something is pending.
+    pub(crate) fn set_interest<P: Platform>(&mut self, platform: &mut P, wanted: bool) {
+        if let Some(socket) = self.socket {
+            let readable = wanted && !self.ended && !self.input.space().is_empty();
+            platform.set_interest(socket, Interest { readable, writable: !self.output.is_empty() });
+        }
+    }
+
+    /// A wait found this socket ready.
+    pub(crate) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+        self.readable |= self.socket == Some(ready) && interest.readable;
+    }
+
+    /// Closes the socket, if there is one, and forgets what belonged to the connection.
+    pub(crate) fn close<P: Platform>(&mut self, platform: &mut P) {
+        if let Some(socket) = self.socket.take() {
+            platform.close(socket);
+        }
+        (self.readable, self.ended) = (false, false);
         self.input.clear();
         self.output.clear();
     }
 }
 
-/// How a connection is after reading.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Reading {
-    /// More may come.
-    Open,
-    /// The peer has closed its direction: nothing more comes after what is in the buffer.
-    Ended,
+/// Reads once, at most so many bytes, and no more than there is space for, of which there has to be some.
+pub(crate) fn read<P: Platform, B: Storage>(
+    platform: &mut P,
+    socket: SocketId,
+    input: &mut InBuffer<B>,
+    bytes_max: usize,
+) -> Reading {
+    let space = input.space();
+    let bytes = space.len().min(bytes_max);
+    match platform.read(socket, space.get_mut(..bytes).unwrap_or_default()) {
+        Ok(Transfer::Bytes(count)) => {
+            input.filled(count);
+            Reading::Bytes
+        }
+        Ok(Transfer::WouldBlock) => Reading::Nothing,
+        Ok(Transfer::Closed) | Err(_) => Reading::End,
+    }
 }
 
-impl Buffers<'_> {
-    /// Reads once, as much as there is space for.
-    ///
-    /// One call does one read, so that a fast peer cannot keep the event loop from its other work.
-    ///
-    /// # Errors
-    /// When the connection broke.
-    pub(crate) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<Reading, NetError> {
-        let space = self.input.space();
-        if space.is_empty() {
-            return Ok(Reading::Open);
-        }
-        match platform.read(socket, space)? {
-            Transfer::Bytes(count) => {
-                self.input.filled(count);
-                Ok(Reading::Open)
-            }
-            Transfer::WouldBlock => Ok(Reading::Open),
-            Transfer::Closed => Ok(Reading::Ended),
+/// Writes what is pending, as much as the system takes; bounded by the size of the buffer. `false` when the connection
+/// is broken: reading finds its end, after the peer's last words.
+pub(crate) fn write<P: Platform, B: Storage>(platform: &mut P, socket: SocketId, output: &mut OutBuffer<B>) -> bool {
+    while !output.is_empty() {
+        match platform.write(socket, output.pending()) {
+            Ok(Transfer::Bytes(count)) => output.consume(count),
+            Ok(Transfer::WouldBlock) => break,
+            Ok(Transfer::Closed) | Err(_) => return false,
         }
     }
-
-    /// Writes what is pending, as much as the system takes; bounded by the size of the buffer.
-    ///
-    /// # Errors
-    /// When the connection broke.
-    pub(crate) fn flush<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> Result<(), NetError> {
-        while !self.output.is_empty() {
-            match platform.write(socket, self.output.pending())? {
-                Transfer::Bytes(count) => self.output.consume(count),
-                Transfer::WouldBlock => break,
-                Transfer::Closed => return Err(NetError::Reset),
-            }
-        }
-        Ok(())
-    }
-
-    /// What to wait for: bytes if there is space, and room if something is pending.
-    pub(crate) fn interest(&mut self) -> Interest {
-        Interest { readable: !self.input.space().is_empty(), writable: !self.output.is_empty() }
-    }
+    true
 }

@@ -9,6 +9,10 @@ use lf_model::time::Interval;
 use lf_wire::MessageType;
 use log::LevelFilter;
 
+/// Whether federates can have connections with others, past the RTI, as those with decentralized coordination do: the
+/// feature `peers`. Without it nothing that handles such connections is linked.
+pub const PEERS: bool = cfg!(feature = "peers");
+
 /// One participant's program: a federate, or an unfederated main reactor.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {

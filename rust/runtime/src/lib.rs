@@ -10,23 +10,25 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate std;
+
 mod connection;
 mod datagram;
 mod description;
 mod error;
 mod federate;
+mod listener;
 pub mod platform;
 mod rti;
 mod turn;
 mod unfederated;
 
-pub use connection::Buffers;
 pub use description::{
-    CONTROL_BYTES, Description, Federation, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
+    CONTROL_BYTES, Description, Federation, PEERS, TAGGED_MESSAGE_HEADER_BYTES, buffer_bytes, peer_buffer_bytes,
 };
 pub use error::{PeerFault, RunError};
-pub use federate::{FederateLoop, Join, run_federate};
-pub use federate::{Inbound, Outbound};
+pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, run_federate};
 pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 pub use lf_wire::DELAY_NONE;

@@ -128,9 +128,6 @@ pub enum Observation {
 
 /// The system under an event loop.
 pub trait Platform {
-    /// Whether federates on it can have connections with other federates, past the RTI, as those with decentralized
-    /// coordination do. Where they cannot, nothing that handles such connections is linked.
-    const PEERS: bool = true;
     /// Whether it has UDP. Where it has not, nothing that synchronizes clocks while the federation runs is linked.
     const DATAGRAMS: bool = true;
 

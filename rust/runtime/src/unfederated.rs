@@ -98,7 +98,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
 }
 
 /// The world of a program without neighbors.
-struct World(&'static dyn Outside);
+pub(crate) struct World(pub(crate) &'static dyn Outside);
 
 impl Env for World {
     fn outside(&self) -> &'static dyn Outside {

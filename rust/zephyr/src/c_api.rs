@@ -28,10 +28,10 @@ impl Federate<'_> {
     /// Runs the federate on Zephyr, logging as much as `logging` and Kconfig both let through.
     ///
     /// The outcome becomes the status that `lf_main()` returns; an error is logged, and given to the fatal hook.
-    pub fn run<const PEERS: bool, E: fmt::Display>(
+    pub fn run<E: fmt::Display>(
         self,
         logging: LevelFilter,
-        run: impl FnOnce(&mut ZephyrPlatform<PEERS>) -> Result<(), E>,
+        run: impl FnOnce(&mut ZephyrPlatform) -> Result<(), E>,
     ) {
         crate::logger::install(logging);
         *self.status = match ZephyrPlatform::new() {

@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
 use lf_runtime::{
-    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, PEERS, RunError, run_federate, run_unfederated,
 };
 
 use crate::platform::ZephyrPlatform;
@@ -166,9 +166,9 @@ impl<
     ///
     /// # Errors
     /// Why it ended early.
-    pub fn run<const PEERS: bool>(
+    pub fn run(
         &'static self,
-        platform: &mut ZephyrPlatform<PEERS>,
+        platform: &mut ZephyrPlatform,
         description: &'static Description,
         program: impl FnOnce() -> P,
     ) -> Result<(), ImageError> {
@@ -232,15 +232,14 @@ pub const fn awaited_inputs(description: &Description) -> usize {
     }
 }
 
-/// Whether a program has connections with other federates, past the RTI.
-pub const fn has_peers(description: &Description) -> bool {
+/// Whether the crate has what its program needs: the feature `peers` for connections with other federates, past the RTI.
+pub const fn has_needed(description: &Description) -> bool {
     match &description.federation {
         Some(federation) => {
-            matches!(federation.coordination, Coordination::Decentralized)
-                || !federation.peers_in.is_empty()
-                || !federation.peers_out.is_empty()
+            let is_centralized = matches!(federation.coordination, Coordination::Centralized);
+            PEERS || is_centralized && federation.peers_in.is_empty() && federation.peers_out.is_empty()
         }
-        None => false,
+        None => true,
     }
 }
 

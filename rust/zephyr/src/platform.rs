@@ -25,10 +25,9 @@ const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVA
 
 /// [`Platform`] for Zephyr: `SOCKETS` sockets, and the program's wake-up.
 ///
-/// One program has one; a second one would share the wake-up. An RTI has one beside it that nobody wakes. `PEERS` is
-/// [`Platform::PEERS`].
+/// One program has one; a second one would share the wake-up. An RTI has one beside it that nobody wakes.
 #[derive(Debug)]
-pub struct ZephyrPlatform<const PEERS: bool = true, const SOCKETS: usize = LF_SOCKETS> {
+pub struct ZephyrPlatform<const SOCKETS: usize = LF_SOCKETS> {
     places: [Place; SOCKETS],
     /// The descriptor of the wake-up; negative where there is none, which a poll ignores.
     wake: c_int,
@@ -50,7 +49,7 @@ struct Socket {
     lacks_buffers: bool,
 }
 
-impl<const PEERS: bool, const SOCKETS: usize> ZephyrPlatform<PEERS, SOCKETS> {
+impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
     /// The platform of the program, without sockets.
     ///
     /// # Errors
@@ -144,8 +143,7 @@ impl<const SOCKETS: usize> Set<SOCKETS> {
     }
 }
 
-impl<const PEERS: bool, const SOCKETS: usize> Platform for ZephyrPlatform<PEERS, SOCKETS> {
-    const PEERS: bool = PEERS;
+impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     const DATAGRAMS: bool = cfg!(CONFIG_NET_UDP);
 
     fn now(&mut self) -> Instant {

@@ -78,7 +78,7 @@ pub const fn buffer_bytes(description: &Description) -> usize {
 /// The connections, the listener, and a port for datagrams.
 const SOCKETS: usize = LF_RTI_CONNECTIONS + 1 + if cfg!(CONFIG_NET_UDP) { 1 } else { 0 };
 
-type RtiPlatform = ZephyrPlatform<false, SOCKETS>;
+type RtiPlatform = ZephyrPlatform<SOCKETS>;
 
 /// Why the RTI of an image ends early.
 #[derive(Debug)]

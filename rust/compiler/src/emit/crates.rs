@@ -97,13 +97,20 @@ impl Crate<'_> {
             CrateKind::Zephyr => {
                 let path = toml_text(settings.lf_zephyr);
                 text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-                text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + " }\n\n";
+                let peers = if self.has_peers() { ", features = [\"peers\"]" } else { "" };
+                text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + peers + " }\n\n";
                 text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
                 text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
                 text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
             }
         }
         text
+    }
+
+    /// Whether its federate has connections with others, past the RTI.
+    fn has_peers(&self) -> bool {
+        let is_direct = |federate: &Federate| !federate.peers_in().is_empty() || !federate.peers_out().is_empty();
+        self.federate.is_some_and(|federate| self.plan.is_decentralized() || is_direct(federate))
     }
 
     /// `lib.rs`: attributes and modules.

@@ -1,345 +1,194 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the event loop does with its connections to other federates.
-//!
-//! Over one connection come messages for several inputs. One that finds no room in the queue of its input is held where
-//! it lies, and what comes behind it for other inputs is taken: with decentralized coordination, word of those may be
-//! what lets the tag begin that makes room.
+//! What federates say to each other past the RTI: heard in time, and told of when it is too late.
 
-use lf_coordination::federate::{Awaited, Phase};
-use lf_coordination::{Tally, Times, from_wire};
-use lf_model::time::{EventTag, Instant, Tag};
-use lf_model::{Delivery, Engine, InputId, NetworkInput, Program, ReactionKind};
-use lf_wire::{InBuffer, Limits, Message, tag_in_header};
+use lf_coordination::federate::{Federate, Phase};
+use lf_model::InputId;
+use lf_model::time::Instant;
 
-use super::FederateLoop;
-use super::input::{next_at, too_long};
-use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
-use crate::error::{PeerFault, RunError};
-use crate::platform::{Observation, Platform};
+use super::execution::Execution;
+use super::from_peer::FromPeer;
+use super::late::Late;
+use super::peers::Peers;
+use crate::description::PEERS;
+use crate::error::RunError;
+use crate::platform::Platform;
 
-impl<P: Platform> FederateLoop<'_, '_, P> {
+/// The connections past the RTI, and what has come too late over them.
+#[derive(Debug)]
+pub(super) struct Direct<'a, 's> {
+    pub(super) peers: Peers<'a, 's>,
+    late: Late,
+    /// The id of this federate.
+    id: u16,
+}
+
+impl<'a, 's> Direct<'a, 's> {
+    /// Nothing has come yet.
+    pub(super) fn new(peers: Peers<'a, 's>, id: u16) -> Self {
+        Self { peers, late: Late::default(), id }
+    }
+
+    /// How many messages have come too late.
+    pub(super) fn late_messages(&self) -> u64 {
+        self.late.messages()
+    }
+
+    /// How many messages are known not to have reached their receivers.
+    pub(super) fn lost_messages(&self) -> u64 {
+        self.peers.receivers().fold(0, |sum, (_, outbound)| sum.saturating_add(outbound.lost()))
+    }
+
     /// Makes the connections to other federates, and takes those that come from them.
-    pub(super) fn meet_peers(&mut self) -> Result<(), RunError> {
-        if !P::PEERS {
+    pub(super) fn meet<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> Result<(), RunError> {
+        if !PEERS {
             return Ok(());
         }
-        let begun = self.machine.phase() >= Phase::Running;
-        self.peers.welcome(self.platform, self.federation_id, self.federation.peers_in, begun);
-        self.peers.look_for_ends(self.platform);
-        let Some(index) = self.meeting.filter(|_| self.machine.phase() == Phase::Meeting) else { return Ok(()) };
-        let introduction = Message::P2pSendingFedId { federate: self.federation.id, federation_id: self.federation_id };
-        let outcome = self.peers.establish(self.platform, index, &introduction);
-        let now = self.platform.now();
-        if let Some(connected) = outcome {
-            self.meeting = None;
-            if connected {
-                self.machine.peer_connected(now);
-            } else {
-                let fault = self.peers.trouble(index).unwrap_or(PeerFault::Unanswered);
-                let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
+        self.peers.welcome(platform, machine.phase() >= Phase::Running);
+        self.peers.look_for_ends(platform);
+        if machine.phase() != Phase::Meeting {
+            return Ok(());
+        }
+        match self.peers.establish(platform) {
+            None => {}
+            Some(Ok(())) => machine.peer_connected(platform.now()),
+            Some(Err((federate, fault))) => {
                 log::debug!("federate {federate} {fault}");
-                self.machine.peer_lost(now).map_err(|_| RunError::Peer { federate, fault })?;
+                machine.peer_lost(platform.now()).map_err(|_| RunError::Peer { federate, fault })?;
             }
         }
         Ok(())
     }
 
-    /// Takes what other federates have sent, as far as there is room for it.
-    pub(super) fn receive_directly(&mut self) -> Result<(), RunError> {
-        if self.takes_messages() {
-            for inbound in self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some()) {
-                inbound.fill(self.platform);
+    /// Reads what other federates have sent, as far as a wait has told of it, and takes what there is room for.
+    pub(super) fn receive<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_>,
+    ) -> Result<(), RunError> {
+        if takes_messages(execution) {
+            for inbound in self.peers.inbound() {
+                inbound.fill(platform);
             }
         }
-        self.take_messages()
+        self.take(platform, execution)
     }
 
-    /// Takes what has come until now, though no wait has told of it. `true` when there was something.
-    pub(super) fn sweep(&mut self) -> Result<bool, RunError> {
+    /// The same, though no wait has told of it. `true` when there was something.
+    pub(super) fn sweep<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_>,
+    ) -> Result<bool, RunError> {
         let mut any = false;
-        if self.takes_messages() {
-            for inbound in self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some()) {
-                any |= inbound.fill_now(self.platform);
+        if takes_messages(execution) {
+            for inbound in self.peers.inbound() {
+                any |= inbound.fill_now(platform);
             }
         }
-        self.take_messages()?;
+        self.take(platform, execution)?;
         Ok(any)
     }
 
-    /// Sends other federates what is still to be sent, and closes the connections to them. With decentralized
-    /// coordination, one that `resigned` also reads what they send until they end too: what comes now is late. `false`
-    /// when there is nothing left to do, or at a time no time for it.
-    pub(super) fn take_leave_of_peers(&mut self, resigned: bool, until: Instant) -> bool {
-        let in_time = self.platform.now() < until;
-        let hears = resigned && self.is_decentralized() && self.hear_out(in_time);
-        let sends = self.peers.take_leave(self.platform, hears) && in_time;
+    /// Takes what was held, if it may have room now.
+    pub(super) fn take_held<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_>,
+    ) -> Result<(), RunError> {
+        if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
+    }
+
+    /// Takes what has come, as far as there is room for it; bounded by the sizes of the buffers.
+    fn take<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>) -> Result<(), RunError> {
+        self.peers.take_stale();
+        if !takes_messages(execution) {
+            return Ok(());
+        }
+        let (now, to) = (execution.physical(platform.now()), self.id);
+        for inbound in self.peers.inbound() {
+            let Some(from) = inbound.from() else { continue };
+            inbound.receiver().resume();
+            let (platform, late) = (&mut *platform, &mut self.late);
+            let mut policy = FromPeer { platform, execution, late, from: from.0, to, now };
+            while inbound.next(&mut policy)?.is_some() {}
+            if !inbound.has_ended() {
+                continue;
+            }
+            // A tag that makes room for what is held may have to wait for the other inputs.
+            execution.end_inputs(from.0, |port| inbound.holds_for(port));
+            if inbound.receiver().held().bytes() == 0 {
+                log::debug!("federate {from} has left");
+                if inbound.has_rest() {
+                    log::warn!("federate {from} has left in the middle of a message");
+                }
+                inbound.close(platform);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a federate whose receive buffer is full of messages without room would have to send word of another of
+    /// its inputs, for which this one waits for ever: then which input holds the messages.
+    pub(super) fn starved(&mut self, execution: &Execution<'_, '_>) -> Option<InputId> {
+        self.peers.inbound().iter_mut().find_map(|inbound| {
+            let (from, input) = (inbound.from()?, inbound.choked()?);
+            execution.starves_for(from.0).then_some(input)
+        })
+    }
+
+    /// Sends other federates what is still to be sent, and closes the connections to them. One that is to hear them out
+    /// also reads what they send until they end too: what comes now is late. `false` when nothing is left to do.
+    pub(super) fn leave<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_>,
+        hears: bool,
+        until: Instant,
+    ) -> bool {
+        let in_time = platform.now() < until;
+        let hears = hears && self.hear_out(platform, execution, in_time);
+        let sends = self.peers.leave(platform, hears) && in_time;
         if !hears && !sends {
-            self.peers.close(self.platform);
+            self.peers.close(platform);
         }
         hears || sends
     }
 
     /// Reads once what other federates send at their end. `true` while more can come, and there is time.
-    fn hear_out(&mut self, in_time: bool) -> bool {
-        if let Err(error) = self.sweep() {
+    fn hear_out<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>, in_time: bool) -> bool {
+        if let Err(error) = self.sweep(platform, execution) {
             log::warn!("what another federate sent at the end could not be read: {error}");
             return false;
         }
         if !in_time {
-            for from in self.peers.inbound.iter().filter_map(|inbound| inbound.from) {
+            for from in self.peers.senders() {
                 log::warn!("federate {from} does not end: what it may still send is not waited for");
             }
         }
-        in_time && self.peers.can_receive::<P>()
+        in_time && self.peers.can_receive()
     }
 
-    /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
-    fn takes_messages(&self) -> bool {
-        match self.machine.phase() {
-            Phase::Running => P::PEERS,
-            Phase::Resigning | Phase::Ended => self.is_decentralized(),
-            _ => false,
+    /// Says how many messages have come too late, or nowhere.
+    pub(super) fn report_losses(&self, execution: &Execution<'_, '_>) {
+        if !execution.is_decentralized() {
+            return;
         }
-    }
-
-    /// Takes what lies in the receive buffers, as far as there is room for it; bounded by their sizes.
-    pub(super) fn take_messages(&mut self) -> Result<(), RunError> {
-        self.peers.stale = false;
-        if !self.takes_messages() {
-            return Ok(());
-        }
-        let mut receiver = Receiver {
-            now: self.machine.clock().physical(self.platform.now()),
-            engine: &mut self.engine,
-            program: &mut *self.program,
-            awaited: &mut self.awaited,
-            federate: self.federation.id,
-            late: &mut self.late,
-        };
-        for inbound in self.peers.inbound.iter_mut() {
-            let Some(from) = inbound.from else { continue };
-            let mut alike = inbound.held.release();
-            let limits = Limits {
-                payload_bytes_max: inbound.input.capacity().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES),
-                ..Limits::NONE
-            };
-            let fault = |fault| RunError::Peer { federate: from.0, fault };
-            loop {
-                let next = next_at(&inbound.input, inbound.held.bytes(), &limits);
-                let next = next.map_err(|error| {
-                    let bytes = inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default();
-                    too_long(bytes, error, receiver.engine).unwrap_or(fault(PeerFault::Bytes(error)))
-                });
-                let Some((message, length)) = next? else { break };
-                if let Message::P2pTaggedMessage { port, tag, .. } = message {
-                    self.platform.observe(Observation::Receives { port, tag: from_wire(tag) });
-                }
-                match receiver.take(from.0, &message).map_err(|refusal| refusal.of(from.0))? {
-                    None => {
-                        inbound.input.remove(inbound.held.bytes(), length);
-                        alike = alike.saturating_sub(length);
-                    }
-                    // With those behind it, whose tags are later.
-                    Some((tag, input)) => inbound.held.hold(length.max(core::mem::take(&mut alike)), tag, Some(input)),
-                }
+        self.late.sum_up();
+        for (to, outbound) in self.peers.receivers() {
+            if outbound.lost() > 0 {
+                log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost());
+            } else if outbound.has_left_early() {
+                log::warn!("federate {to} left before this one: messages on their way to it may be lost");
             }
-            // What is left is the beginning of a message that will not become whole.
-            if inbound.has_ended() && inbound.held.bytes() == 0 {
-                if !inbound.input.bytes().is_empty() {
-                    log::warn!("federate {from} has left in the middle of a message");
-                }
-                inbound.close(self.platform);
-                receiver.left(from.0);
-            } else if inbound.has_ended() {
-                receiver.is_leaving(from.0, &inbound.input, inbound.held.bytes(), &limits);
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether a message for an earlier tag than this has begun to come, and is not whole yet. The rest of one that
-    /// finds no room in the receive buffer, behind messages that wait for room themselves, comes only when a tag has
-    /// made some.
-    pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
-        self.peers.inbound.iter_mut().filter(|inbound| inbound.from.is_some() && !inbound.has_ended()).any(|inbound| {
-            let rest = inbound.input.bytes().get(inbound.held.bytes()..).unwrap_or_default();
-            let is_earlier = tag_in_header(rest).is_some_and(|earlier| from_wire(earlier) < tag);
-            is_earlier && !inbound.input.space().is_empty()
-        })
-    }
-}
-
-/// Messages that have come too late.
-#[derive(Debug, Default)]
-pub(super) struct Late {
-    pub(super) messages: u64,
-    /// Those of them that not all reactions handle.
-    pub(super) unhandled: u64,
-    /// The same, to tell them now and then.
-    told: Tally,
-}
-
-impl Late {
-    /// One more that not all reactions handle: how loudly it is said, with how many there have been.
-    fn count_unhandled(&mut self) -> (log::Level, Times) {
-        self.unhandled = self.unhandled.saturating_add(1);
-        let times = self.told.count();
-        (if times.is_told() { log::Level::Warn } else { log::Level::Debug }, times)
-    }
-}
-
-/// The parts of the loop that a message of another federate changes.
-struct Receiver<'a, 's> {
-    engine: &'a mut Engine<'s>,
-    program: &'a mut dyn Program,
-    awaited: &'a mut Awaited<'s>,
-    late: &'a mut Late,
-    /// This federate.
-    federate: u16,
-    /// The federation's physical time.
-    now: Instant,
-}
-
-/// Why a message cannot be used.
-enum Refusal {
-    Fault(PeerFault),
-    Error(RunError),
-}
-
-impl Refusal {
-    fn of(self, federate: u16) -> RunError {
-        match self {
-            Self::Fault(fault) => RunError::Peer { federate, fault },
-            Self::Error(error) => error,
         }
     }
 }
 
-impl Receiver<'_, '_> {
-    /// Takes a message of this federate; `Some` when it has to wait for room, with its tag.
-    fn take(&mut self, from: u16, message: &Message<'_>) -> Result<Option<(Tag, InputId)>, Refusal> {
-        let (port, federate, tag) = match *message {
-            Message::P2pMessage { port, federate, .. } => (port, federate, None),
-            Message::P2pTaggedMessage { port, federate, tag, .. } | Message::PortAbsent { port, federate, tag } => {
-                (port, federate, Some(from_wire(tag)))
-            }
-            _ => return Err(Refusal::Fault(PeerFault::Unexpected(message.name()))),
-        };
-        let input = InputId(port);
-        let info = self.engine.tables().inputs.get(usize::from(port));
-        let fits =
-            |info: &&NetworkInput| federate == self.federate && info.federate == from && info.physical == tag.is_none();
-        let Some(info) = info.filter(fits) else {
-            return Err(Refusal::Fault(PeerFault::WrongInput { federate, port }));
-        };
-        // What comes after the last tag needs no room.
-        let needs_room = tag.is_none_or(|tag| tag <= self.engine.stop_tag()) && !self.engine.is_done();
-        if needs_room && !self.engine.has_room(self.program, input) {
-            return Ok(Some((tag.unwrap_or(Tag::FOREVER), input)));
-        }
-        match (*message, tag) {
-            (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
-                let delivery = self.engine.deliver_tardy(self.program, input, tag, payload);
-                let delivery = delivery.map_err(|error| Refusal::Error(error.into()))?;
-                self.awaited.learn(port, happens(delivery).unwrap_or(tag));
-                self.report(info, tag, delivery);
-            }
-            (Message::P2pMessage { payload, .. }, _) => {
-                let delivery = self.engine.deliver_physical(self.program, input, self.now, payload);
-                delivery.map_err(|error| Refusal::Error(error.into()))?;
-            }
-            (_, Some(tag)) => self.awaited.learn(port, tag),
-            (_, None) => {}
-        }
-        Ok(None)
-    }
-
-    /// This federate sends nothing any more.
-    fn left(&mut self, from: u16) {
-        log::debug!("federate {from} has left");
-        for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
-            self.awaited.learn(port, Tag::FOREVER);
-        }
-    }
-
-    /// This federate has ended, and the last that it has sent waits for room: nothing more comes at its other inputs,
-    /// and a tag that makes room may have to wait for them.
-    fn is_leaving(&mut self, from: u16, buffer: &InBuffer<&mut [u8]>, held: usize, limits: &Limits) {
-        let waits = |awaited: u16| {
-            let mut at = 0;
-            while at < held {
-                match next_at(buffer, at, limits) {
-                    Ok(Some((Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. }, length))) => {
-                        if port == awaited {
-                            return true;
-                        }
-                        at += length;
-                    }
-                    Ok(Some((_, length))) => at += length,
-                    Ok(None) | Err(_) => return true,
-                }
-            }
-            false
-        };
-        for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
-            if !waits(port) {
-                self.awaited.learn(port, Tag::FOREVER);
-            }
-        }
-    }
-
-    /// Says what has come too late, and counts it.
-    fn report(&mut self, info: &NetworkInput, tag: Tag, delivery: Delivery) {
-        let start = self.engine.start_time();
-        let (name, intended) = (info.name, EventTag::relative(tag, start));
-        let lateness = self.now.duration_since(tag.time);
-        match delivery {
-            Delivery::InTime(_) => return,
-            Delivery::AfterStop => {
-                log::info!("a message over {name} is for {intended}, after the last tag: it does not happen");
-                return;
-            }
-            Delivery::Tardy(actual) if self.is_handled(info) => {
-                let actual = EventTag::relative(actual, start);
-                log::debug!("late message over {name} for {intended}: it happens at {actual}, {lateness:?} late");
-            }
-            Delivery::Tardy(actual) => {
-                let (level, times) = self.late.count_unhandled();
-                let (federate, actual) = (self.federate, EventTag::relative(actual, start));
-                log::log!(
-                    level,
-                    "late message to federate {federate} over {name} for {intended}: it happens at {actual}, \
-                     {lateness:?} after its time{times}",
-                );
-            }
-            Delivery::Lost => {
-                let (level, times) = self.late.count_unhandled();
-                let federate = self.federate;
-                log::log!(
-                    level,
-                    "late message to federate {federate} over {name} for {intended}: it came {lateness:?} after its \
-                     time, and after the last tag, so it does not happen{times}",
-                );
-            }
-        }
-        self.late.messages = self.late.messages.saturating_add(1);
-    }
-
-    /// Whether every reaction that a value of this input triggers has a handler for tardy ones.
-    fn is_handled(&self, info: &NetworkInput) -> bool {
-        let tables = self.engine.tables();
-        let port = tables.triggers.get(usize::from(info.trigger.0)).and_then(|trigger| trigger.kind.fills());
-        let reactions =
-            port.and_then(|port| tables.ports.get(usize::from(port.0))).map_or(&[][..], |port| port.reactions);
-        let handles = |reaction: &lf_model::ReactionInfo| reaction.kind == ReactionKind::Body && reaction.tardy;
-        !reactions.is_empty() && reactions.iter().all(|id| tables.reactions.get(usize::from(id.0)).is_some_and(handles))
-    }
-}
-
-/// The tag at which a message happens, if it does.
-fn happens(delivery: Delivery) -> Option<Tag> {
-    match delivery {
-        Delivery::InTime(tag) | Delivery::Tardy(tag) => Some(tag),
-        Delivery::AfterStop | Delivery::Lost => None,
+/// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
+fn takes_messages(execution: &Execution<'_, '_>) -> bool {
+    match execution.phase() {
+        Phase::Running => PEERS,
+        Phase::Resigning | Phase::Ended => execution.is_decentralized(),
+        _ => false,
     }
 }

@@ -1,331 +1,132 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections with other federates, past the RTI: one in each direction in which something is sent.
 //!
-//! A connection is made by the side that sends. Each has a bounded buffer of its own: what does not fit there holds the
-//! sender's tag open, and what does not fit into its input's queue stays there unread, so that TCP slows the sender.
+//! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at by
+//! others; this part makes the connections, takes those that come, and ends them.
 
 use core::net::SocketAddrV4;
 
-use lf_coordination::peer::{Answer, read_answer};
 use lf_coordination::{Deadline, FederateId};
-use lf_model::time::{Instant, Interval};
-use lf_wire::{InBuffer, Message, OutBuffer, RejectCode};
+use lf_model::time::{Instant, Tag};
+use lf_wire::{Message, RejectCode};
 
-use super::input::Held;
+use super::inbound::Inbound;
+use super::outbound::Outbound;
 use super::visitors::{Introduced, Visitors, refuse};
+use crate::description::{Federation, PEERS};
 use crate::error::PeerFault;
-use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
-
-/// How long a connection to another federate may take until that has answered; then it is made anew.
-const ANSWER_TIME_OUT: Interval = Interval::from_secs(10);
-
-/// A connection to a federate to which this one sends directly, with its memory.
-#[derive(Debug)]
-pub struct Outbound<'s> {
-    pub(super) output: OutBuffer<&'s mut [u8]>,
-    answer: InBuffer<[u8; 2]>,
-    state: State,
-    /// When the wait for the answer of the other federate is over.
-    answer_due: Instant,
-    /// Why the last attempt has failed.
-    trouble: Option<PeerFault>,
-    /// Since when a message has had no room.
-    pub(super) stuck: Option<Instant>,
-    /// Messages that the other federate cannot have got, because it has left.
-    lost: u64,
-    /// The other federate has left before this one.
-    left_early: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum State {
-    /// It is not to be made yet.
-    Absent,
-    /// An attempt is under way; `true` when the socket says that it has an outcome.
-    Connecting(SocketId, bool),
-    /// This federate has said who it is, and the other one has not answered.
-    Introduced(SocketId),
-    /// Messages can be sent.
-    Open(SocketId),
-    /// The other one has left.
-    Ended,
-}
-
-/// A connection from a federate that sends to this one directly, with its memory.
-#[derive(Debug)]
-pub struct Inbound<'s> {
-    pub(super) input: InBuffer<&'s mut [u8]>,
-    socket: Option<SocketId>,
-    /// Whose it is, once that is known.
-    pub(super) from: Option<FederateId>,
-    /// The messages at the front of the receive buffer that wait for room.
-    pub(super) held: Held,
-    readable: bool,
-    ended: bool,
-}
-
-impl<'s> Outbound<'s> {
-    /// A connection that is still to be made, with a send buffer in this memory.
-    pub fn new(output: &'s mut [u8]) -> Self {
-        let (output, answer) = (OutBuffer::new(output), InBuffer::new([0; 2]));
-        let (state, answer_due) = (State::Absent, Instant::NEVER);
-        Self { output, answer, state, answer_due, trouble: None, stuck: None, lost: 0, left_early: false }
-    }
-
-    /// Whether the other federate has left, so that what is sent to it goes nowhere.
-    pub(super) fn has_ended(&self) -> bool {
-        self.state == State::Ended
-    }
-
-    /// One more message for a federate that has left. `true` for the first.
-    pub(super) fn lose(&mut self) -> bool {
-        self.lost = self.lost.saturating_add(1);
-        self.lost == 1
-    }
-
-    /// How many messages are lost at least.
-    pub(super) fn lost(&self) -> u64 {
-        self.lost
-    }
-
-    /// Whether the other federate has left before this one: what was on its way then may be lost too.
-    pub(super) fn has_left_early(&self) -> bool {
-        self.left_early
-    }
-
-    /// Writes what is pending. A connection that is broken is over.
-    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) {
-        let (State::Introduced(socket) | State::Open(socket)) = self.state else { return };
-        while !self.output.is_empty() {
-            match platform.write(socket, self.output.pending()) {
-                Ok(Transfer::Bytes(count)) => {
-                    self.output.consume(count);
-                    self.stuck = None;
-                }
-                Ok(Transfer::WouldBlock) => return,
-                Ok(Transfer::Closed) | Err(_) => return self.lose_peer(platform),
-            }
-        }
-    }
-
-    /// The other side has ended the connection.
-    fn lose_peer<P: Platform>(&mut self, platform: &mut P) {
-        self.left_early |= matches!(self.state, State::Open(_));
-        self.end(platform);
-    }
-
-    /// The other side has left, or cannot be reached.
-    fn end<P: Platform>(&mut self, platform: &mut P) {
-        if let State::Connecting(socket, _) | State::Introduced(socket) | State::Open(socket) = self.state {
-            platform.close(socket);
-        }
-        // Its last message at least is not complete.
-        let loses = matches!(self.state, State::Open(_)) && !self.output.is_empty();
-        self.lost = self.lost.saturating_add(u64::from(loses));
-        self.state = State::Ended;
-        self.output.clear();
-        self.answer.clear();
-        self.stuck = None;
-    }
-
-    /// Goes on with a connection that is being made. `Some` when it is there (`true`), or cannot be made (`false`).
-    fn establish<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Option<bool> {
-        match self.step(platform, introduction) {
-            Ok(connected) => connected.then_some(true),
-            Err(fault) => {
-                self.trouble = Some(fault);
-                self.end(platform);
-                Some(false)
-            }
-        }
-    }
-
-    /// `true` when the connection is there.
-    fn step<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Result<bool, PeerFault> {
-        if let State::Connecting(socket, true) = self.state {
-            platform.connected(socket).map_err(PeerFault::Unreachable)?;
-            self.output.push(introduction).map_err(|_| PeerFault::Unreachable(NetError::NoSocketLeft))?;
-            self.state = State::Introduced(socket);
-        }
-        self.flush(platform);
-        if let State::Introduced(socket) = self.state {
-            match platform.read(socket, self.answer.space()) {
-                Ok(Transfer::Bytes(count)) => self.answer.filled(count),
-                Ok(Transfer::WouldBlock) => {}
-                Ok(Transfer::Closed) => return Err(PeerFault::Unanswered),
-                Err(error) => return Err(PeerFault::Unreachable(error)),
-            }
-            match read_answer(self.answer.bytes()) {
-                Answer::Incomplete => {}
-                Answer::Accepted => {
-                    self.state = State::Open(socket);
-                    return Ok(true);
-                }
-                Answer::Rejected(code) => return Err(PeerFault::Refuses(code)),
-                Answer::Wrong(error) => return Err(PeerFault::Bytes(error)),
-            }
-        }
-        if self.state == State::Ended {
-            return Err(self.trouble.unwrap_or(PeerFault::Unanswered));
-        }
-        let attempts = matches!(self.state, State::Connecting(..) | State::Introduced(_));
-        if attempts && platform.now() < self.answer_due { Ok(false) } else { Err(PeerFault::Unanswered) }
-    }
-
-    /// When to give up the attempt that is under way.
-    fn answer_due(&self) -> Option<Instant> {
-        matches!(self.state, State::Connecting(..) | State::Introduced(_)).then_some(self.answer_due)
-    }
-
-    /// Looks for the end of the other side, which never says anything else.
-    fn look_for_end<P: Platform>(&mut self, platform: &mut P, ready: SocketId) {
-        if self.state == State::Open(ready)
-            && !matches!(platform.read(ready, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
-        {
-            self.lose_peer(platform);
-        }
-    }
-
-    fn set_interest<P: Platform>(&self, platform: &mut P) {
-        match self.state {
-            State::Connecting(socket, _) => platform.set_interest(socket, Interest::WRITE),
-            State::Introduced(socket) | State::Open(socket) => {
-                platform.set_interest(socket, Interest { readable: true, writable: !self.output.is_empty() });
-            }
-            State::Absent | State::Ended => {}
-        }
-    }
-}
-
-impl<'s> Inbound<'s> {
-    /// A place for a connection that is still to come, with a receive buffer in this memory.
-    pub fn new(input: &'s mut [u8]) -> Self {
-        let input = InBuffer::new(input);
-        Self { input, socket: None, from: None, held: Held::NONE, readable: false, ended: false }
-    }
-
-    /// Reads once, if a wait has told that there is something to read.
-    pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) {
-        if self.readable {
-            self.fill_now(platform);
-        }
-    }
-
-    /// Reads once. `true` when there was something to read, or the end.
-    pub(super) fn fill_now<P: Platform>(&mut self, platform: &mut P) -> bool {
-        let Some(socket) = self.socket.filter(|_| !self.ended) else { return false };
-        let space = self.input.space();
-        if space.is_empty() {
-            return false;
-        }
-        self.readable = false;
-        match platform.read(socket, space) {
-            Ok(Transfer::Bytes(count)) => self.input.filled(count),
-            Ok(Transfer::WouldBlock) => return false,
-            Ok(Transfer::Closed) | Err(_) => self.ended = true,
-        }
-        true
-    }
-
-    /// Whether nothing more comes, apart from what has come.
-    pub(super) fn has_ended(&self) -> bool {
-        self.ended
-    }
-
-    /// Frees the place.
-    pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if let Some(socket) = self.socket.take() {
-            platform.close(socket);
-        }
-        (self.from, self.readable, self.ended) = (None, false, false);
-        self.held = Held::NONE;
-        self.input.clear();
-    }
-}
+use crate::platform::{Interest, NetError, Platform, SocketId};
 
 /// All connections with other federates.
 #[derive(Debug)]
-pub(crate) struct Peers<'s> {
-    pub(super) outbound: &'s mut [Outbound<'s>],
-    pub(super) inbound: &'s mut [Inbound<'s>],
+pub(super) struct Peers<'a, 's> {
+    outbound: &'s mut [Outbound<'s>],
+    inbound: &'s mut [Inbound<'s>],
     visitors: Visitors,
+    federation: &'a Federation,
+    federation_id: &'a [u8],
+    /// Which of the outbound connections is being made.
+    meeting: Option<usize>,
     /// Messages wait in a receive buffer, and there may be room for them now.
-    pub(super) stale: bool,
+    stale: bool,
 }
 
-impl Default for Peers<'_> {
-    fn default() -> Self {
-        Self::new(&mut [], &mut [])
+impl<'a, 's> Peers<'a, 's> {
+    /// Connections to the federates of [`Federation::peers_out`], in the same order, and places for those from
+    /// [`Federation::peers_in`].
+    pub(super) fn new(
+        outbound: &'s mut [Outbound<'s>],
+        inbound: &'s mut [Inbound<'s>],
+        federation: &'a Federation,
+        federation_id: &'a [u8],
+    ) -> Self {
+        let visitors = Visitors::default();
+        Self { outbound, inbound, visitors, federation, federation_id, meeting: None, stale: false }
     }
-}
 
-impl<'s> Peers<'s> {
-    pub(crate) fn new(outbound: &'s mut [Outbound<'s>], inbound: &'s mut [Inbound<'s>]) -> Self {
-        Self { outbound, inbound, visitors: Visitors::default(), stale: false }
+    /// The connections that lead here; none without the feature.
+    pub(super) fn inbound(&mut self) -> &mut [Inbound<'s>] {
+        if PEERS { self.inbound } else { &mut [] }
+    }
+
+    /// The connections that lead to others; none without the feature.
+    fn outbound(&self) -> &[Outbound<'s>] {
+        if PEERS { self.outbound } else { &[] }
+    }
+
+    fn outbound_mut(&mut self) -> &mut [Outbound<'s>] {
+        if PEERS { self.outbound } else { &mut [] }
+    }
+
+    /// The connections that lead to others, with these.
+    pub(super) fn receivers(&self) -> impl Iterator<Item = (u16, &Outbound<'s>)> {
+        self.federation.peers_out.iter().copied().zip(self.outbound())
+    }
+
+    /// The connection to this federate.
+    pub(super) fn to(&mut self, federate: u16) -> Option<&mut Outbound<'s>> {
+        let index = self.federation.peers_out.iter().position(|peer| *peer == federate)?;
+        self.outbound_mut().get_mut(index)
+    }
+
+    /// Gives whether messages may have room that wait since before this was asked last.
+    pub(super) fn take_stale(&mut self) -> bool {
+        core::mem::take(&mut self.stale)
     }
 
     /// A tag has been begun: there is room for messages that wait.
     pub(super) fn look_again(&mut self) {
         self.stale = true;
-        for inbound in self.inbound.iter_mut() {
-            inbound.held.look_again();
+        for inbound in self.inbound() {
+            inbound.receiver().look_again();
         }
     }
 
     /// Begins to await connections, if any are to come; gives the port.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<Option<u16>, NetError> {
-        if !P::PEERS || self.inbound.is_empty() {
+        if self.inbound().is_empty() {
             return Ok(None);
         }
         self.visitors.listen(platform).map(Some)
     }
 
-    /// Begins to connect.
-    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, index: usize, address: SocketAddrV4) {
-        let Some(outbound) = self.outbound.get_mut(index).filter(|_| P::PEERS) else { return };
-        outbound.end(platform);
-        match platform.connect(address) {
-            Ok(socket) => outbound.state = State::Connecting(socket, false),
-            Err(error) => outbound.trouble = Some(PeerFault::Unreachable(error)),
+    /// Begins to connect to this federate.
+    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, federate: FederateId, address: SocketAddrV4) {
+        log::debug!("connecting to federate {federate} at {address}");
+        self.meeting = self.federation.peers_out.iter().position(|peer| *peer == federate.0);
+        if let Some(outbound) = self.to(federate.0) {
+            outbound.connect(platform, address);
         }
-        outbound.answer_due = platform.now() + ANSWER_TIME_OUT;
     }
 
-    /// Why the last attempt to connect to the federate with this index has failed.
-    pub(super) fn trouble(&self, index: usize) -> Option<PeerFault> {
-        self.outbound.get(index)?.trouble
+    /// Goes on with the connection that is being made. `Some` when it is there, or cannot be made.
+    pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
+        let index = self.meeting?;
+        let introduction = Message::P2pSendingFedId { federate: self.federation.id, federation_id: self.federation_id };
+        let outbound = self.outbound_mut().get_mut(index)?;
+        let connected = outbound.establish(platform, &introduction)?;
+        let fault = outbound.trouble().unwrap_or(PeerFault::Unanswered);
+        self.meeting = None;
+        let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
+        Some(if connected { Ok(()) } else { Err((federate, fault)) })
     }
 
-    /// Goes on with the connection that is being made, if it has this index. See [`Outbound::establish`].
-    pub(super) fn establish<P: Platform>(
-        &mut self,
-        platform: &mut P,
-        index: usize,
-        introduction: &Message<'_>,
-    ) -> Option<bool> {
-        self.outbound.get_mut(index)?.establish(platform, introduction)
+    /// The federate to which a connection is being made, or else the one that is `next` among those to which this one
+    /// sends, and why the last attempt has failed.
+    pub(super) fn meets(&self, next: Option<usize>) -> Option<(u16, Option<PeerFault>)> {
+        self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble()))
     }
 
-    /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not started
+    /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not `begun`
     /// with all of them. Bounded by the number of places.
-    pub(super) fn welcome<P: Platform>(
-        &mut self,
-        platform: &mut P,
-        federation_id: &[u8],
-        awaited: &[u16],
-        begun: bool,
-    ) {
-        if begun && self.inbound.iter().all(|inbound| inbound.from.is_some()) {
+    pub(super) fn welcome<P: Platform>(&mut self, platform: &mut P, begun: bool) {
+        if begun && self.inbound().iter().all(|inbound| inbound.from().is_some()) {
             return self.visitors.close(platform);
         }
-        while let Some(Introduced { federate, socket, address }) = self.visitors.receive(platform, federation_id) {
-            match self.place_for(platform, federate, awaited, begun) {
-                Ok(place) => {
-                    let inbound = &mut self.inbound[place];
-                    (inbound.from, inbound.socket, inbound.readable) = (Some(federate), Some(socket), true);
-                    // The first byte of a connection always finds room.
-                    let _ = platform.write(socket, &[lf_wire::MessageType::Ack.byte()]);
-                }
+        while let Some(visitor) = self.visitors.receive(platform, self.federation_id) {
+            let Introduced { federate, socket, address } = visitor;
+            match self.place_for(platform, federate, begun) {
+                Ok(place) => place.open(platform, federate, socket),
                 Err(code) => refuse(platform, socket, address, code, self.visitors.refused.count()),
             }
         }
@@ -336,36 +137,32 @@ impl<'s> Peers<'s> {
         &mut self,
         platform: &mut P,
         federate: FederateId,
-        awaited: &[u16],
         begun: bool,
-    ) -> Result<usize, RejectCode> {
-        if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from == Some(federate)) {
+    ) -> Result<&mut Inbound<'s>, RejectCode> {
+        if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from() == Some(federate)) {
             // It may have come anew, because its first connection was lost.
             before.fill_now(platform);
-            if begun || !before.ended {
+            if begun || !before.has_ended() {
                 return Err(RejectCode::IdInUse);
             }
             before.close(platform);
         }
-        let vacant = self.inbound.iter().position(|inbound| inbound.from.is_none());
-        vacant.filter(|_| awaited.contains(&federate.0)).ok_or(RejectCode::IdOutOfRange)
+        let is_awaited = self.federation.peers_in.contains(&federate.0);
+        let vacant = self.inbound.iter_mut().find(|inbound| inbound.from().is_none());
+        vacant.filter(|_| is_awaited).ok_or(RejectCode::IdOutOfRange)
     }
 
-    /// Writes what is pending on all connections. `true` when nothing is left.
-    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
-        if !P::PEERS {
-            return true;
-        }
-        for outbound in self.outbound.iter_mut() {
+    /// Writes what is pending on all connections.
+    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) {
+        for outbound in self.outbound_mut() {
             outbound.flush(platform);
         }
-        self.outbound.iter().all(|outbound| outbound.output.is_empty())
     }
 
     /// Sends what is still to be sent, and closes each connection when that is done. Those over which something may
     /// come stay open as long as this federate `hears`. `false` when nothing is left to be sent.
-    pub(super) fn take_leave<P: Platform>(&mut self, platform: &mut P, hears: bool) -> bool {
-        if !P::PEERS {
+    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, hears: bool) -> bool {
+        if !PEERS {
             return false;
         }
         self.visitors.close(platform);
@@ -374,37 +171,42 @@ impl<'s> Peers<'s> {
         }
         self.look_for_ends(platform);
         self.flush(platform);
-        for outbound in self.outbound.iter_mut().filter(|outbound| outbound.output.is_empty()) {
+        for outbound in self.outbound.iter_mut().filter(|outbound| outbound.is_empty()) {
             outbound.end(platform);
         }
-        self.outbound.iter().any(|outbound| !outbound.output.is_empty())
+        self.outbound.iter().any(|outbound| !outbound.is_empty())
+    }
+
+    /// The federates that can still send something directly.
+    pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
+        let inbound: &[Inbound<'s>] = if PEERS { self.inbound } else { &[] };
+        inbound.iter().filter_map(Inbound::from)
     }
 
     /// Whether another federate can still send something directly.
-    pub(super) fn can_receive<P: Platform>(&self) -> bool {
-        P::PEERS && self.inbound.iter().any(|inbound| inbound.from.is_some())
+    pub(super) fn can_receive(&self) -> bool {
+        self.senders().next().is_some()
     }
 
-    /// Since when the federate with this index has taken nothing though this one waits for that.
-    pub(super) fn stuck<P: Platform>(&self) -> Option<(usize, Instant)> {
-        if !P::PEERS {
-            return None;
-        }
-        let stuck = |(index, outbound): (usize, &Outbound<'_>)| outbound.stuck.map(|since| (index, since));
-        self.outbound.iter().enumerate().filter_map(stuck).min_by_key(|(_, since)| *since)
+    /// Whether a message for an earlier tag than this has begun to come. See [`Inbound::awaits_rest_before`].
+    pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
+        self.inbound().iter_mut().any(|inbound| inbound.awaits_rest_before(tag))
+    }
+
+    /// The federate that has taken nothing for longest though this one waits for that, and since when.
+    pub(super) fn stuck(&self) -> Option<(u16, Instant)> {
+        let stuck = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.stuck()?)));
+        stuck.min_by_key(|(_, since)| *since)
     }
 
     /// Says what to wait for; messages only while the program can take them.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, running: bool) {
-        if !P::PEERS {
+        if !PEERS {
             return;
         }
         self.visitors.set_interest(platform);
         for inbound in self.inbound.iter_mut() {
-            let wanted = !inbound.ended && running && !inbound.input.space().is_empty();
-            if let Some(socket) = inbound.socket {
-                platform.set_interest(socket, if wanted { Interest::READ } else { Interest::NONE });
-            }
+            inbound.set_interest(platform, running);
         }
         for outbound in self.outbound.iter() {
             outbound.set_interest(platform);
@@ -412,48 +214,41 @@ impl<'s> Peers<'s> {
     }
 
     /// A wait found this socket ready.
-    pub(super) fn handle_ready<P: Platform>(&mut self, ready: SocketId, interest: Interest) {
-        if !P::PEERS {
+    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+        if !PEERS {
             return;
         }
         self.visitors.handle_ready(ready);
-        for inbound in self.inbound.iter_mut().filter(|inbound| inbound.socket == Some(ready)) {
-            inbound.readable |= interest.readable;
+        for inbound in self.inbound.iter_mut() {
+            inbound.handle_ready(ready, interest);
         }
         for outbound in self.outbound.iter_mut() {
-            if let State::Connecting(socket, has_outcome) = &mut outbound.state {
-                *has_outcome |= *socket == ready;
-            }
+            outbound.handle_ready(ready);
         }
     }
 
     /// Notices which federates have left.
     pub(super) fn look_for_ends<P: Platform>(&mut self, platform: &mut P) {
-        for outbound in self.outbound.iter_mut() {
-            if let State::Open(socket) = outbound.state {
-                outbound.look_for_end(platform, socket);
-            }
+        for outbound in self.outbound_mut() {
+            outbound.look_for_end(platform);
         }
     }
 
     /// When there is something to do though no socket is ready.
-    pub(super) fn poll_timeout<P: Platform>(&mut self, running: bool) -> Deadline {
-        if !P::PEERS {
+    pub(super) fn poll_timeout(&mut self, running: bool) -> Deadline {
+        if !PEERS {
             return Deadline::Never;
         }
-        let unread = |inbound: &mut Inbound<'_>| {
-            inbound.readable && inbound.from.is_some() && !inbound.ended && !inbound.input.space().is_empty()
-        };
-        if running && (self.stale || self.inbound.iter_mut().any(unread)) {
+        if running && (self.stale || self.inbound.iter_mut().any(Inbound::is_due)) {
             return Deadline::Now;
         }
-        let answers = self.outbound.iter().filter_map(Outbound::answer_due).min();
-        self.visitors.poll_timeout().min(answers.into())
+        let answers = self.outbound.iter().map(Outbound::poll_timeout).min().unwrap_or(Deadline::Never);
+        self.visitors.poll_timeout().min(answers)
     }
 
     /// Ends all connections.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if !P::PEERS {
+        if !PEERS {
             return;
         }
         self.visitors.close(platform);

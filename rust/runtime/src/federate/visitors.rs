@@ -11,6 +11,7 @@ use lf_coordination::{Deadline, FederateId, Tally, Times};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, RejectCode};
 
+use crate::listener::Listener;
 use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
 
 /// How many visitors there can be at once. The compiler counts their sockets, too.
@@ -19,8 +20,6 @@ const VISITORS_MAX: usize = 2;
 const INTRODUCTION_TIME_OUT: Interval = Interval::from_secs(10);
 /// How long it has for that while others wait for its place.
 const CROWDED_TIME_OUT: Interval = Interval::from_millis(250);
-/// How long no connection is accepted after the system has had no resources for one.
-const ACCEPT_PAUSE: Interval = Interval::from_millis(100);
 /// How many bytes of an introduction are read at once.
 const PIECE_BYTES: usize = 64;
 /// How much of what a refused visitor has said is read at most.
@@ -46,25 +45,19 @@ pub(super) struct Introduced {
 /// The listener and those who have come to it.
 #[derive(Debug, Default)]
 pub(super) struct Visitors {
-    listener: Option<SocketId>,
-    /// Somebody may wait at the listener.
-    acceptable: bool,
-    /// When to accept again after the system had no resources.
-    accept_again: Option<Instant>,
+    listener: Listener,
     places: [Option<Visitor>; VISITORS_MAX],
     /// How many have gone without having said who they are.
     nameless: Tally,
     /// How many have been refused.
     pub(super) refused: Tally,
-    /// How often the system had no resources.
-    failures: Tally,
 }
 
 impl Visitors {
     /// Begins to await connections; gives the port.
     pub(super) fn listen<P: Platform>(&mut self, platform: &mut P) -> Result<u16, NetError> {
         let listener = platform.listen(0)?;
-        (self.listener, self.acceptable) = (Some(listener), true);
+        self.listener = Listener::new(listener);
         platform.local_port(listener)
     }
 
@@ -75,16 +68,16 @@ impl Visitors {
         for place in &mut self.places {
             let Some(visitor) = place else { continue };
             match visitor.read(platform, federation_id) {
-                Reading::Waits if visitor.since + INTRODUCTION_TIME_OUT > now => {}
-                Reading::Waits | Reading::Ended => {
+                Said::Waits if visitor.since + INTRODUCTION_TIME_OUT > now => {}
+                Said::Waits | Said::Ended => {
                     turn_away(platform, visitor, self.nameless.count());
                     *place = None;
                 }
-                Reading::Refused(code) => {
+                Said::Refused(code) => {
                     refuse(platform, visitor.socket, visitor.address, code, self.refused.count());
                     *place = None;
                 }
-                Reading::Is(federate) => {
+                Said::Is(federate) => {
                     let introduced = Introduced { federate, socket: visitor.socket, address: visitor.address };
                     *place = None;
                     return Some(introduced);
@@ -96,27 +89,14 @@ impl Visitors {
 
     /// Takes those that wait, as long as there are places or somebody has had its time.
     fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) {
-        if self.accept_again.is_some_and(|time| time <= now) {
-            (self.accept_again, self.acceptable) = (None, true);
-        }
-        while self.acceptable && self.accept_again.is_none() {
-            let (Some(listener), Some(place)) = (self.listener, self.place(now)) else { return };
-            match platform.accept(listener) {
-                Ok(Some((socket, address))) => {
-                    let introduction = Introduction::default();
-                    let visitor = Visitor { socket, address, introduction, since: now, readable: true };
-                    if let Some(before) = self.places[place].replace(visitor) {
-                        turn_away(platform, &before, self.nameless.count());
-                    }
-                }
-                Ok(None) => self.acceptable = false,
-                Err(error) => {
-                    let times = self.failures.count();
-                    if times.is_told() {
-                        log::warn!("a connection could not be accepted: {error}{times}");
-                    }
-                    (self.acceptable, self.accept_again) = (false, Some(now + ACCEPT_PAUSE));
-                }
+        while self.listener.knocks(now)
+            && let Some(place) = self.place(now)
+            && let Some((socket, address)) = self.listener.accept(platform, now)
+        {
+            let introduction = Introduction::default();
+            let visitor = Visitor { socket, address, introduction, since: now, readable: true };
+            if let Some(before) = self.places[place].replace(visitor) {
+                turn_away(platform, &before, self.nameless.count());
             }
         }
     }
@@ -134,11 +114,8 @@ impl Visitors {
 
     /// Says what to wait for.
     pub(super) fn set_interest<P: Platform>(&self, platform: &mut P) {
-        if let Some(listener) = self.listener {
-            // Who is known to wait need not be told of again.
-            let asks = !self.acceptable && self.accept_again.is_none();
-            platform.set_interest(listener, if asks { Interest::READ } else { Interest::NONE });
-        }
+        // Who is known to wait need not be told of again.
+        self.listener.set_interest(platform, !self.listener.is_known());
         for visitor in self.places.iter().flatten() {
             platform.set_interest(visitor.socket, Interest::READ);
         }
@@ -146,7 +123,7 @@ impl Visitors {
 
     /// A wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId) {
-        self.acceptable |= self.listener == Some(ready);
+        self.listener.handle_ready(ready);
         for visitor in self.places.iter_mut().flatten().filter(|visitor| visitor.socket == ready) {
             visitor.readable = true;
         }
@@ -154,28 +131,24 @@ impl Visitors {
 
     /// When there is something to do though no socket is ready.
     pub(super) fn poll_timeout(&self) -> Deadline {
-        let Some((since, _)) = self.oldest() else {
-            return if self.acceptable { Deadline::Now } else { self.accept_again.into() };
-        };
-        let ends = Deadline::At(since + INTRODUCTION_TIME_OUT).min(self.accept_again.into());
-        match (self.acceptable, self.places.iter().any(Option::is_none)) {
-            (false, _) => ends,
-            (true, true) => Deadline::Now,
-            (true, false) => ends.min(Deadline::At(since + CROWDED_TIME_OUT)),
-        }
+        let has_place = self.places.iter().any(Option::is_none);
+        let accepts = self.listener.poll_timeout(has_place);
+        let Some((since, _)) = self.oldest() else { return accepts };
+        let crowded = self.listener.is_known() && !has_place;
+        accepts.min(Deadline::At(since + if crowded { CROWDED_TIME_OUT } else { INTRODUCTION_TIME_OUT }))
     }
 
     /// Awaits nobody any more.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        let visitors = self.places.iter_mut().filter_map(|place| place.take().map(|visitor| visitor.socket));
-        for socket in visitors.chain(self.listener.take()) {
-            platform.close(socket);
+        for visitor in self.places.iter_mut().filter_map(Option::take) {
+            platform.close(visitor.socket);
         }
+        self.listener.close(platform);
     }
 }
 
 /// What a visitor has said.
-enum Reading {
+enum Said {
     /// Not all yet.
     Waits,
     /// It has gone.
@@ -186,21 +159,21 @@ enum Reading {
 
 impl Visitor {
     /// Reads what has come of its introduction, and not a byte more.
-    fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Reading {
+    fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Said {
         loop {
             let missing = match self.introduction.judge(federation_id) {
                 Arrival::Incomplete(missing) => missing.min(PIECE_BYTES),
-                Arrival::Introduced(federate) => return Reading::Is(federate),
-                Arrival::Refuse(code) => return Reading::Refused(code),
+                Arrival::Introduced(federate) => return Said::Is(federate),
+                Arrival::Refuse(code) => return Said::Refused(code),
             };
             if !self.readable {
-                return Reading::Waits;
+                return Said::Waits;
             }
             let mut bytes = [0; PIECE_BYTES];
             match platform.read(self.socket, &mut bytes[..missing]) {
                 Ok(Transfer::Bytes(count)) => self.introduction.take(&bytes[..count], federation_id),
                 Ok(Transfer::WouldBlock) => self.readable = false,
-                Ok(Transfer::Closed) | Err(_) => return Reading::Ended,
+                Ok(Transfer::Closed) | Err(_) => return Said::Ended,
             }
         }
     }

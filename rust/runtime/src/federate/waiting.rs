@@ -10,10 +10,8 @@ use lf_coordination::Deadline;
 use lf_coordination::federate::Phase;
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 
-use super::FederateLoop;
-use super::tags::Advance;
+use super::execution::{Advance, Execution};
 use crate::error::PeerFault;
-use crate::platform::Platform;
 
 /// After how long it is said what the start of a federate waits for, and the longest pause until it is said again.
 const START_REPORT: Interval = Interval::from_secs(5);
@@ -92,18 +90,26 @@ struct Wait {
 }
 
 impl Waiting {
-    /// Notes what is waited for, and from when on, and says it if that has lasted. Gives when to look again.
-    fn note(
+    /// Notes what is waited for, and says it if that has lasted, while the federate runs for as long as `log_waits`.
+    /// Gives when to look again. `local` is the time of a tag on the platform's clock, `start` the federation's start.
+    ///
+    /// A wait counts from when it is noted, but before the time of its tag a federate waits for that only.
+    pub(super) fn note(
         &mut self,
         now: Instant,
-        reason: Option<(Reason, Instant)>,
-        limit: impl FnOnce(Reason) -> Option<Interval>,
+        reason: Option<Reason>,
+        log_waits: Option<Interval>,
+        local: impl Fn(Tag) -> Option<Instant>,
         start: Instant,
     ) -> Deadline {
-        let Some((reason, since, limit)) = reason.and_then(|(reason, since)| Some((reason, since, limit(reason)?)))
-        else {
+        let limit = |reason: Reason| if reason.is_before_start() { Some(START_REPORT) } else { log_waits };
+        let Some((reason, limit)) = reason.and_then(|reason| Some((reason, limit(reason)?))) else {
             self.now = None;
             return Deadline::Never;
+        };
+        let since = match reason {
+            Reason::Grant(tag) | Reason::Input(tag, _) => local(tag).map_or(now, |time| time.max(now)),
+            _ => now,
         };
         let begun = self.now.filter(|wait| wait.reason.is(reason));
         let mut wait = begun.unwrap_or(Wait { reason, since, due: since + limit, pause: limit });
@@ -124,64 +130,60 @@ impl Waiting {
     }
 }
 
-impl<P: Platform> FederateLoop<'_, '_, P> {
-    /// Says what this federate waits for, if that has lasted. Gives when to look again.
-    pub(super) fn report_wait(&mut self, advance: Advance) -> Deadline {
-        let now = self.platform.now();
-        let reason = self.reason(advance).map(|reason| (reason, self.begins(now, reason)));
-        let log_waits = self.federation.log_waits;
-        let limit = |reason: Reason| if reason.is_before_start() { Some(START_REPORT) } else { log_waits };
-        self.waiting.note(now, reason, limit, self.engine.start_time())
+/// What this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that is to take
+/// what has no room.
+pub(super) fn reason(execution: &Execution<'_, '_>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
+    let tag = execution.tag_in_question()?;
+    let unknown = || execution.unknown_input(tag).map(|input| Reason::Input(tag, execution.name_of(input)));
+    match advance {
+        Advance::OutputFull => Some(Reason::Room(tag, peer)),
+        Advance::NotGranted if execution.is_decentralized() => unknown(),
+        Advance::NotGranted => {
+            unknown().or_else(|| (!execution.machine.may_advance(tag)).then_some(Reason::Grant(tag)))
+        }
+        // With decentralized coordination a wait has an end.
+        Advance::Until(_) => unknown(),
+        Advance::Done => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn s(seconds: i64) -> Instant {
+        Instant(seconds * 1_000_000_000)
     }
 
-    /// What this federate waits for, if it is not just the time.
-    fn reason(&mut self, advance: Advance) -> Option<Reason> {
-        match self.machine.phase() {
-            Phase::Running => {}
-            Phase::Disconnected => return Some(Reason::Rti),
-            Phase::Meeting => {
-                let index = self.meeting.or(self.machine.next_peer_index())?;
-                let federate = *self.federation.peers_out.get(index)?;
-                return Some(Reason::Peer(federate, self.peers.trouble(index)));
-            }
-            Phase::Starting => return Some(Reason::Others),
-            Phase::Resigning | Phase::Ended => return None,
-            phase => return Some(Reason::Answer(phase)),
-        }
-        self.federation.log_waits?;
-        let tag = if self.engine.is_in_tag() { self.engine.current_tag() } else { self.engine.next_tag()? };
-        match advance {
-            Advance::OutputFull => {
-                let peer = self.peers.stuck::<P>().and_then(|(index, _)| self.federation.peers_out.get(index).copied());
-                Some(Reason::Room(tag, peer))
-            }
-            Advance::NotGranted => match self.unknown_input(tag) {
-                Some(name) => Some(Reason::Input(tag, name)),
-                None if self.is_decentralized() => None,
-                None => (!self.machine.may_advance(tag)).then_some(Reason::Grant(tag)),
-            },
-            // With decentralized coordination a wait has an end.
-            Advance::Until(_) => self.unknown_input(tag).map(|name| Reason::Input(tag, name)),
-            Advance::Done => None,
-        }
+    fn note(waiting: &mut Waiting, now: i64, reason: Option<Reason>, log_waits: Option<i64>) -> Deadline {
+        let log_waits = log_waits.map(Interval::from_secs);
+        waiting.note(s(now), reason, log_waits, |tag| Some(tag.time), s(0))
     }
 
-    /// From when on a wait counts, when it is seen now: before the time of its tag a federate waits for that only.
-    fn begins(&self, now: Instant, reason: Reason) -> Instant {
-        match reason {
-            Reason::Grant(tag) | Reason::Input(tag, _) if !self.engine.settings().fast => {
-                now.max(self.machine.clock().local(tag.time))
-            }
-            _ => now,
+    #[test]
+    fn before_the_start_a_wait_is_said_ever_more_rarely_and_another_one_counts_anew() {
+        let mut waiting = Waiting::default();
+        let mut now = 0;
+        for expected in [5, 15, 35, 75, 135, 195] {
+            assert_eq!(note(&mut waiting, now, Some(Reason::Rti), None), Deadline::At(s(expected)));
+            now = expected;
         }
+        assert_eq!(note(&mut waiting, 200, Some(Reason::Others), None), Deadline::At(s(205)));
+        // What has gone wrong with a federate does not make another wait of it.
+        assert_eq!(note(&mut waiting, 201, Some(Reason::Peer(1, None)), None), Deadline::At(s(206)));
+        let again = Some(Reason::Peer(1, Some(PeerFault::Unanswered)));
+        assert_eq!(note(&mut waiting, 202, again, None), Deadline::At(s(206)));
     }
 
-    /// The first input of which it is not known what comes at a tag that waits for that.
-    fn unknown_input(&self, tag: Tag) -> Option<&'static str> {
-        let waits = self.is_decentralized() || self.engine.is_in_tag();
-        // A tag begins when all is known that comes before it.
-        let needed = if self.engine.is_in_tag() { tag } else { tag.before() };
-        let port = self.awaited.first_unknown(needed).filter(|_| waits)?;
-        self.engine.tables().inputs.get(usize::from(port)).map(|input| input.name)
+    #[test]
+    fn a_running_federate_says_a_wait_once_and_only_where_that_is_asked_for() {
+        let mut waiting = Waiting::default();
+        let grant = Some(Reason::Grant(Tag::at(s(10))));
+        assert_eq!(note(&mut waiting, 1, grant, None), Deadline::Never);
+        // Before the time of its tag it waits for that.
+        assert_eq!(note(&mut waiting, 1, grant, Some(2)), Deadline::At(s(12)));
+        assert_eq!(note(&mut waiting, 12, grant, Some(2)), Deadline::Never);
+        assert_eq!(note(&mut waiting, 13, None, Some(2)), Deadline::Never);
+        assert_eq!(note(&mut waiting, 14, grant, Some(2)), Deadline::At(s(16)));
     }
 }

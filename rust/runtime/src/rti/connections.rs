@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The RTI's connections: what comes in on one side of the table, what goes out on the other.
-//!
-//! The two sides are separate, because a message is handled while it still lies in the input buffer of its connection,
-//! and goes straight from there into the output buffers of others.
+//! The two sides of a connection of the RTI. They are separate, because a message is handled while it still lies in the
+//! input buffer of its connection, and goes straight from there into the output buffers of others.
 
 use core::fmt;
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{ConnectionId, Notice, Outlet};
+use lf_coordination::rti::ConnectionId;
 use lf_model::time::{Instant, Interval};
 use lf_wire::{InBuffer, Message, OutBuffer, Storage};
 
-use crate::platform::{Interest, Platform, SocketId, Transfer};
+use crate::connection::{Reading, read, write};
+use crate::platform::{Interest, Platform, SocketId};
 
 /// How long a closed connection may take to send what is pending, and its peer to close its own direction.
 ///
@@ -81,46 +80,9 @@ pub struct Outgoing<B> {
     /// Something went before its turn, and nobody has been told yet that there is room.
     went: bool,
     /// This connection is in the queue of those that are due.
-    due: bool,
+    pub(super) due: bool,
     /// An entry of that queue.
-    queue: u16,
-}
-
-/// The connections that something is to be done for: a queue in which each is at most once.
-#[derive(Clone, Copy, Default, Debug)]
-pub(super) struct Due {
-    head: usize,
-    len: usize,
-}
-
-impl Due {
-    pub(super) fn len(self) -> usize {
-        self.len
-    }
-
-    /// Puts a connection at the end, if it is not in the queue.
-    pub(super) fn push<B>(&mut self, table: &mut [Outgoing<B>], index: usize) {
-        let Some(outgoing) = table.get_mut(index).filter(|outgoing| !outgoing.due) else { return };
-        outgoing.due = true;
-        let end = (self.head + self.len) % table.len();
-        // There are no more connections than that: the table is cut to it.
-        table[end].queue = u16::try_from(index).unwrap_or(u16::MAX);
-        self.len += 1;
-    }
-
-    /// One of the entries.
-    pub(super) fn get<B>(self, table: &[Outgoing<B>], index: usize) -> usize {
-        table[(self.head + index) % table.len()].queue.into()
-    }
-
-    /// Takes the first entry.
-    pub(super) fn pop<B>(&mut self, table: &mut [Outgoing<B>]) -> Option<usize> {
-        self.len = self.len.checked_sub(1)?;
-        let index = self.get(table, 0);
-        self.head = (self.head + 1) % table.len();
-        table[index].due = false;
-        Some(index)
-    }
+    pub(super) queue: u16,
 }
 
 /// How far a connection is closed from our side.
@@ -160,22 +122,14 @@ impl<B: Storage> Inlet<B> {
 
     /// Reads once, as much as there is space for. Returns whether more has come, or the end.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P, socket: SocketId) -> bool {
-        let space = self.buffer.space();
-        let len = space.len().min(READ_BYTES_MAX);
-        let space = &mut space[..len];
-        if !self.readable || self.ended || space.is_empty() {
+        if !self.readable || self.ended || self.buffer.space().is_empty() {
             return false;
         }
         self.readable = false;
-        match platform.read(socket, space) {
-            Ok(Transfer::Bytes(count)) => {
-                self.buffer.filled(count);
-                self.fresh = true;
-            }
-            Ok(Transfer::WouldBlock) => return false,
-            Ok(Transfer::Closed) | Err(_) => self.ended = true,
-        }
-        true
+        let reading = read(platform, socket, &mut self.buffer, READ_BYTES_MAX);
+        self.fresh |= reading == Reading::Bytes;
+        self.ended = reading == Reading::End;
+        reading != Reading::Nothing
     }
 
     /// Whether more is wanted, and there is space for it.
@@ -234,7 +188,7 @@ impl<B: Storage> Outgoing<B> {
     }
 
     /// Puts a message behind what is pending. If memory is refused for it, it is lost, and so is all that follows.
-    fn push(&mut self, message: &Message<'_>) {
+    pub(super) fn push(&mut self, message: &Message<'_>) {
         if self.refused.is_some() {
             return;
         }
@@ -279,13 +233,8 @@ impl<B: Storage> Outgoing<B> {
         let went = core::mem::take(&mut self.went);
         let before = self.buffer.pending().len();
         self.urgent = false;
-        while !self.buffer.is_empty() {
-            match platform.write(socket, self.buffer.pending()) {
-                Ok(Transfer::Bytes(count)) => self.buffer.consume(count),
-                Ok(Transfer::WouldBlock) => break,
-                // Reading finds the end, after the peer's last words.
-                Ok(Transfer::Closed) | Err(_) => self.buffer.clear(),
-            }
+        if !write(platform, socket, &mut self.buffer) {
+            self.buffer.clear();
         }
         self.buffer.shrink();
         went || self.buffer.pending().len() < before
@@ -343,99 +292,5 @@ impl<B: Storage> fmt::Debug for Inlet<B> {
 impl<B: Storage> fmt::Debug for Outgoing<B> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Outgoing").field("buffer", &self.buffer).field("state", &self.state).finish_non_exhaustive()
-    }
-}
-
-/// Remembers the connection of a socket where [`connection_of`] looks for it.
-pub(super) fn note_socket<B>(table: &mut [Outgoing<B>], socket: SocketId, connection: usize) {
-    let place = usize::from(socket.index) % table.len();
-    table[place].of_socket = u16::try_from(connection).unwrap_or(u16::MAX);
-}
-
-/// The connection that has a socket.
-pub(super) fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
-    let is_it = |outgoing: &Outgoing<B>| outgoing.socket == Some(socket);
-    let noted = usize::from(table.get(usize::from(socket.index) % table.len().max(1))?.of_socket);
-    match table.get(noted) {
-        Some(outgoing) if is_it(outgoing) => Some(noted),
-        // Sockets of other connections have the same place modulo the length.
-        _ => table.iter().position(is_it),
-    }
-}
-
-/// What the RTI's machine sees of the connections.
-pub(super) struct Outgoings<'a, N, B> {
-    pub(super) table: &'a mut [Outgoing<B>],
-    pub(super) due: &'a mut Due,
-    pub(super) notices: &'a mut N,
-}
-
-impl<N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, N, B> {
-    fn room(&self, connection: ConnectionId) -> usize {
-        self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
-    }
-
-    fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
-        if let Some(outgoing) = self.table.get_mut(connection.0) {
-            // There may be room, for the machine asks before.
-            outgoing.push(message);
-            self.due.push(self.table, connection.0);
-        }
-    }
-
-    fn half_close(&mut self, connection: ConnectionId) {
-        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.state == State::Open) {
-            outgoing.state = State::HalfClosing;
-            self.due.push(self.table, connection.0);
-        }
-    }
-
-    fn close(&mut self, connection: ConnectionId) {
-        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.is_read()) {
-            outgoing.state = State::Closing(None);
-            self.due.push(self.table, connection.0);
-        }
-    }
-
-    fn notice(&mut self, notice: Notice<'_>) {
-        (self.notices)(notice);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Each connection is in the queue at most once, and they are taken in the order in which they became due, however
-    /// often the queue has gone round its table.
-    #[test]
-    fn connections_are_taken_in_the_order_in_which_they_became_due() {
-        let mut table = [0; 3].map(|_| Outgoing::new([0; 0]));
-        let mut due = Due::default();
-        for first in [0, 1, 2, 0, 1] {
-            let expected = [first, (first + 2) % 3];
-            for index in [expected[0], expected[1], expected[0], 3] {
-                due.push(&mut table, index);
-            }
-            assert_eq!([due.get(&table, 0), due.get(&table, 1)], expected);
-            assert_eq!(
-                [due.pop(&mut table), due.pop(&mut table), due.pop(&mut table)],
-                [Some(expected[0]), Some(expected[1]), None]
-            );
-        }
-    }
-
-    /// Sockets whose places are the same modulo the length of the table are told apart, and so is a place's next socket
-    /// from the one before.
-    #[test]
-    fn a_socket_is_found_wherever_it_was_noted() {
-        let mut table = [0; 2].map(|_| Outgoing::new([0; 0]));
-        let sockets = [(1, 0), (3, 0)].map(|(index, generation)| SocketId { index, generation });
-        for (connection, socket) in sockets.into_iter().enumerate() {
-            table[connection].open(socket);
-            note_socket(&mut table, socket, connection);
-        }
-        assert_eq!(sockets.map(|socket| connection_of(&table, socket)), [Some(0), Some(1)]);
-        assert_eq!(connection_of(&table, SocketId { index: 3, generation: 1 }), None);
     }
 }

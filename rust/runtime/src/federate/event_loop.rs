@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The order in which the parts of a federate's event loop have their turns, and how it ends.
+
+use core::fmt;
+use core::net::SocketAddrV4;
+
+use lf_coordination::Deadline;
+use lf_coordination::auth::Nonce;
+use lf_coordination::federate::{Awaited, Config, Disconnected, Event, Federate, Phase};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_model::{Engine, InputId, Program};
+
+use super::clock_sync::ClockSyncPort;
+use super::direct::Direct;
+use super::execution::{Advance, Execution};
+use super::from_rti::FromRti;
+use super::memory::Buffers;
+use super::output::Output;
+use super::peers::Peers;
+use super::session::Session;
+use super::waiting::{Reason, Waiting, reason};
+use crate::description::Federation;
+use crate::error::{PeerFault, RunError};
+use crate::platform::{NetError, Observation, Platform};
+use crate::turn::Turn;
+
+/// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
+const TAGS_PER_TURN: u32 = 16;
+/// How long others may take nothing while this federate waits for that in the middle of a tag. They may be waiting for
+/// this one, and then for ever.
+const STUCK_TIME_OUT: Interval = Interval::from_secs(60);
+/// How long a federate that has failed tries to tell the RTI, and any federate tries to tell its peers.
+const LAST_WORDS: Interval = Interval::from_secs(1);
+/// How long a federate that has resigned waits until the RTI has read all of it. The RTI may read slowly, because a
+/// receiver is slow, and what it answers would reset a connection that is closed meanwhile: the rest would be lost.
+const RESIGNATION: Interval = Interval::from_secs(60);
+/// How long a federate that has come to its last tag reads what others send it too late, to say so, with decentralized
+/// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
+const HEARING_OUT: Interval = Interval::from_secs(60);
+
+/// What a federate is told when it is started, and not when it is built.
+#[derive(Clone, Copy, Debug)]
+pub struct Join<'a> {
+    /// The federation to join.
+    pub federation_id: &'a [u8],
+    /// Where its RTI listens.
+    pub rti: SocketAddrV4,
+}
+
+/// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
+/// [`Federation::awaited`].
+///
+/// # Errors
+/// Why it ended early. The RTI has been told, where that was possible.
+pub fn run_federate<'s, P: Platform>(
+    platform: &mut P,
+    program: &mut dyn Program,
+    engine: Engine<'s>,
+    federation: &Federation,
+    join: &Join<'_>,
+    buffers: Buffers<'s>,
+    known: &'s mut [Tag],
+) -> Result<(), RunError> {
+    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known);
+    // It is large, and stays where it is.
+    let federate = federate.as_mut().map_err(|error| *error)?;
+    loop {
+        match federate.turn() {
+            Turn::Wait(until) => federate.wait(until),
+            Turn::Ended(result) => return result,
+        }
+    }
+}
+
+/// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
+/// alternation runs the federate, and may do something else in between.
+pub struct FederateLoop<'a, 's, P> {
+    platform: &'a mut P,
+    federation: &'a Federation,
+    execution: Execution<'a, 's>,
+    session: Session<'s>,
+    direct: Direct<'a, 's>,
+    clock_sync: ClockSyncPort,
+    waiting: Waiting,
+    /// Since when all of the session's input buffer has been held while this federate waits for room for its output.
+    choked_since: Option<Instant>,
+    stage: Stage,
+}
+
+/// How far a federate is from its first connection to its end.
+#[derive(Debug)]
+enum Stage {
+    /// It takes part in the federation.
+    Taking,
+    /// It says its last words, from this time on and for a limited time; then it ends with this result.
+    Leaving(Instant, Result<(), RunError>),
+    /// It has ended.
+    Ended(Result<(), RunError>),
+}
+
+impl<P> fmt::Debug for FederateLoop<'_, '_, P> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FederateLoop").field("stage", &self.stage).finish_non_exhaustive()
+    }
+}
+
+impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
+    /// A federate that is to make its first connection. `known` is memory, one tag for each of
+    /// [`Federation::awaited`].
+    ///
+    /// # Errors
+    /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
+    pub fn new(
+        platform: &'a mut P,
+        program: &'a mut dyn Program,
+        engine: Engine<'s>,
+        federation: &'a Federation,
+        join: &Join<'a>,
+        buffers: Buffers<'s>,
+        known: &'s mut [Tag],
+    ) -> Result<Self, RunError> {
+        buffers.check(engine.tables(), federation, join.federation_id)?;
+        let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
+        let mut direct = Direct::new(peers, federation.id);
+        let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
+        let (clock_sync, udp_port) = ClockSyncPort::open(platform, federation.clock_sync).map_err(RunError::Bind)?;
+        let config = Config {
+            authentication: federation.authentication,
+            coordination: federation.coordination,
+            upstream: federation.upstream,
+            downstream: federation.downstream,
+            clock_sync: federation.clock_sync,
+            udp_port,
+            rti: Some(*join.rti.ip()),
+            test_offset: federation.test_offset,
+            physical_delay: federation.physical_delay,
+            listening,
+            peers: federation.peers_out,
+            advance_interval: federation.advance_interval,
+            ..Config::new(federation.id.into(), join.federation_id)
+        };
+        let machine = Federate::new(config)?;
+        if federation.test_offset != Interval::ZERO {
+            platform.set_correction(machine.clock());
+        }
+        let (needed, found) = (federation.awaited.len(), known.len());
+        let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
+        Ok(Self {
+            execution: Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty()),
+            session: Session::new(platform.now(), join.rti, buffers.rti),
+            platform,
+            federation,
+            direct,
+            clock_sync,
+            waiting: Waiting::default(),
+            choked_since: None,
+            stage: Stage::Taking,
+        })
+    }
+
+    /// Does what can be done now: reads once, runs a bounded number of tags, writes once.
+    ///
+    /// After the end each call gives the same result again. If it is an error, the RTI has been told, where that was
+    /// possible.
+    pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
+        if let Stage::Taking = self.stage {
+            let result = match self.take_part() {
+                Ok(Some(advance)) => return Turn::Wait(self.prepare_wait(advance)),
+                Ok(None) => Ok(()),
+                Err(error) => {
+                    self.execution.machine.fail();
+                    Err(error)
+                }
+            };
+            self.clock_sync.end(self.platform, &self.execution.machine);
+            self.direct.peers.look_again();
+            self.stage = Stage::Leaving(self.platform.now(), result);
+        }
+        if let Stage::Leaving(since, result) = &self.stage {
+            let (since, result) = (*since, *result);
+            if let Some(until) = self.leave(since, result.is_ok()) {
+                return Turn::Wait(until);
+            }
+            self.direct.report_losses(&self.execution);
+            self.stage = Stage::Ended(result);
+        }
+        match &self.stage {
+            Stage::Ended(result) => Turn::Ended(*result),
+            Stage::Taking | Stage::Leaving(..) => unreachable!("both stages were left above"),
+        }
+    }
+
+    /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
+    /// the time has come that the last [`FederateLoop::turn`] gave.
+    pub fn wait(&mut self, until: Deadline) {
+        let (session, peers, port) = (&mut self.session, &mut self.direct.peers, &mut self.clock_sync.port);
+        self.platform.expect(self.execution.machine.next_arrival());
+        self.platform.wait(until, &mut |socket, interest| {
+            port.handle_ready(socket);
+            session.handle_ready(socket, interest);
+            peers.handle_ready(socket, interest);
+        });
+    }
+
+    /// How many messages of other federates have come too late, with decentralized coordination. Those that were not
+    /// handled were reported, now and then one.
+    pub fn late_messages(&self) -> u64 {
+        self.direct.late_messages()
+    }
+
+    /// How many messages are known not to have reached their receivers, which had left before their last tag, with
+    /// decentralized coordination: at least. Each such receiver was reported.
+    pub fn lost_messages(&self) -> u64 {
+        if self.execution.is_decentralized() { self.direct.lost_messages() } else { 0 }
+    }
+
+    /// One turn of a federate that takes part in the federation. `None` when it has resigned.
+    fn take_part(&mut self) -> Result<Option<Advance>, RunError> {
+        self.clock_sync.synchronize(self.platform, &mut self.execution.machine);
+        if self.platform.interrupted() {
+            return Err(RunError::Interrupted);
+        }
+        if self.session.establish(self.platform)? {
+            let mut nonce = Nonce::default();
+            if self.federation.authentication.is_some() {
+                self.platform.random(&mut nonce)?;
+            }
+            let now = self.platform.now();
+            self.execution.machine.handle_connected(now, nonce);
+        }
+        self.receive()?;
+        self.handle_timeout()?;
+        self.direct.meet(self.platform, &mut self.execution.machine)?;
+        self.direct.receive(self.platform, &mut self.execution)?;
+        let advance = self.advance()?;
+        self.transmit();
+        self.direct.peers.flush(self.platform);
+        self.check_stuck(advance)?;
+        let has_ended = self.execution.phase() == Phase::Ended && self.session.output().is_empty();
+        Ok((!has_ended).then_some(advance))
+    }
+
+    /// Reads what the RTI has sent and handles it, as far as there is room for it.
+    fn receive(&mut self) -> Result<(), RunError> {
+        let has_ended = self.session.fill(self.platform);
+        let now = self.platform.now();
+        let mut found = None;
+        loop {
+            let (platform, execution) = (&mut *self.platform, &mut self.execution);
+            match self.session.next(&mut FromRti { platform, execution, found: &mut found, now })? {
+                // Answers to clock synchronization are as good as they are prompt.
+                Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
+                Some(_) => {}
+                None => break,
+            }
+        }
+        if let Some((federate, address)) = found {
+            self.direct.peers.connect(self.platform, federate, address);
+        }
+        if has_ended {
+            // What is still held is of no use any more: nothing can be granted.
+            match self.execution.machine.handle_disconnected()? {
+                Disconnected::ConnectAgain => self.session.begin_anew(self.platform, NetError::Reset),
+                Disconnected::Ended => self.session.close(self.platform),
+            }
+        }
+        Ok(())
+    }
+
+    fn handle_timeout(&mut self) -> Result<(), RunError> {
+        let (now, machine) = (self.platform.now(), &mut self.execution.machine);
+        if machine.poll_timeout().is_due(now)
+            && let Event::ClockCorrected(estimate) = machine.handle_timeout(now)?
+        {
+            log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
+            self.platform.set_correction(machine.clock());
+        }
+        Ok(())
+    }
+
+    /// Runs the tags that are due and granted.
+    fn advance(&mut self) -> Result<Advance, RunError> {
+        if self.execution.phase() != Phase::Running {
+            return Ok(Advance::Until(Deadline::Never));
+        }
+        for _ in 0..TAGS_PER_TURN {
+            if !self.execution.engine.is_in_tag()
+                && let Some(advance) = self.begin_next()?
+            {
+                return Ok(advance);
+            }
+            let (max_level, limit) = self.level_limit()?;
+            let mut output =
+                Output { platform: &mut *self.platform, session: &mut self.session, peers: &mut self.direct.peers };
+            if let Some(advance) = self.execution.run(&mut output, max_level, limit)? {
+                return Ok(advance);
+            }
+        }
+        Ok(Advance::Until(Deadline::Now))
+    }
+
+    /// Begins the next tag, if it may begin; else says what it waits for.
+    fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
+        let outside = self.platform.outside();
+        self.execution.collect(outside, self.direct.peers.can_receive());
+        let is_decentralized = self.execution.is_decentralized();
+        if is_decentralized {
+            self.direct.take_held(self.platform, &mut self.execution)?;
+        }
+        let (now, held) = (self.platform.now(), self.session.receiver().held().earliest());
+        let next = if is_decentralized { self.execution.engine.next_tag() } else { self.execution.announce(now, held) };
+        let Some(tag) = next else {
+            return Ok(Some(self.execution.idle(now, held, outside, self.direct.peers.can_receive())));
+        };
+        let waits = if is_decentralized {
+            self.waits_for_others(now, tag)?
+        } else {
+            // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others,
+            // who may need that before they can take the messages of this one.
+            self.session.collect(&mut self.execution.machine);
+            self.execution.grant(now, tag, held)
+        };
+        if waits.is_none() {
+            self.execution.begin(tag)?;
+            self.session.receiver().look_again();
+            self.direct.peers.look_again();
+        }
+        Ok(waits)
+    }
+
+    /// With decentralized coordination, what a tag waits for, if not all that comes before it is known or has been
+    /// waited for. Before a time is taken to be over, all that has come is read, so that no message is late that was
+    /// there in time.
+    fn waits_for_others(&mut self, now: Instant, tag: Tag) -> Result<Option<Advance>, RunError> {
+        if !self.execution.machine.may_advance(tag) || self.direct.peers.awaits_rest_before(tag) {
+            return Ok(Some(Advance::NotGranted));
+        }
+        let (due, is_known, waits) = self.execution.begin_time(now, tag);
+        if waits.is_some() {
+            return Ok(waits);
+        }
+        if !is_known && self.direct.sweep(self.platform, &mut self.execution)? {
+            return Ok(Some(Advance::Until(Deadline::Now)));
+        }
+        self.platform.observe(Observation::Begins { tag, due });
+        Ok(None)
+    }
+
+    /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for.
+    fn level_limit(&mut self) -> Result<(Option<u16>, Advance), RunError> {
+        if !self.execution.is_decentralized() {
+            return Ok((self.execution.max_level(), Advance::NotGranted));
+        }
+        self.direct.take_held(self.platform, &mut self.execution)?;
+        loop {
+            let now = self.platform.now();
+            match self.execution.pause(now) {
+                None => return Ok((None, Advance::NotGranted)),
+                Some((level, Some(waits))) => return Ok((Some(level), waits)),
+                Some((level, None)) if self.direct.sweep(self.platform, &mut self.execution)? => {
+                    return Ok((Some(level), Advance::Until(Deadline::Now)));
+                }
+                Some((_, None)) => self.execution.assume_absent(now),
+            }
+        }
+    }
+
+    fn transmit(&mut self) {
+        self.session.transmit(self.platform, &mut self.execution.machine);
+    }
+
+    /// Ends with an error what would last for ever, because some queue is too small for what others send.
+    fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
+        let (now, choked) = (self.platform.now(), self.session.choked());
+        let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
+        let is_full = advance == Advance::OutputFull;
+        if advance == Advance::NotGranted && self.execution.is_decentralized() {
+            if let Some(input) = self.direct.starved(&self.execution) {
+                return Err(full(input));
+            }
+        } else if advance == Advance::NotGranted {
+            if let Some(input) = choked {
+                return Err(full(input));
+            }
+            if let Some(input) = self.execution.overfull(self.session.receiver().held()) {
+                return Err(RunError::TagFull { input: self.execution.name_of(input) });
+            }
+        }
+        if let Some((federate, since)) = self.direct.peers.stuck().filter(|_| is_full)
+            && now >= since + STUCK_TIME_OUT
+        {
+            return Err(RunError::Peer { federate, fault: PeerFault::Stuck });
+        }
+        let choked = choked.filter(|_| is_full);
+        self.choked_since = choked.and(self.choked_since.or(Some(now)));
+        match (choked, self.choked_since) {
+            (Some(input), Some(since)) if now >= since + STUCK_TIME_OUT => Err(full(input)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Says what to wait for, and gives until when.
+    fn prepare_wait(&mut self, advance: Advance) -> Deadline {
+        let event = match advance {
+            Advance::Until(deadline) => deadline,
+            Advance::OutputFull => {
+                let since =
+                    self.direct.peers.stuck().map(|(_, since)| since).into_iter().chain(self.choked_since).min();
+                since.map(|since| since + STUCK_TIME_OUT).into()
+            }
+            Advance::NotGranted | Advance::Done => Deadline::Never,
+        };
+        let running = self.execution.phase() == Phase::Running;
+        self.session.set_interest(self.platform);
+        self.direct.peers.set_interest(self.platform, running);
+        let sockets = self.session.poll_timeout().min(self.direct.peers.poll_timeout(running));
+        let (now, reason) = (self.platform.now(), self.reason(advance));
+        let (execution, start) = (&self.execution, self.execution.engine.start_time());
+        let report = self.waiting.note(now, reason, self.federation.log_waits, |tag| execution.local(tag), start);
+        event.min(execution.machine.poll_timeout()).min(sockets).min(report)
+    }
+
+    /// What this federate waits for, if it is not just the time.
+    fn reason(&self, advance: Advance) -> Option<Reason> {
+        match self.execution.phase() {
+            Phase::Running => {
+                self.federation.log_waits?;
+                reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
+            }
+            Phase::Disconnected => Some(Reason::Rti),
+            Phase::Meeting => {
+                let (federate, trouble) = self.direct.peers.meets(self.execution.machine.next_peer_index())?;
+                Some(Reason::Peer(federate, trouble))
+            }
+            Phase::Starting => Some(Reason::Others),
+            Phase::Resigning | Phase::Ended => None,
+            phase => Some(Reason::Answer(phase)),
+        }
+    }
+
+    /// Says the last words, since this time. Gives until when to wait; `None` when nothing is left to do, or at a time
+    /// no time for it.
+    fn leave(&mut self, since: Instant, is_ok: bool) -> Option<Deadline> {
+        let resigned = is_ok && !self.platform.interrupted();
+        let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
+        let hears = resigned && self.execution.is_decentralized();
+        let direct_until = since + if hears { HEARING_OUT } else { LAST_WORDS };
+        let direct = self.direct.leave(self.platform, &mut self.execution, hears, direct_until);
+        let linked = self.platform.now() < until && self.session.leave(self.platform, &mut self.execution.machine);
+        if !linked {
+            self.session.close(self.platform);
+        }
+        if !linked && !direct {
+            return None;
+        }
+        self.direct.peers.set_interest(self.platform, direct && resigned);
+        Some(Deadline::At(if direct { direct_until } else { until }))
+    }
+}

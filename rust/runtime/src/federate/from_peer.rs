@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What comes from another federate, past the RTI. It carries values, and word that there are none, and nothing else;
+//! a value that comes too late is handled all the same, and counted.
+
+use lf_coordination::from_wire;
+use lf_model::time::{Instant, Tag};
+use lf_model::{Delivery, InputId};
+use lf_wire::{DecodeError, Message};
+
+use super::execution::Execution;
+use super::held::Held;
+use super::late::Late;
+use super::receiver::{Fate, Policy, too_long};
+use crate::error::{PeerFault, RunError};
+use crate::platform::{Observation, Platform};
+
+/// What this federate sends changes these parts.
+pub(super) struct FromPeer<'x, 'a, 's, P> {
+    pub(super) platform: &'x mut P,
+    pub(super) execution: &'x mut Execution<'a, 's>,
+    pub(super) late: &'x mut Late,
+    /// The federate that sends, and this one.
+    pub(super) from: u16,
+    pub(super) to: u16,
+    /// The federation's physical time.
+    pub(super) now: Instant,
+}
+
+impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
+    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+        let (port, federate, tag) = match message {
+            Message::P2pMessage { port, federate, .. } => (port, federate, None),
+            Message::P2pTaggedMessage { port, federate, tag, .. } => {
+                let tag = from_wire(tag);
+                self.platform.observe(Observation::Receives { port, tag });
+                (port, federate, Some(tag))
+            }
+            Message::PortAbsent { port, federate, tag } => (port, federate, Some(from_wire(tag))),
+            _ => return Err(self.fault(PeerFault::Unexpected(message.name()))),
+        };
+        let input = InputId(port);
+        let fits =
+            self.execution.engine.tables().inputs.get(usize::from(port)).is_some_and(|input| {
+                federate == self.to && input.federate == self.from && input.physical == tag.is_none()
+            });
+        if !fits {
+            return Err(self.fault(PeerFault::WrongInput { federate, port }));
+        }
+        if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
+            return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
+        }
+        let Execution { engine, program, awaited, .. } = &mut *self.execution;
+        match (message, tag) {
+            (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
+                let delivery = engine.deliver_tardy(&mut **program, input, tag, payload)?;
+                awaited.learn(port, happens(delivery).unwrap_or(tag));
+                let lateness = self.now.duration_since(tag.time);
+                self.late.report(engine, self.to, input, (tag, lateness), delivery);
+            }
+            (Message::P2pMessage { payload, .. }, _) => {
+                engine.deliver_physical(&mut **program, input, self.now, payload)?;
+            }
+            (_, Some(tag)) => awaited.learn(port, tag),
+            (_, None) => {}
+        }
+        Ok(Fate::Taken)
+    }
+
+    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
+        too_long(bytes, error, &self.execution.engine).unwrap_or_else(|| self.fault(PeerFault::Bytes(error)))
+    }
+}
+
+impl<P> FromPeer<'_, '_, '_, P> {
+    fn fault(&self, fault: PeerFault) -> RunError {
+        RunError::Peer { federate: self.from, fault }
+    }
+}
+
+/// The tag at which a message happens, if it does.
+fn happens(delivery: Delivery) -> Option<Tag> {
+    match delivery {
+        Delivery::InTime(tag) | Delivery::Tardy(tag) => Some(tag),
+        Delivery::AfterStop | Delivery::Lost => None,
+    }
+}

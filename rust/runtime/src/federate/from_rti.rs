@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What comes from the RTI.
+//!
+//! All comes on one connection, so the grant that lets a full queue empty itself may lie behind messages for that very
+//! queue. Therefore messages for other queues and what the RTI says of the federation are taken out of their turn, and
+//! a grant counts at once up to just before the earliest message that is held. Nor does this change what the RTI is
+//! told: the earliest message that is held counts for the next event like those in the queues.
+//!
+//! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
+//! an error that names the input.
+
+use core::net::SocketAddrV4;
+
+use lf_coordination::federate::{Event, FederateError};
+use lf_coordination::{FederateId, from_wire, to_wire};
+use lf_model::time::{EventTag, Instant, Tag};
+use lf_model::{DeliverError, Engine, InputId};
+use lf_wire::{DecodeError, Message};
+
+use super::execution::Execution;
+use super::held::Held;
+use super::receiver::{Fate, Policy, too_long};
+use crate::error::RunError;
+use crate::platform::Platform;
+
+/// What the RTI sends changes these parts.
+pub(super) struct FromRti<'x, 'a, 's, P> {
+    pub(super) platform: &'x mut P,
+    pub(super) execution: &'x mut Execution<'a, 's>,
+    /// A federate to connect to, when the RTI has told of one.
+    pub(super) found: &'x mut Option<(FederateId, SocketAddrV4)>,
+    pub(super) now: Instant,
+}
+
+impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError> {
+        let (behind, earliest) = (held.bytes() > 0, held.earliest());
+        let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
+        match message {
+            Message::TaggedMessage { port, tag, .. } => {
+                let (tag, input) = (from_wire(tag), InputId(port));
+                // For an input that is not there it is an error.
+                let exists = usize::from(port) < self.execution.engine.tables().inputs.len();
+                if exists && self.execution.lacks_room(input, Some(tag)) {
+                    return Ok(Fate::Held(tag, Some(input)));
+                }
+            }
+            // It takes back what was granted before, which may be among what is held.
+            Message::ProvisionalTagGrant(tag) if behind && from_wire(tag) <= self.execution.machine.granted() => {
+                return Ok(Fate::Held(Tag::FOREVER, None));
+            }
+            // So much of it counts already.
+            Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) if !is_before(from_wire(tag)) => {
+                let granted = Message::TagGrant(to_wire(earliest.before()));
+                self.execution.machine.handle_message(self.now, granted)?;
+                return Ok(Fate::HeldGrant);
+            }
+            // One of the held messages may be for this very input.
+            Message::PortAbsent { port, tag, .. } if !is_before(from_wire(tag)) => {
+                self.execution.awaited.learn(port, earliest.before());
+                return Ok(Fate::Held(Tag::FOREVER, None));
+            }
+            _ => {}
+        }
+        self.handle(message)
+    }
+
+    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
+        let phase = self.execution.phase();
+        too_long(bytes, error, &self.execution.engine).unwrap_or(RunError::Bytes { error, phase })
+    }
+}
+
+impl<P: Platform> FromRti<'_, '_, '_, P> {
+    fn handle(&mut self, message: Message<'_>) -> Result<Fate, RunError> {
+        let Execution { machine, engine, awaited, .. } = &mut *self.execution;
+        match machine.handle_message(self.now, message).map_err(|error| name_input(error, engine))? {
+            Event::Message { port, tag, payload } => {
+                self.deliver(InputId(port), tag, payload)?;
+                self.execution.awaited.learn(port, tag);
+            }
+            Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => awaited.learn(port, tag),
+            Event::ClockCorrected(estimate) => {
+                log::debug!("initial clock synchronization: {estimate}");
+                self.platform.set_correction(machine.clock());
+            }
+            Event::PeerFound { federate, address } => *self.found = Some((federate, address)),
+            Event::Started(start) => self.execution.start(start),
+            Event::StopGranted(tag) => {
+                log::debug!("the federation stops at {tag}");
+                engine.set_stop_tag(tag);
+                // What is held may be for after the last tag now.
+                return Ok(Fate::TakenForAll);
+            }
+            Event::Accepted => log::debug!("the RTI has accepted this federate"),
+            Event::None | Event::Granted(_) | Event::GrantedProvisionally(_) | Event::StopRequested(_) => {}
+        }
+        Ok(Fate::Taken)
+    }
+
+    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), RunError> {
+        let Execution { engine, program, .. } = &mut *self.execution;
+        let start = engine.start_time();
+        engine.deliver(&mut **program, input, tag, payload).map_err(|error| match error {
+            DeliverError::Late { input, tag, current } => {
+                let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
+                RunError::Late { input, tag, current }
+            }
+            error => error.into(),
+        })
+    }
+}
+
+/// A message that comes too late or too early is reported with the name of its connection, which tells more than the
+/// number of the input.
+fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
+    let named = |port: u16| engine.tables().inputs.get(usize::from(port)).map(|input| input.name);
+    match error {
+        FederateError::LateMessage { port, tag, current } => {
+            named(port).map_or(error.into(), |input| RunError::Late { input, tag, current })
+        }
+        FederateError::BeforeStart { port, by } => {
+            named(port).map_or(error.into(), |input| RunError::BeforeStart { input, by })
+        }
+        _ => error.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::time::Duration;
+
+    use lf_model::{
+        Interval, NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerId, TriggerInfo, TriggerKind,
+    };
+
+    use super::*;
+
+    const TABLES: Tables = Tables {
+        reactions: &[],
+        triggers: &[TriggerInfo { name: "b.y", kind: TriggerKind::NetworkInput { fills: PortId(0) }, reactions: &[] }],
+        ports: &[PortInfo { name: "b.y", reactions: &[], delays: &[] }],
+        outputs: &[],
+        inputs: &[NetworkInput {
+            name: "a.x -> b.y",
+            trigger: TriggerId(0),
+            federate: 0,
+            delay: None,
+            max_len: 4,
+            level: 0,
+            awaited: true,
+            physical: false,
+            tardy: false,
+            max_wait: Interval::ZERO,
+            absent_after: Interval::ZERO,
+            readers: &[],
+        }],
+        absence: &[],
+    };
+    const _: () = TABLES.check();
+
+    #[test]
+    fn a_late_message_is_named_by_its_connection() {
+        let mut storage = Storage::<1, 1, 1, 1>::new();
+        let engine = Engine::new(&TABLES, &mut storage, Settings::DEFAULT);
+        let (tag, current) = (EventTag::new(Duration::ZERO, 0), EventTag::new(Duration::ZERO, 1));
+        let named = name_input(FederateError::LateMessage { port: 0, tag, current }, &engine);
+        assert_eq!(named, RunError::Late { input: "a.x -> b.y", tag, current });
+        let unknown = FederateError::LateMessage { port: 7, tag, current };
+        assert_eq!(name_input(unknown, &engine), RunError::Federate(unknown));
+        assert_eq!(name_input(FederateError::RtiFailed, &engine), RunError::Federate(FederateError::RtiFailed));
+    }
+}

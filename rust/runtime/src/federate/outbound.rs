@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A connection to a federate to which this one sends directly. It is made by the side that sends; the other one
+//! answers whether it takes it, and then only ever ends it.
+
+use core::net::SocketAddrV4;
+
+use lf_coordination::Deadline;
+use lf_coordination::peer::{Answer, read_answer};
+use lf_model::time::{Instant, Interval};
+use lf_wire::{InBuffer, Message, OutBuffer};
+
+use crate::connection::Connection;
+use crate::error::PeerFault;
+use crate::platform::{Interest, NetError, Platform, SocketId, Transfer};
+
+/// How long a connection to another federate may take until that has answered; then it is made anew.
+const ANSWER_TIME_OUT: Interval = Interval::from_secs(10);
+
+/// A connection to a federate to which this one sends directly, with its memory.
+#[derive(Debug)]
+pub struct Outbound<'s> {
+    connection: Connection<'s>,
+    answer: InBuffer<[u8; 2]>,
+    stage: Approach,
+    /// When the wait for the answer of the other federate is over.
+    answer_due: Instant,
+    /// Why the last attempt has failed.
+    trouble: Option<PeerFault>,
+    /// Since when a message has had no room.
+    stuck: Option<Instant>,
+    /// Messages that the other federate cannot have got, because it has left.
+    lost: u64,
+    /// The other federate has left before this one.
+    left_early: bool,
+}
+
+/// How far the connection is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Approach {
+    /// It is not to be made yet.
+    Absent,
+    /// An attempt is under way; `true` when the socket says that it has an outcome.
+    Connecting(SocketId, bool),
+    /// This federate has said who it is, and the other one has not answered.
+    Introduced,
+    /// Messages can be sent.
+    Open,
+    /// The other one has left.
+    Ended,
+}
+
+impl<'s> Outbound<'s> {
+    /// A connection that is still to be made, with a send buffer in this memory.
+    pub fn new(output: &'s mut [u8]) -> Self {
+        Self {
+            connection: Connection::new(&mut [], output),
+            answer: InBuffer::new([0; 2]),
+            stage: Approach::Absent,
+            answer_due: Instant::NEVER,
+            trouble: None,
+            stuck: None,
+            lost: 0,
+            left_early: false,
+        }
+    }
+
+    /// What is to be sent.
+    pub(super) fn output(&mut self) -> &mut OutBuffer<&'s mut [u8]> {
+        &mut self.connection.output
+    }
+
+    /// Whether all has been sent.
+    pub(super) fn is_empty(&self) -> bool {
+        self.connection.output.is_empty()
+    }
+
+    /// Bytes that the send buffer can hold.
+    pub(super) fn capacity(&self) -> usize {
+        self.connection.output.capacity()
+    }
+
+    /// Whether the other federate has left, so that what is sent to it goes nowhere.
+    pub(super) fn has_ended(&self) -> bool {
+        self.stage == Approach::Ended
+    }
+
+    /// One more message for a federate that has left. `true` for the first.
+    pub(super) fn lose(&mut self) -> bool {
+        self.lost = self.lost.saturating_add(1);
+        self.lost == 1
+    }
+
+    /// How many messages are lost at least.
+    pub(super) fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Whether the other federate has left before this one: what was on its way then may be lost too.
+    pub(super) fn has_left_early(&self) -> bool {
+        self.left_early
+    }
+
+    /// A message has no room.
+    pub(super) fn is_full(&mut self, now: Instant) {
+        self.stuck = self.stuck.or(Some(now));
+    }
+
+    /// Since when a message has had no room, though nothing has gone.
+    pub(super) fn stuck(&self) -> Option<Instant> {
+        self.stuck
+    }
+
+    /// Why the last attempt to connect has failed.
+    pub(super) fn trouble(&self) -> Option<PeerFault> {
+        self.trouble
+    }
+
+    /// Begins to connect.
+    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: SocketAddrV4) {
+        self.end(platform);
+        match platform.connect(address) {
+            Ok(socket) => self.stage = Approach::Connecting(socket, false),
+            Err(error) => self.trouble = Some(PeerFault::Unreachable(error)),
+        }
+        self.answer_due = platform.now() + ANSWER_TIME_OUT;
+    }
+
+    /// Writes what is pending. A connection that is broken is over.
+    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) {
+        let before = self.connection.output.pending().len();
+        let is_sound = self.connection.flush(platform);
+        if self.connection.output.pending().len() < before {
+            self.stuck = None;
+        }
+        if !is_sound {
+            self.lose_peer(platform);
+        }
+    }
+
+    /// The other side has ended the connection.
+    fn lose_peer<P: Platform>(&mut self, platform: &mut P) {
+        self.left_early |= self.stage == Approach::Open;
+        self.end(platform);
+    }
+
+    /// The other side has left, or cannot be reached; or this one has sent all.
+    pub(super) fn end<P: Platform>(&mut self, platform: &mut P) {
+        if let Approach::Connecting(socket, _) = self.stage {
+            platform.close(socket);
+        }
+        // Its last message at least is not complete.
+        let loses = self.stage == Approach::Open && !self.is_empty();
+        self.lost = self.lost.saturating_add(u64::from(loses));
+        self.stage = Approach::Ended;
+        self.connection.close(platform);
+        self.answer.clear();
+        self.stuck = None;
+    }
+
+    /// Goes on with a connection that is being made. `Some` when it is there (`true`), or cannot be made (`false`).
+    pub(super) fn establish<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Option<bool> {
+        match self.step(platform, introduction) {
+            Ok(connected) => connected.then_some(true),
+            Err(fault) => {
+                self.trouble = Some(fault);
+                self.end(platform);
+                Some(false)
+            }
+        }
+    }
+
+    /// `true` when the connection is there.
+    fn step<P: Platform>(&mut self, platform: &mut P, introduction: &Message<'_>) -> Result<bool, PeerFault> {
+        if let Approach::Connecting(socket, true) = self.stage {
+            platform.connected(socket).map_err(PeerFault::Unreachable)?;
+            self.connection.open(socket);
+            self.stage = Approach::Introduced;
+            self.output().push(introduction).map_err(|_| PeerFault::Unreachable(NetError::NoSocketLeft))?;
+        }
+        self.flush(platform);
+        if let (Approach::Introduced, Some(socket)) = (self.stage, self.connection.socket()) {
+            match platform.read(socket, self.answer.space()) {
+                Ok(Transfer::Bytes(count)) => self.answer.filled(count),
+                Ok(Transfer::WouldBlock) => {}
+                Ok(Transfer::Closed) => return Err(PeerFault::Unanswered),
+                Err(error) => return Err(PeerFault::Unreachable(error)),
+            }
+            match read_answer(self.answer.bytes()) {
+                Answer::Incomplete => {}
+                Answer::Accepted => {
+                    self.stage = Approach::Open;
+                    return Ok(true);
+                }
+                Answer::Rejected(code) => return Err(PeerFault::Refuses(code)),
+                Answer::Wrong(error) => return Err(PeerFault::Bytes(error)),
+            }
+        }
+        if self.stage == Approach::Ended {
+            return Err(self.trouble.unwrap_or(PeerFault::Unanswered));
+        }
+        if self.is_attempt() && platform.now() < self.answer_due { Ok(false) } else { Err(PeerFault::Unanswered) }
+    }
+
+    fn is_attempt(&self) -> bool {
+        matches!(self.stage, Approach::Connecting(..) | Approach::Introduced)
+    }
+
+    /// When to give up the attempt that is under way.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        if self.is_attempt() { Deadline::At(self.answer_due) } else { Deadline::Never }
+    }
+
+    /// Looks for the end of the other side, which never says anything else.
+    pub(super) fn look_for_end<P: Platform>(&mut self, platform: &mut P) {
+        if let (Approach::Open, Some(socket)) = (self.stage, self.connection.socket())
+            && !matches!(platform.read(socket, &mut [0; 1]), Ok(Transfer::WouldBlock | Transfer::Bytes(_)))
+        {
+            self.lose_peer(platform);
+        }
+    }
+
+    pub(super) fn set_interest<P: Platform>(&self, platform: &mut P) {
+        if let Approach::Connecting(socket, _) = self.stage {
+            platform.set_interest(socket, Interest::WRITE);
+        } else if let Some(socket) = self.connection.socket() {
+            platform.set_interest(socket, Interest { readable: true, writable: !self.is_empty() });
+        }
+    }
+
+    /// A wait found this socket ready.
+    pub(super) fn handle_ready(&mut self, ready: SocketId) {
+        if let Approach::Connecting(socket, has_outcome) = &mut self.stage {
+            *has_outcome |= *socket == ready;
+        }
+    }
+}

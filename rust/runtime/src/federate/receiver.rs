@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From bytes to messages that are taken or held, on any connection of a federate.
+//!
+//! Over one connection come messages for several inputs, and on that to the RTI what it says of the federation. A
+//! message that finds no room in the queue of its input is held where it lies, and what comes behind it is looked at:
+//! it may be for another input, or be the very word that lets the tag begin that makes room. What may come, what waits
+//! for what, and what is wrong with bytes that are no message: that is a [`Policy`], one for the RTI and one for other
+//! federates.
+//!
+//! Taking messages out of their turn changes nothing that the program sees, since events are ordered by tag and no tag
+//! is begun before all of its messages are in their queues.
+
+use lf_model::time::Tag;
+use lf_model::{DeliverError, Engine, InputId};
+use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, decode, destination_in_header};
+
+use super::held::Held;
+use crate::error::RunError;
+
+/// What has become of a message.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Fate {
+    /// It has been handled.
+    Taken,
+    /// It has been handled, and what is held may need no room any more.
+    TakenForAll,
+    /// It waits for room for this tag in the queue of its input, or else until all before it has been handled.
+    Held(Tag, Option<InputId>),
+    /// It is a grant that waits, and reaches the earliest tag that is held.
+    HeldGrant,
+}
+
+/// What may come over a connection, and what is to be done with it.
+pub(super) trait Policy {
+    /// Takes a message behind what is held, or says what it waits for.
+    ///
+    /// # Errors
+    /// When it must not come.
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError>;
+
+    /// What is wrong when these bytes are no message.
+    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError;
+}
+
+/// Looks at the messages in a receive buffer, one by one.
+#[derive(Debug)]
+pub(super) struct Receiver {
+    held: Held,
+    /// What belongs together was held before, and has so many bytes that have not been looked at again.
+    alike: usize,
+    limits: Limits,
+}
+
+impl Receiver {
+    /// Takes messages within these limits.
+    pub(super) fn new(limits: Limits) -> Self {
+        Self { held: Held::NONE, alike: 0, limits }
+    }
+
+    /// What is held.
+    pub(super) fn held(&self) -> &Held {
+        &self.held
+    }
+
+    /// A tag has been begun: there is room for messages that wait.
+    pub(super) fn look_again(&mut self) {
+        self.held.look_again();
+    }
+
+    /// Goes back to the front of what is held, if there may be room for it now.
+    pub(super) fn resume(&mut self) {
+        self.alike = self.held.release();
+    }
+
+    /// The connection has ended: nothing is held.
+    pub(super) fn clear(&mut self) {
+        (self.held, self.alike) = (Held::NONE, 0);
+    }
+
+    /// Looks at the next message, which is not looked at again before [`Receiver::resume`]. `None` when there is none
+    /// that is whole; else whether it has been taken. Its bytes are then gone.
+    ///
+    /// # Errors
+    /// As the policy says.
+    pub(super) fn next(
+        &mut self,
+        input: &mut InBuffer<&mut [u8]>,
+        policy: &mut impl Policy,
+    ) -> Result<Option<bool>, RunError> {
+        let rest = self.rest(input);
+        let next = match self.held.bytes() {
+            // Then it is known, too, whether the buffer can hold it.
+            0 => input.next(&self.limits),
+            _ => decode(rest, &self.limits).map(|decoded| match decoded {
+                Decoded::Complete { message, len } => Some((message, len)),
+                Decoded::Incomplete { .. } => None,
+            }),
+        };
+        let Some((message, len)) = next.map_err(|error| policy.refuse(rest, error))? else { return Ok(None) };
+        let fate = policy.take(message, &self.held)?;
+        match fate {
+            Fate::Taken | Fate::TakenForAll => {
+                input.remove(self.held.bytes(), len);
+                self.alike = self.alike.saturating_sub(len);
+            }
+            // With those behind it that are for the same input, whose tags are later.
+            Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
+            Fate::HeldGrant => self.held.hold_grant(len),
+        }
+        if fate == Fate::TakenForAll && self.held.input().is_some() {
+            self.clear();
+        }
+        Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))
+    }
+
+    /// Whether the connection cannot be read, because all of its buffer is held: then which input holds it. While no
+    /// tag can be begun or completed either, this lasts.
+    pub(super) fn choked(&self, input: &mut InBuffer<&mut [u8]>) -> Option<InputId> {
+        self.held.input().filter(|_| !self.held.is_stale() && input.space().is_empty())
+    }
+
+    /// The bytes of the message that is not whole.
+    pub(super) fn rest<'b>(&self, input: &'b InBuffer<&mut [u8]>) -> &'b [u8] {
+        input.bytes().get(self.held.bytes()..).unwrap_or_default()
+    }
+
+    /// Whether a message for this input is held.
+    pub(super) fn holds_for(&self, input: &InBuffer<&mut [u8]>, awaited: u16) -> bool {
+        let mut held = input.bytes().get(..self.held.bytes()).unwrap_or_default();
+        while let Ok(Decoded::Complete { message, len }) = decode(held, &self.limits) {
+            if let Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. } = message
+                && port == awaited
+            {
+                return true;
+            }
+            held = held.get(len..).unwrap_or_default();
+        }
+        false
+    }
+}
+
+/// What is true of a message that is too long for the receive buffer: it is a message, and no value of its input.
+pub(super) fn too_long(bytes: &[u8], error: DecodeError, engine: &Engine<'_>) -> Option<RunError> {
+    if !matches!(error, DecodeError::OverLimit { .. } | DecodeError::LargerThanBuffer { .. }) {
+        return None;
+    }
+    let header = destination_in_header(bytes)?;
+    let (port, bytes) = (header.port, header.payload_bytes);
+    match engine.tables().inputs.get(usize::from(port)) {
+        Some(input) => Some(RunError::TooLong { input: input.name, bytes, max: input.max_len }),
+        None => Some(DeliverError::NoSuchPort { port }.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use lf_coordination::to_wire;
+    use lf_model::time::{Instant, Tag};
+    use lf_wire::OutBuffer;
+
+    use super::*;
+
+    /// Inputs with so much room each, and what they have got; `looks` counts the messages that were looked at.
+    struct Inputs {
+        room: [usize; 2],
+        taken: Vec<(u16, i64)>,
+        looks: usize,
+    }
+
+    impl Policy for Inputs {
+        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+            self.looks += 1;
+            let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Fate::TakenForAll) };
+            let room = &mut self.room[usize::from(port)];
+            if *room == 0 {
+                return Ok(Fate::Held(lf_coordination::from_wire(tag), Some(InputId(port))));
+            }
+            *room -= 1;
+            self.taken.push((port, tag.time));
+            Ok(Fate::Taken)
+        }
+
+        fn refuse(&self, _: &[u8], error: DecodeError) -> RunError {
+            panic!("{error}")
+        }
+    }
+
+    fn message(port: u16, time: i64) -> Message<'static> {
+        Message::P2pTaggedMessage { port, federate: 0, tag: to_wire(Tag::at(Instant(time))), payload: &[7] }
+    }
+
+    /// What these messages are taken and held by a receiver for inputs with so much room.
+    fn run(
+        messages: &[Message<'_>],
+        room: [usize; 2],
+        test: impl FnOnce(&mut dyn FnMut(Option<[usize; 2]>) -> Inputs),
+    ) {
+        let (mut bytes, mut encoded) = ([0; 512], [0; 512]);
+        let mut output = OutBuffer::new(&mut encoded[..]);
+        for message in messages {
+            output.push(message).expect("there is room");
+        }
+        let mut input = InBuffer::new(&mut bytes[..]);
+        input.space()[..output.pending().len()].copy_from_slice(output.pending());
+        input.filled(output.pending().len());
+        let mut receiver = Receiver::new(Limits::NONE);
+        test(&mut |again| {
+            let mut inputs = Inputs { room: again.unwrap_or(room), taken: Vec::new(), looks: 0 };
+            if again.is_some() {
+                receiver.look_again();
+            }
+            receiver.resume();
+            while receiver.next(&mut input, &mut inputs).expect("all are messages").is_some() {}
+            inputs
+        });
+    }
+
+    #[test]
+    fn a_message_without_room_is_held_and_others_pass_it_in_order() {
+        run(&[message(0, 1), message(1, 2), message(0, 3), message(1, 4)], [0, 2], |take| {
+            assert_eq!(take(None).taken, [(1, 2), (1, 4)]);
+            // As nothing has changed, nothing is looked at.
+            assert_eq!(take(None).looks, 0);
+            assert_eq!(take(Some([1, 0])).taken, [(0, 1)]);
+            assert_eq!(take(Some([5, 0])).taken, [(0, 3)]);
+        });
+    }
+
+    #[test]
+    fn of_many_messages_for_one_full_input_only_the_first_is_looked_at_again() {
+        let messages: Vec<_> = (0..9).map(|time| message(0, time)).collect();
+        run(&messages, [0, 0], |take| {
+            assert_eq!(take(None).looks, 9);
+            assert_eq!(take(Some([0, 0])).looks, 1);
+            let inputs = take(Some([2, 0]));
+            assert_eq!((inputs.looks, inputs.taken), (3, [(0, 0), (0, 1)].to_vec()));
+            assert_eq!(take(Some([9, 0])).taken.len(), 7);
+        });
+    }
+
+    #[test]
+    fn what_is_true_for_all_that_is_held_has_it_looked_at_again() {
+        run(&[message(0, 1), message(0, 2), Message::Resign], [0, 0], |take| assert_eq!(take(None).looks, 5));
+    }
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The session with the RTI: its connection, made, made again until the RTI has accepted the federate, and closed; and
+//! the messages on it, in both directions.
+//!
+//! A session knows no tags: what the machine has to say it sends, and what comes it looks at as a policy says.
+
+use core::net::SocketAddrV4;
+
+use lf_coordination::Deadline;
+use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate};
+use lf_model::time::Instant;
+use lf_wire::{Limits, OutBuffer};
+
+use super::receiver::{Policy, Receiver};
+use crate::connection::{Connection, Reading};
+use crate::error::RunError;
+use crate::platform::{Interest, NetError, Platform, SocketId};
+
+/// The session with the RTI.
+#[derive(Debug)]
+pub(super) struct Session<'s> {
+    connection: Connection<'s>,
+    receiver: Receiver,
+    address: SocketAddrV4,
+    attempt: Attempt,
+    retry: ConnectRetry,
+    /// Why the last attempt failed.
+    last_error: Option<NetError>,
+}
+
+/// How far the connection is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Attempt {
+    /// No connection, none under way; the next attempt is due at this time.
+    Due(Instant),
+    /// An attempt is under way; `true` when the socket says that it has an outcome.
+    UnderWay(SocketId, bool),
+    /// The connection is there.
+    Made,
+    /// It is closed for good.
+    Over,
+}
+
+impl<'s> Session<'s> {
+    /// A session that begins now.
+    pub(super) fn new(now: Instant, address: SocketAddrV4, connection: Connection<'s>) -> Self {
+        log::debug!("connecting to the RTI at {address}");
+        let limits = Limits {
+            // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
+            payload_bytes_max: connection.input.capacity(),
+            federation_id_bytes_max: 0,
+            neighbors_max: 0,
+        };
+        let (receiver, retry) = (Receiver::new(limits), ConnectRetry::new(now));
+        Self { connection, receiver, address, attempt: Attempt::Due(now), retry, last_error: None }
+    }
+
+    /// The messages that wait for room.
+    pub(super) fn receiver(&mut self) -> &mut Receiver {
+        &mut self.receiver
+    }
+
+    /// What is to be sent.
+    pub(super) fn output(&mut self) -> &mut OutBuffer<&'s mut [u8]> {
+        &mut self.connection.output
+    }
+
+    /// Whether messages can be exchanged.
+    pub(super) fn is_open(&self) -> bool {
+        self.attempt == Attempt::Made
+    }
+
+    /// Makes the connection, as far as that goes without waiting. `true` when it has just been made.
+    ///
+    /// # Errors
+    /// [`RunError::RtiUnreachable`] when the time for it is over.
+    pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, RunError> {
+        match self.attempt {
+            Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
+            Attempt::UnderWay(socket, true) => match platform.connected(socket) {
+                Ok(()) => {
+                    self.connection.open(socket);
+                    self.attempt = Attempt::Made;
+                    Ok(true)
+                }
+                Err(error) => {
+                    self.begin_anew(platform, error);
+                    self.attempt_again(platform).map(|()| false)
+                }
+            },
+            Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(self.unreachable()),
+            Attempt::UnderWay(..) | Attempt::Made | Attempt::Over => Ok(false),
+        }
+    }
+
+    /// Drops a connection that ended before the RTI accepted the federate, or could not be made, for this reason;
+    /// [`Session::establish`] makes the next one.
+    pub(super) fn begin_anew<P: Platform>(&mut self, platform: &mut P, reason: NetError) {
+        self.close(platform);
+        self.receiver.clear();
+        self.last_error = Some(reason);
+        self.attempt = Attempt::Due(platform.now());
+    }
+
+    /// Reads once, if there is something to read, for [`Session::next`]. `true` when the connection has ended.
+    pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
+        self.receiver.resume();
+        self.connection.fill(platform) == Reading::End
+    }
+
+    /// Looks at the next message. See [`Receiver::next`].
+    ///
+    /// # Errors
+    /// As the policy says.
+    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
+        self.receiver.next(&mut self.connection.input, policy)
+    }
+
+    /// See [`Receiver::choked`].
+    pub(super) fn choked(&mut self) -> Option<lf_model::InputId> {
+        self.receiver.choked(&mut self.connection.input)
+    }
+
+    /// Moves what the machine has to say into the output buffer, and writes it.
+    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) {
+        while self.is_open() {
+            self.collect(machine);
+            if !self.flush(platform) {
+                return;
+            }
+            machine.handle_written(platform.now());
+            if !machine.has_transmit() {
+                return;
+            }
+        }
+    }
+
+    /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
+    pub(super) fn collect(&mut self, machine: &mut Federate<'_>) {
+        while let Some(message) = machine.poll_transmit(self.connection.output.room()) {
+            // There is room: the machine was told how much, and gave a message that fits.
+            let _ = self.connection.output.push(&message);
+        }
+    }
+
+    /// Writes what is pending. `true` when the output buffer has become empty by it.
+    ///
+    /// A broken connection is not reported here: reading finds its end, after the peer's last words.
+    pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
+        if !self.is_open() || self.connection.output.is_empty() {
+            return false;
+        }
+        if !self.connection.flush(platform) {
+            self.connection.output.clear();
+            self.connection.look();
+            return false;
+        }
+        self.connection.output.is_empty()
+    }
+
+    /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when
+    /// there is nothing more to wait for.
+    ///
+    /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
+    /// the RTI's last words are read.
+    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> bool {
+        let Some(socket) = self.connection.socket() else { return false };
+        self.transmit(platform, machine);
+        if self.connection.output.is_empty() && !machine.has_transmit() {
+            platform.shut_down_writing(socket);
+        }
+        self.connection.input.clear();
+        if self.connection.has_ended() || self.connection.fill(platform) == Reading::End {
+            return false;
+        }
+        self.set_interest(platform);
+        true
+    }
+
+    /// Closes the connection for good.
+    pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
+        if let Attempt::UnderWay(socket, _) = self.attempt {
+            platform.close(socket);
+        }
+        self.connection.close(platform);
+        self.attempt = Attempt::Over;
+    }
+
+    /// Says what to wait for: bytes as long as there is space for them, and room if something is pending.
+    pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P) {
+        if let Attempt::UnderWay(socket, _) = self.attempt {
+            platform.set_interest(socket, Interest::WRITE);
+        }
+        self.connection.set_interest(platform, true);
+    }
+
+    /// A wait found this socket ready.
+    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
+        if let Attempt::UnderWay(socket, has_outcome) = &mut self.attempt {
+            *has_outcome |= *socket == ready;
+        }
+        self.connection.handle_ready(ready, interest);
+    }
+
+    /// When there is something to do though no socket is ready.
+    pub(super) fn poll_timeout(&mut self) -> Deadline {
+        match self.attempt {
+            Attempt::Due(time) => Deadline::At(time),
+            Attempt::UnderWay(..) => Deadline::At(self.retry.give_up()),
+            // What is held may have room, or a write found the connection broken, and the end is to be read.
+            Attempt::Made if self.receiver.held().is_stale() || self.connection.is_due() => Deadline::Now,
+            Attempt::Made | Attempt::Over => Deadline::Never,
+        }
+    }
+
+    fn attempt_again<P: Platform>(&mut self, platform: &mut P) -> Result<(), RunError> {
+        match self.retry.poll(platform.now()) {
+            ConnectStep::Attempt => match platform.connect(self.address) {
+                Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
+                Err(error) => self.begin_anew(platform, error),
+            },
+            ConnectStep::WaitUntil(time) => self.attempt = Attempt::Due(time),
+            ConnectStep::GiveUp => return Err(self.unreachable()),
+        }
+        Ok(())
+    }
+
+    fn unreachable(&self) -> RunError {
+        RunError::RtiUnreachable { address: self.address, last: self.last_error }
+    }
+}

@@ -1,0 +1,418 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The event loop of the RTI.
+
+use core::fmt;
+
+use lf_coordination::Deadline;
+use lf_coordination::auth::Nonce;
+use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict, Waits};
+use lf_model::time::{Instant, Interval, Tag};
+use lf_wire::Storage;
+
+use super::connections::{Awaited, Inlet, Outgoing, State};
+use super::table::{Outgoings, Table};
+use crate::datagram::{DatagramPort, send};
+use crate::error::RunError;
+use crate::listener::Listener;
+use crate::platform::{Platform, SocketId};
+use crate::turn::Turn;
+
+/// How many messages of one connection are handled before the next connection has its turn.
+const MESSAGES_PER_TURN: u32 = 64;
+
+/// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections, whose buffers
+/// are in slices or in [`Storage`] that grows.
+pub struct RtiSetup<'s, B = &'s mut [u8]> {
+    /// What the RTI is told about the federation.
+    pub config: Config<'s>,
+    /// The machine's memory.
+    pub storage: RtiStorage<'s>,
+    /// The receiving side of the connections.
+    pub inlets: &'s mut [Inlet<B>],
+    /// The sending side of the connections.
+    pub outgoings: &'s mut [Outgoing<B>],
+    /// A UDP port for clock synchronization, if the configuration asks for it; the loop closes it.
+    pub datagrams: Option<SocketId>,
+}
+
+/// Runs the RTI of one federation on a listening socket, until all federates have left or the program is interrupted.
+///
+/// `notices` is told what people may want to know.
+///
+/// # Errors
+/// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a buffer
+/// cannot hold the longest message. The listening socket is closed in any case.
+pub fn run_rti<P: Platform, B: Storage>(
+    platform: &mut P,
+    setup: RtiSetup<'_, B>,
+    listener: SocketId,
+    notices: &mut impl FnMut(Notice<'_>),
+) -> Result<Outcome, RunError> {
+    let mut rti = RtiLoop::new(platform, setup, listener, notices)?;
+    loop {
+        match rti.turn() {
+            Turn::Wait(until) => rti.wait(until),
+            Turn::Ended(outcome) => return Ok(outcome),
+        }
+    }
+}
+
+/// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
+/// RTI, and may do something else in between.
+pub struct RtiLoop<'a, 's, P, N, B = &'s mut [u8]> {
+    platform: &'a mut P,
+    rti: Rti<'s>,
+    table: Table<'a, B>,
+    listener: Listener,
+    /// For clock synchronization.
+    port: DatagramPort,
+    aborted: bool,
+    /// The tag at which all stop, once it is known and what was held has been let go on.
+    stop_tag: Option<Tag>,
+    /// Each connection gets a nonce.
+    authentication: bool,
+    /// After how long it is said that messages wait, and when to look whether some do.
+    log_waits: Option<(Interval, Instant)>,
+    notices: &'a mut N,
+}
+
+impl<P, N, B> fmt::Debug for RtiLoop<'_, '_, P, N, B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RtiLoop").field("aborted", &self.aborted).finish_non_exhaustive()
+    }
+}
+
+impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N, B> {
+    /// An RTI whose federates may come now.
+    ///
+    /// # Errors
+    /// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a
+    /// buffer cannot hold the longest message. The listening socket is then closed.
+    pub fn new(
+        platform: &'a mut P,
+        setup: RtiSetup<'s, B>,
+        listener: SocketId,
+        notices: &'a mut N,
+    ) -> Result<Self, RunError>
+    where
+        's: 'a,
+    {
+        let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
+        let mut port = DatagramPort::new(platform, datagrams);
+        let authentication = config.authentication.is_some();
+        let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
+        let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
+            let table = Table::new(inlets, outgoings, rti.message_bytes_max())?;
+            Ok((rti, table))
+        });
+        let (rti, table) = match rti {
+            Ok(both) => both,
+            Err(error) => {
+                platform.close(listener);
+                port.close(platform);
+                return Err(error);
+            }
+        };
+        Ok(Self {
+            platform,
+            rti,
+            table,
+            listener: Listener::new(listener),
+            port,
+            aborted: false,
+            stop_tag: None,
+            authentication,
+            log_waits,
+            notices,
+        })
+    }
+
+    /// Does what can be done now. Bounded by the number of connections with something to do times
+    /// [`MESSAGES_PER_TURN`].
+    pub fn turn(&mut self) -> Turn<Outcome> {
+        self.synchronize();
+        if !self.aborted && self.platform.interrupted() {
+            self.aborted = true;
+            self.tell(|rti, outlet| rti.abort(outlet));
+        }
+        self.exchange();
+        let now = self.platform.now();
+        self.accept(now);
+        self.table.expire(now);
+        for entry in 0..self.table.due() {
+            self.receive(self.table.due_at(entry));
+            self.exchange();
+        }
+        if self.rti.poll_timeout().is_due(now) {
+            self.tell(|rti, outlet| rti.handle_timeout(now, outlet));
+        }
+        self.look_for_waits(now);
+        if self.stop_tag != self.rti.stop_tag() {
+            self.stop_tag = self.rti.stop_tag();
+            (0..self.table.len()).for_each(|index| self.table.let_go_on(Awaited::Input(ConnectionId(index))));
+        }
+        // Messages and grants go before advice: a write can take longer than all that was done for it.
+        for entry in 0..self.table.due() {
+            let index = self.table.due_at(entry);
+            self.table.outgoings[index].hurry(self.platform);
+        }
+        for _ in 0..self.table.due() {
+            if let Some(index) = self.table.pop() {
+                self.send(index);
+            }
+        }
+        match self.rti.status() {
+            Status::Finished(outcome) if self.close_all() => Turn::Ended(outcome),
+            Status::Finished(_) | Status::Running => Turn::Wait(self.prepare_wait()),
+        }
+    }
+
+    /// Waits until a socket is ready, or the time has come that the last [`RtiLoop::turn`] gave.
+    pub fn wait(&mut self, until: Deadline) {
+        let Self { platform, table, listener, port, .. } = self;
+        platform.wait(until, &mut |socket, interest| {
+            // A datagram is read at the beginning of the next turn.
+            if !listener.handle_ready(socket) && !port.handle_ready(socket) {
+                table.handle_ready(socket, interest);
+            }
+        });
+    }
+
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.notices).1)
+    }
+
+    /// Closes what is still open after the end of the federation. `true` when nothing is.
+    fn close_all(&mut self) -> bool {
+        // Whoever comes now shall see at once that nobody is here.
+        self.listener.close(self.platform);
+        self.port.close(self.platform);
+        self.table.close_all();
+        self.table.open() == 0
+    }
+
+    /// Takes the connections that wait, as long as there are places for them.
+    fn accept(&mut self, now: Instant) {
+        while self.listener.knocks(now)
+            && let Some(index) = self.place()
+            && let Some((socket, address)) = self.listener.accept(self.platform, now)
+        {
+            let mut nonce = Nonce::default();
+            if self.authentication
+                && let Err(error) = self.platform.random(&mut nonce)
+            {
+                log::error!("a connection is refused: {error}");
+                self.platform.close(socket);
+                continue;
+            }
+            self.table.occupy(index, socket);
+            self.tell(|rti, outlet| {
+                rti.handle_connect(now, ConnectionId(index), address.octets(), nonce, outlet);
+            });
+        }
+    }
+
+    /// A place for a new connection. When there is none, and one has come for sure, somebody makes way for it: who is
+    /// being closed, or else who has not said which federate it is.
+    fn place(&mut self) -> Option<usize> {
+        let vacant = self.table.vacant();
+        // Asked again when the listener says that one waits.
+        if vacant.is_some() || !self.listener.put_off() {
+            return vacant;
+        }
+        let index = match self.table.lingering() {
+            Some(index) => index,
+            None => self.tell(|rti, outlet| rti.make_way(outlet))?.0,
+        };
+        self.platform.close(self.table.vacate(index)?);
+        Some(index)
+    }
+
+    /// Reads one connection and handles what has come.
+    fn receive(&mut self, index: usize) {
+        let Some(socket) = self.table.outgoings[index].socket else { return };
+        if !self.table.outgoings[index].is_read() {
+            self.table.inlets[index].discard(self.platform, socket);
+            return;
+        }
+        let inlet = &mut self.table.inlets[index];
+        if inlet.fill(self.platform, socket) {
+            if inlet.reads_on() {
+                inlet.awaits = None;
+            }
+            if inlet.ended {
+                self.rti.handle_end(ConnectionId(index));
+            }
+        }
+        if self.table.inlets[index].fresh && self.table.inlets[index].awaits.is_none() {
+            self.offer(index);
+            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+        }
+        if self.table.inlets[index].ended && !self.table.inlets[index].fresh && self.table.has_work(index) {
+            let now = self.platform.now();
+            self.tell(|rti, outlet| rti.handle_disconnect(now, ConnectionId(index), outlet));
+            self.table.outgoings[index].state = State::Closing(None);
+        }
+    }
+
+    /// Offers what has come on one connection to the machine, message by message.
+    fn offer(&mut self, index: usize) {
+        let now = self.platform.now();
+        for _ in 0..MESSAGES_PER_TURN {
+            let (inlets, mut outlet) = self.table.outlet(self.notices);
+            let inlet = &mut inlets[index];
+            let bytes = inlet.buffer.bytes();
+            if bytes.is_empty() {
+                inlet.fresh = false;
+                inlet.buffer.shrink();
+                return;
+            }
+            match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
+                Verdict::Consumed(count) => {
+                    inlet.buffer.consume(count);
+                    inlet.awaits_since = None;
+                }
+                Verdict::Incomplete(needed) => {
+                    inlet.fresh = false;
+                    if !inlet.buffer.make_space_for(needed) {
+                        self.give_up(index, needed);
+                    }
+                    return;
+                }
+                Verdict::Blocked(by) => return self.table.put_off(now, index, Awaited::Room(by)),
+                Verdict::Held(until) => return self.table.put_off(now, index, Awaited::Input(until)),
+                Verdict::HeldReadOn(until) => {
+                    let needed = bytes.len() + 1;
+                    if !inlet.buffer.make_space_for(needed) {
+                        return self.give_up(index, needed);
+                    }
+                    return self.table.put_off(now, index, Awaited::InputOrMore(until));
+                }
+                Verdict::Closed => {
+                    inlet.fresh = false;
+                    inlet.clear();
+                    self.table.outgoings[index].state = State::Closing(None);
+                    return;
+                }
+            }
+        }
+    }
+
+    /// There is no memory for a message of so many bytes, from a connection or for it: nothing goes on there.
+    fn give_up(&mut self, index: usize, bytes: usize) {
+        self.tell(|rti, outlet| rti.handle_no_memory(ConnectionId(index), bytes, outlet));
+        self.table.inlets[index].clear();
+        self.table.outgoings[index].state = State::Closing(None);
+        self.table.push(index);
+    }
+
+    /// Writes what is pending on one connection, lets go on what waited for room there, and says what to wait for.
+    fn send(&mut self, index: usize) {
+        if self.table.outgoings[index].socket.is_none() {
+            return;
+        }
+        if let Some(bytes) = self.table.outgoings[index].refused.take() {
+            self.give_up(index, bytes);
+        }
+        if self.table.outgoings[index].flush(self.platform) {
+            let now = self.platform.now();
+            self.tell(|rti, outlet| rti.handle_writable(now, ConnectionId(index), outlet));
+            // What was put off goes with the same turn.
+            self.table.outgoings[index].flush(self.platform);
+            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
+        }
+        self.table.outgoings[index].advance_closing(self.platform, self.table.inlets[index].ended);
+        if !self.table.outgoings[index].is_open() {
+            self.table.let_go_on(Awaited::Room(ConnectionId(index)));
+            self.table.let_go_on(Awaited::Input(ConnectionId(index)));
+        }
+        let Some(socket) = self.table.outgoings[index].socket else {
+            self.table.freed();
+            self.listener.look();
+            return;
+        };
+        let interest = self.table.interest(index);
+        self.platform.set_interest(socket, interest);
+        if self.table.has_work(index) {
+            self.table.push(index);
+        }
+    }
+
+    /// Says whose messages have been waiting for too long, and for whom, if it is time to look.
+    fn look_for_waits(&mut self, now: Instant) {
+        let Some((interval, due)) = self.log_waits.filter(|(_, due)| *due <= now) else { return };
+        self.log_waits = Some((interval, due.max(now) + Interval((interval.as_nanos() / 4).max(1))));
+        for index in 0..self.table.len() {
+            let inlet = &self.table.inlets[index];
+            let (Some(awaited), Some(since)) = (inlet.awaits, inlet.awaits_since) else { continue };
+            let lasts = now.since(since);
+            let federates = (self.rti.federate_on(ConnectionId(index)), self.rti.federate_on(awaited.connection()));
+            if let (Some(from), Some(to)) = federates
+                && lasts >= interval
+            {
+                self.table.inlets[index].awaits_since = Some(Instant::FOREVER);
+                let room = matches!(awaited, Awaited::Room(_));
+                (self.notices)(Notice::Waits(Waits::Sender { from, to, room, lasts }));
+            }
+        }
+    }
+
+    /// When a round is to begin: never without a port, which is closed when the federation has ended.
+    fn next_round(&self) -> Deadline {
+        if self.port.socket().is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }
+    }
+
+    /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
+    fn synchronize(&mut self) {
+        let Some(socket) = self.port.socket() else { return };
+        let Self { rti, table, notices, .. } = self;
+        self.port.receive(self.platform, |platform, socket, now, from, datagram| {
+            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(*notices).1) {
+                send(platform, socket, answer.to, &answer.message);
+                let probe = answer.coded_probe(platform.now());
+                send(platform, socket, probe.to, &probe.message);
+            }
+        });
+        let now = self.platform.now();
+        if self.rti.poll_round_timeout().is_due(now)
+            && let Some(question) = self.rti.poll_round(now)
+        {
+            send(self.platform, socket, question.to, &question.message);
+        }
+    }
+
+    /// Clock synchronization over TCP before the start: what stands between an answer and the times that it leads to
+    /// would be taken for a part of its way. So the connection whose turn it is comes before all others, and again after
+    /// each of them; its answer is written at once, and each time that begins an exchange is taken right before it is.
+    ///
+    /// Whether something has come there, only reading says: the last wait is over.
+    fn exchange(&mut self) {
+        if let Some(ConnectionId(index)) = self.rti.exchanging() {
+            self.table.inlets[index].readable = true;
+            self.receive(index);
+            self.send(index);
+        }
+        while self.rti.poll_exchange_timeout() != Deadline::Never {
+            let now = self.platform.now();
+            let Some(ConnectionId(index)) = self.tell(|rti, outlet| rti.poll_exchange(now, outlet)) else { return };
+            self.send(index);
+        }
+    }
+
+    /// Says whether to wait for connections, and gives until when to wait.
+    fn prepare_wait(&mut self) -> Deadline {
+        let room = self.table.vacant().is_some();
+        self.listener.set_interest(self.platform, room || self.table.lingering().is_some() || self.rti.can_make_way());
+        if self.table.due() > 0 {
+            return Deadline::Now;
+        }
+        // A place may have become free after this turn's look at the listener.
+        let accept = self.listener.poll_timeout(room);
+        let now = self.platform.now();
+        let next_event = self.rti.next_event_after(now);
+        self.platform.expect(next_event);
+        let look = self.log_waits.map(|(_, due)| due).into();
+        let federation = self.rti.poll_timeout().min(self.rti.poll_exchange_timeout()).min(self.next_round());
+        federation.min(self.table.poll_timeout()).min(accept).min(look)
+    }
+}

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The table of the RTI's connections, with a queue of those that something is to be done for: a federate that is silent
+//! costs nothing.
+
+use lf_coordination::Deadline;
+use lf_coordination::rti::{ConnectionId, Notice, Outlet};
+use lf_model::time::Instant;
+use lf_wire::{Message, Storage};
+
+use super::connections::{Awaited, Inlet, Outgoing, State};
+use crate::error::RunError;
+use crate::platform::{Interest, SocketId};
+
+/// The connections: what comes in on one side, what goes out on the other.
+pub(super) struct Table<'a, B> {
+    pub(super) inlets: &'a mut [Inlet<B>],
+    pub(super) outgoings: &'a mut [Outgoing<B>],
+    /// Where something came, went or is to be done; all others are left alone.
+    due: Due,
+    /// How many connections there are.
+    open: usize,
+    /// When the next connection that is being closed may be due.
+    closing: Deadline,
+}
+
+impl<'a, B: Storage> Table<'a, B> {
+    /// A table without connections.
+    ///
+    /// # Errors
+    /// When a buffer has less than the `needed` bytes of the longest message, which it would hold back for ever.
+    pub(super) fn new(
+        inlets: &'a mut [Inlet<B>],
+        outgoings: &'a mut [Outgoing<B>],
+        needed: usize,
+    ) -> Result<Self, RunError> {
+        let receive = inlets.iter().map(|inlet| ("receive", inlet.buffer.capacity_max()));
+        let send = outgoings.iter().map(|outgoing| ("send", outgoing.buffer.capacity_max()));
+        if let Some((buffer, found)) = receive.chain(send).find(|(_, found)| *found < needed) {
+            return Err(RunError::BufferTooSmall { buffer, needed, found });
+        }
+        let count = inlets.len().min(outgoings.len()).min(u16::MAX.into());
+        let (inlets, outgoings) = (&mut inlets[..count], &mut outgoings[..count]);
+        Ok(Self { inlets, outgoings, due: Due::default(), open: 0, closing: Deadline::Never })
+    }
+
+    /// How many connections there can be.
+    pub(super) fn len(&self) -> usize {
+        self.outgoings.len()
+    }
+
+    /// How many there are.
+    pub(super) fn open(&self) -> usize {
+        self.open
+    }
+
+    /// The receiving sides, and the sending sides as the machine sees them.
+    pub(super) fn outlet<'x, N>(&'x mut self, notices: &'x mut N) -> (&'x mut [Inlet<B>], Outgoings<'x, N, B>) {
+        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, notices })
+    }
+
+    /// How many connections are in the queue.
+    pub(super) fn due(&self) -> usize {
+        self.due.len()
+    }
+
+    /// One of the queue.
+    pub(super) fn due_at(&self, entry: usize) -> usize {
+        self.due.get(self.outgoings, entry)
+    }
+
+    /// Takes the first one of the queue.
+    pub(super) fn pop(&mut self) -> Option<usize> {
+        self.due.pop(self.outgoings)
+    }
+
+    /// Puts a connection at the end of the queue, if it is not there.
+    pub(super) fn push(&mut self, index: usize) {
+        self.due.push(self.outgoings, index);
+    }
+
+    /// A wait found this socket ready.
+    pub(super) fn handle_ready(&mut self, socket: SocketId, interest: Interest) {
+        if let Some(index) = connection_of(self.outgoings, socket) {
+            self.inlets[index].readable |= interest.readable;
+            self.push(index);
+        }
+    }
+
+    /// A free place.
+    pub(super) fn vacant(&self) -> Option<usize> {
+        if self.open == self.len() {
+            return None;
+        }
+        self.outgoings.iter().position(|outgoing| outgoing.socket.is_none())
+    }
+
+    /// A connection has come for a free place.
+    pub(super) fn occupy(&mut self, index: usize, socket: SocketId) {
+        self.open += 1;
+        self.outgoings[index].open(socket);
+        self.inlets[index].reset();
+        note_socket(self.outgoings, socket, index);
+        self.push(index);
+    }
+
+    /// A connection makes way for another one. Gives its socket, which is to be closed.
+    pub(super) fn vacate(&mut self, index: usize) -> Option<SocketId> {
+        let socket = self.outgoings.get_mut(index)?.vacate()?;
+        self.freed();
+        self.let_go_on(Awaited::Room(ConnectionId(index)));
+        self.let_go_on(Awaited::Input(ConnectionId(index)));
+        Some(socket)
+    }
+
+    /// A socket has been closed.
+    pub(super) fn freed(&mut self) {
+        self.open -= 1;
+    }
+
+    /// The connection that has been being closed for longest, if its peer has been sent all.
+    pub(super) fn lingering(&self) -> Option<usize> {
+        let until = |(index, outgoing): (usize, &Outgoing<B>)| outgoing.lingers_until().map(|until| (until, index));
+        self.outgoings.iter().enumerate().filter_map(until).min().map(|(_, index)| index)
+    }
+
+    /// Looks at the connections that are being closed, if the time of one may have come.
+    pub(super) fn expire(&mut self, now: Instant) {
+        if !self.closing.is_due(now) {
+            return;
+        }
+        self.closing = Deadline::Never;
+        for index in 0..self.outgoings.len() {
+            let time_out = self.outgoings[index].poll_timeout();
+            if time_out.is_due(now) {
+                self.push(index);
+            } else {
+                self.closing = self.closing.min(time_out);
+            }
+        }
+    }
+
+    /// When [`Table::expire`] is to be called.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        self.closing
+    }
+
+    /// What to wait for on a connection.
+    pub(super) fn interest(&mut self, index: usize) -> Interest {
+        self.closing = self.closing.min(self.outgoings[index].poll_timeout());
+        let reading = self.inlets[index].wants_more();
+        self.outgoings[index].interest(reading)
+    }
+
+    /// Begins to close what is still open.
+    pub(super) fn close_all(&mut self) {
+        for index in 0..self.len() {
+            if self.outgoings[index].is_read() {
+                self.outgoings[index].state = State::Closing(None);
+                self.push(index);
+            }
+        }
+    }
+
+    /// The message at the front of a connection has to wait.
+    pub(super) fn put_off(&mut self, now: Instant, index: usize, awaited: Awaited) {
+        let inlet = &mut self.inlets[index];
+        inlet.awaits = Some(awaited);
+        inlet.awaits_since = inlet.awaits_since.or(Some(now));
+        let on = awaited.connection();
+        if let Some(outgoing) = self.outgoings.get_mut(on.0) {
+            outgoing.awaited = true;
+            // Should it be closing already, nothing else would lead there.
+            self.push(on.0);
+        }
+    }
+
+    /// What was awaited has come about.
+    pub(super) fn let_go_on(&mut self, awaited: Awaited) {
+        let on = awaited.connection();
+        if !core::mem::take(&mut self.outgoings[on.0].awaited) {
+            return;
+        }
+        for index in 0..self.inlets.len() {
+            let inlet = &mut self.inlets[index];
+            if inlet.awaits.is_some_and(|awaits| awaits.is(awaited)) {
+                inlet.awaits = None;
+                self.push(index);
+            } else if inlet.awaits.is_some_and(|other| other.connection() == on) {
+                self.outgoings[on.0].awaited = true;
+            }
+        }
+    }
+
+    /// Whether there is something to be done for a connection though its socket is not ready.
+    pub(super) fn has_work(&self, index: usize) -> bool {
+        let inlet = &self.inlets[index];
+        self.outgoings[index].is_read() && inlet.awaits.is_none() && (inlet.fresh || inlet.ended)
+    }
+}
+
+/// The connections that something is to be done for: a queue in which each is at most once.
+#[derive(Clone, Copy, Default, Debug)]
+struct Due {
+    head: usize,
+    len: usize,
+}
+
+impl Due {
+    fn len(self) -> usize {
+        self.len
+    }
+
+    /// Puts a connection at the end, if it is not in the queue.
+    fn push<B>(&mut self, table: &mut [Outgoing<B>], index: usize) {
+        let Some(outgoing) = table.get_mut(index).filter(|outgoing| !outgoing.due) else { return };
+        outgoing.due = true;
+        let end = (self.head + self.len) % table.len();
+        // There are no more connections than that: the table is cut to it.
+        table[end].queue = u16::try_from(index).unwrap_or(u16::MAX);
+        self.len += 1;
+    }
+
+    /// One of the entries.
+    fn get<B>(self, table: &[Outgoing<B>], index: usize) -> usize {
+        table[(self.head + index) % table.len()].queue.into()
+    }
+
+    /// Takes the first entry.
+    fn pop<B>(&mut self, table: &mut [Outgoing<B>]) -> Option<usize> {
+        self.len = self.len.checked_sub(1)?;
+        let index = self.get(table, 0);
+        self.head = (self.head + 1) % table.len();
+        table[index].due = false;
+        Some(index)
+    }
+}
+
+/// Remembers the connection of a socket where [`connection_of`] looks for it.
+fn note_socket<B>(table: &mut [Outgoing<B>], socket: SocketId, connection: usize) {
+    let place = usize::from(socket.index) % table.len();
+    table[place].of_socket = u16::try_from(connection).unwrap_or(u16::MAX);
+}
+
+/// The connection that has a socket.
+fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
+    let is_it = |outgoing: &Outgoing<B>| outgoing.socket == Some(socket);
+    let noted = usize::from(table.get(usize::from(socket.index) % table.len().max(1))?.of_socket);
+    match table.get(noted) {
+        Some(outgoing) if is_it(outgoing) => Some(noted),
+        // Sockets of other connections have the same place modulo the length.
+        _ => table.iter().position(is_it),
+    }
+}
+
+/// What the RTI's machine sees of the connections.
+pub(super) struct Outgoings<'a, N, B> {
+    table: &'a mut [Outgoing<B>],
+    due: &'a mut Due,
+    notices: &'a mut N,
+}
+
+impl<N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, N, B> {
+    fn room(&self, connection: ConnectionId) -> usize {
+        self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
+    }
+
+    fn send(&mut self, connection: ConnectionId, message: &Message<'_>) {
+        if let Some(outgoing) = self.table.get_mut(connection.0) {
+            // There may be room, for the machine asks before.
+            outgoing.push(message);
+            self.due.push(self.table, connection.0);
+        }
+    }
+
+    fn half_close(&mut self, connection: ConnectionId) {
+        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.state == State::Open) {
+            outgoing.state = State::HalfClosing;
+            self.due.push(self.table, connection.0);
+        }
+    }
+
+    fn close(&mut self, connection: ConnectionId) {
+        if let Some(outgoing) = self.table.get_mut(connection.0).filter(|outgoing| outgoing.is_read()) {
+            outgoing.state = State::Closing(None);
+            self.due.push(self.table, connection.0);
+        }
+    }
+
+    fn notice(&mut self, notice: Notice<'_>) {
+        (self.notices)(notice);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each connection is in the queue at most once, and they are taken in the order in which they became due, however
+    /// often the queue has gone round its table.
+    #[test]
+    fn connections_are_taken_in_the_order_in_which_they_became_due() {
+        let mut table = [0; 3].map(|_| Outgoing::new([0; 0]));
+        let mut due = Due::default();
+        for first in [0, 1, 2, 0, 1] {
+            let expected = [first, (first + 2) % 3];
+            for index in [expected[0], expected[1], expected[0], 3] {
+                due.push(&mut table, index);
+            }
+            assert_eq!([due.get(&table, 0), due.get(&table, 1)], expected);
+            assert_eq!(
+                [due.pop(&mut table), due.pop(&mut table), due.pop(&mut table)],
+                [Some(expected[0]), Some(expected[1]), None]
+            );
+        }
+    }
+
+    /// Sockets whose places are the same modulo the length of the table are told apart, and so is a place's next socket
+    /// from the one before.
+    #[test]
+    fn a_socket_is_found_wherever_it_was_noted() {
+        let mut table = [0; 2].map(|_| Outgoing::new([0; 0]));
+        let sockets = [(1, 0), (3, 0)].map(|(index, generation)| SocketId { index, generation });
+        for (connection, socket) in sockets.into_iter().enumerate() {
+            table[connection].open(socket);
+            note_socket(&mut table, socket, connection);
+        }
+        assert_eq!(sockets.map(|socket| connection_of(&table, socket)), [Some(0), Some(1)]);
+        assert_eq!(connection_of(&table, SocketId { index: 3, generation: 1 }), None);
+    }
+}
