@@ -3,15 +3,14 @@
 
 use lf_model::time::{Instant, Interval};
 
-use super::Line;
+use super::line::{BILLION, Line, scale};
 
 /// The fastest that a [`ClockCorrection`] makes up for an error: 50 ms in a second, in parts per thousand million.
 ///
 /// Far below 1, so that time goes on while it is slowed down, and far above the drift of any quartz.
 pub const SLEW_PPB_MAX: i32 = 50_000_000;
 
-/// One second: the denominator of rates in parts per thousand million.
-const BILLION: i64 = 1_000_000_000;
+/// One second, in the type of a rate.
 const PPB: i32 = 1_000_000_000;
 
 /// How the federation's physical time follows from a federate's own clock.
@@ -140,14 +139,6 @@ impl ClockCorrection {
     fn slewing_ppb(&self) -> i32 {
         self.drift_ppb.saturating_add(if self.error < 0 { -SLEW_PPB_MAX } else { SLEW_PPB_MAX })
     }
-}
-
-/// `nanos` × `ppb` / 10⁹, rounded down, without overflow for any rate of less than 1.
-#[cfg_attr(target_pointer_width = "32", inline(never))]
-pub(super) fn scale(nanos: i64, ppb: i32) -> i64 {
-    let ppb = i64::from(ppb);
-    let (whole, rest) = (nanos.div_euclid(BILLION), nanos.rem_euclid(BILLION));
-    whole.saturating_mul(ppb).saturating_add((rest * ppb).div_euclid(BILLION))
 }
 
 /// The least number to which its product by `ppb` / 10⁹ is to be added to come to `nanos`: `nanos` / (1 + `ppb` / 10⁹),

@@ -14,6 +14,7 @@
 
 mod correction;
 mod estimator;
+mod line;
 mod poll;
 mod responder;
 mod tracker;
@@ -22,11 +23,10 @@ use lf_model::time::Interval;
 
 pub use correction::{ClockCorrection, SLEW_PPB_MAX};
 pub use estimator::{Estimate, Estimator, Exchange};
+pub use line::Line;
 pub use poll::Poll;
 pub use responder::{Heard, Responder, Round};
-pub use tracker::{Line, Tracker};
-
-use correction::scale;
+pub use tracker::Tracker;
 
 /// The UDP port of an RTI, if it is free; federates answer to where a T1 came from.
 pub const RTI_UDP_PORT: u16 = 15061;

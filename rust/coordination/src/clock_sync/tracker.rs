@@ -18,7 +18,10 @@
 
 use lf_model::time::{Instant, Interval};
 
-use super::{Exchange, Round, scale};
+use super::correction::SLEW_PPB_MAX;
+use super::estimator::Exchange;
+use super::line::{Line, scale};
+use super::responder::Round;
 
 /// How many stretches the line goes through.
 const STRETCHES: usize = 16;
@@ -46,28 +49,7 @@ const SPAN_MIN_NS: i64 = 1_900_000_000;
 /// Points closer together than this are not compared.
 const PAIR_MIN_NS: i64 = 400_000_000;
 /// More drift than any two clocks have.
-const DRIFT_PPB_MAX: i32 = super::SLEW_PPB_MAX / 2;
-
-/// How far the RTI's clock is ahead of the federate's own, at all times.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Line {
-    /// A reading of the own clock.
-    pub at: Instant,
-    /// What is to be added to the own clock there.
-    pub offset: Interval,
-    /// How much faster the RTI's clock is, in parts per thousand million.
-    pub drift_ppb: i32,
-    /// The usual distance of the bounds: the offset is wrong by at most half of it, and in general by far less.
-    pub width: Interval,
-}
-
-impl Line {
-    /// What is to be added to the own clock at `own`.
-    pub fn offset_at(&self, own: Instant) -> Interval {
-        let elapsed = own.as_nanos().saturating_sub(self.at.as_nanos());
-        Interval(self.offset.as_nanos().saturating_add(scale(elapsed, self.drift_ppb)))
-    }
-}
+const DRIFT_PPB_MAX: i32 = SLEW_PPB_MAX / 2;
 
 /// A bound of the offset, and when it held. Relative to the first exchange.
 #[derive(Clone, Copy, Debug)]

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Clock synchronization over UDP, while the federation runs.
+//! The clock of a federate: the exchanges that set it before the start, and the rounds over UDP that steer it while the
+//! federation runs.
 
 use core::fmt;
 use core::net::SocketAddrV4;
 
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Interval};
 use lf_wire::Message;
 
-use super::config::ClockSync;
-use super::machine::Federate;
-use super::phase::Phase;
-use crate::clock_sync::Line;
+use super::config::{ClockSync, Config};
+use crate::clock_sync::{ClockCorrection, Estimate, Estimator, Exchange, Line, Responder, Tracker};
 
 /// What a datagram led to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Received {
     /// To be sent to where the datagram came from, at once; [`Federate::answer_leaves`] is told the time right before.
+    ///
+    /// [`Federate::answer_leaves`]: super::Federate::answer_leaves
     pub answer: Option<Message<'static>>,
-    /// [`Federate::clock`] has another rate from now on.
+    /// [`Federate::clock`](super::Federate::clock) has another rate from now on.
     pub corrected: bool,
     /// It came from somebody else than the RTI, and was ignored.
     pub stranger: bool,
@@ -52,17 +53,47 @@ impl fmt::Display for ClockSyncReport {
     }
 }
 
-impl Federate<'_> {
-    /// A datagram has come on the port of [`Config::udp_port`](super::Config::udp_port); `now` is the time right after
-    /// it was read.
-    ///
-    /// Never an error: what is lost, false or strange costs a round, and the clock goes on at its rate.
-    pub fn handle_datagram(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) -> Received {
-        let ClockSync::On { attenuation, .. } = self.config.clock_sync else { return Received::default() };
-        if !matches!(self.phase, Phase::Starting | Phase::Running | Phase::Resigning) {
-            return Received::default();
+/// The clock of a federate.
+#[derive(Clone, Debug)]
+pub(super) struct Clock {
+    correction: ClockCorrection,
+    /// The exchanges before the start.
+    pub(super) initial: Synchronization,
+    responder: Responder,
+    tracker: Tracker,
+}
+
+impl Clock {
+    /// A clock that shows this much less than physical time.
+    pub(super) const fn new(offset: Interval) -> Self {
+        Self {
+            correction: ClockCorrection::with_offset(offset),
+            initial: Synchronization::new(),
+            responder: Responder::new(),
+            tracker: Tracker::new(),
         }
-        if self.config.rti.is_some_and(|rti| rti != *from.ip()) {
+    }
+
+    /// From the own clock to the federation's physical time.
+    pub(super) fn correction(&self) -> &ClockCorrection {
+        &self.correction
+    }
+
+    /// The clock is set, before anybody has been told the time.
+    pub(super) fn set(&mut self, estimate: &Estimate) {
+        self.correction = ClockCorrection::with_offset(estimate.offset);
+    }
+
+    /// A datagram has come; `now` is the time right after it was read.
+    pub(super) fn handle_datagram(
+        &mut self,
+        config: &Config<'_>,
+        now: Instant,
+        from: SocketAddrV4,
+        datagram: &[u8],
+    ) -> Received {
+        let ClockSync::On { attenuation, .. } = config.clock_sync else { return Received::default() };
+        if config.rti.is_some_and(|rti| rti != *from.ip()) {
             return Received { stranger: true, ..Received::default() };
         }
         let heard = self.responder.handle(now, from, datagram);
@@ -70,23 +101,88 @@ impl Federate<'_> {
         if let Some(round) = heard.round {
             self.tracker.record(round);
             if let Some(line) = self.tracker.line() {
-                self.clock.steer(now, &line, attenuation);
+                self.correction.steer(now, &line, attenuation);
                 corrected = true;
             }
         }
-        let answer = heard.answer.then_some(Message::T3 { federate: self.config.id.0 });
+        let answer = heard.answer.then_some(Message::T3 { federate: config.id.0 });
         Received { answer, corrected, stranger: false }
     }
 
     /// The answer to a datagram is being sent; `now` is the time right before.
-    pub fn answer_leaves(&mut self, now: Instant) {
+    pub(super) fn answer_leaves(&mut self, now: Instant) {
         self.responder.answered(now);
     }
 
-    /// What clock synchronization has found out; `None` unless it goes on while the federation runs.
-    pub fn clock_sync_report(&self) -> Option<ClockSyncReport> {
-        let ClockSync::On { .. } = self.config.clock_sync else { return None };
+    /// What the rounds have found out.
+    pub(super) fn report(&self) -> ClockSyncReport {
         let (exchanges, unused, calm) = self.tracker.counts();
-        Some(ClockSyncReport { exchanges, unused, calm, line: self.tracker.line() })
+        ClockSyncReport { exchanges, unused, calm, line: self.tracker.line() }
+    }
+}
+
+/// The initial clock synchronization, as far as it is.
+#[derive(Clone, Debug)]
+pub(super) struct Synchronization {
+    estimator: Estimator,
+    /// T1 and T2 of the exchange under way.
+    begun: Option<(Instant, Instant)>,
+    t3: T3,
+}
+
+/// The reply of the exchange under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum T3 {
+    /// It is to be sent.
+    Due,
+    /// It is in the out-buffer.
+    Leaving,
+    /// It was written at this time.
+    Written(Instant),
+}
+
+impl Synchronization {
+    const fn new() -> Self {
+        Self { estimator: Estimator::new(), begun: None, t3: T3::Due }
+    }
+
+    /// T3 has gone to the out-buffer.
+    pub(super) fn t3_leaves(&mut self) {
+        self.t3 = T3::Leaving;
+    }
+
+    /// The out-buffer has been written.
+    pub(super) fn written(&mut self, now: Instant) {
+        if self.t3 == T3::Leaving {
+            self.t3 = T3::Written(now);
+        }
+    }
+
+    /// T1 has come; whether it is its turn.
+    pub(super) fn begin(&mut self, t1: Instant, t2: Instant) -> bool {
+        let turn = self.begun.is_none();
+        if turn {
+            self.begun = Some((t1, t2));
+            self.t3 = T3::Due;
+        }
+        turn
+    }
+
+    /// T4 has come; returns how many exchanges there were, or `None` if it is not its turn.
+    pub(super) fn complete(&mut self, t4: Instant) -> Option<u16> {
+        let t3 = match self.t3 {
+            T3::Due => return None,
+            // The event loop has not said when T3 was written. The time that it took here then counts as on the way.
+            T3::Leaving => self.begun?.1,
+            T3::Written(t3) => t3,
+        };
+        let (t1, t2) = self.begun.take()?;
+        self.estimator.record(Exchange { t1, t2, t3, t4 });
+        Some(self.estimator.seen())
+    }
+
+    /// What the exchanges say, if there was one.
+    pub(super) fn estimate(&self) -> Option<Estimate> {
+        self.estimator.estimate()
     }
 }

@@ -4,9 +4,9 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Interval};
-use lf_wire::RejectCode;
+use lf_wire::{Message, RejectCode};
 
-use super::Phase;
+use super::phase::Phase;
 use crate::FederateId;
 
 /// A [`Config`](super::Config) that no federate can work with.
@@ -107,6 +107,13 @@ pub enum FederateError {
         /// The last tag begun.
         current: EventTag,
     },
+}
+
+impl FederateError {
+    /// A message that has no place in this phase.
+    pub(super) fn unexpected(message: &Message<'_>, phase: Phase) -> Self {
+        Self::Unexpected { message: message.name(), phase }
+    }
 }
 
 impl fmt::Display for FederateError {

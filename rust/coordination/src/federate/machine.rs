@@ -1,64 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state of a federate, and what its event loop calls.
+//! A federate as a whole: what its event loop calls, handed on to the parts.
+//!
+//! Each part has a state of its own and knows none of the others; where one needs another, it is given it. What several
+//! of them have a say in (whether a tag may begin, which message is next) is put together here.
+
+use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::{Message, RejectCode};
+use lf_wire::Message;
 
+use super::clock_sync::{Clock, Received};
 use super::config::{Config, Coordination};
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
-use super::handshake::Synchronization;
-use super::net_rules::NetRules;
-use super::outbox::Outbox;
 use super::pace::Pace;
-use super::peers::Meeting;
 use super::phase::Phase;
+use super::physical::PhysicalActions;
+use super::session::Session;
 use super::stop::Stop;
-use crate::Deadline;
+use super::tags::{Arrival, Tags};
 use crate::auth::Nonce;
-use crate::clock_sync::{ClockCorrection, Responder, Tracker};
+use crate::tag::{from_wire, to_wire};
+use crate::{Deadline, FederateId};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
 pub struct Federate<'a> {
     pub(super) config: Config<'a>,
-    pub(super) phase: Phase,
-    pub(super) outbox: Outbox,
-    /// What the RTI has to authenticate.
-    pub(super) nonce: Nonce,
-    pub(super) sync: Synchronization,
-    pub(super) meeting: Meeting,
-    pub(super) clock: ClockCorrection,
-    pub(super) responder: Responder,
-    pub(super) tracker: Tracker,
-    /// When to give up waiting for the RTI, before the start.
-    pub(super) patience: Deadline,
-    pub(super) start: Option<Instant>,
-    pub(super) net: NetRules,
-    pub(super) pace: Pace,
-    /// The last PTAG.
-    pub(super) provisional: Option<Tag>,
-    /// The PTAG that this federate has not followed yet.
-    pub(super) summons: Option<Tag>,
-    /// The tag from which on grants have been taken back, until it is confirmed that all before it is complete.
-    pub(super) taken_back: Option<Tag>,
-    /// The RTI is to be told when the open tag is complete, for it has been granted by a PTAG.
-    pub(super) confirm: bool,
-    /// The last LTC.
-    pub(super) confirmed: Tag,
+    pub(super) session: Session,
+    pub(super) clock: Clock,
+    pub(super) tags: Tags,
+    physical: PhysicalActions,
+    pace: Pace,
     pub(super) stop: Stop,
-    /// The last tag begun.
-    pub(super) current: Tag,
-    /// Whether it has not been completed.
-    pub(super) open: bool,
-    /// The next event, as last told and not begun since.
-    pub(super) next: Option<Tag>,
-    /// When the bound of the NET by physical time is to be renewed.
-    pub(super) renewal: Deadline,
-    /// When what was left out is to be told, because others may need it after all.
-    pub(super) silence: Deadline,
-    /// Something outside of the program can cause physical actions.
-    pub(super) has_physical_sources: bool,
 }
 
 impl<'a> Federate<'a> {
@@ -68,121 +42,32 @@ impl<'a> Federate<'a> {
     /// When no federate can work with this configuration.
     pub fn new(config: Config<'a>) -> Result<Self, ConfigError> {
         config.check()?;
+        // Where nothing is granted, the RTI hears of no tags.
+        let is_centralized = config.coordination == Coordination::Centralized;
+        let has_upstream = is_centralized && !config.upstream.is_empty();
+        let has_downstream = is_centralized && !config.downstream.is_empty();
+        let physical_delay = config.physical_delay.filter(|_| has_downstream);
         Ok(Self {
-            phase: Phase::Disconnected,
-            outbox: Outbox::default(),
-            nonce: Nonce::default(),
-            sync: Synchronization::new(),
-            meeting: Meeting::default(),
-            clock: ClockCorrection::with_offset(config.test_offset),
-            responder: Responder::new(),
-            tracker: Tracker::new(),
-            patience: Deadline::Never,
-            start: None,
-            net: match config.coordination {
-                Coordination::Centralized => NetRules::new(!config.upstream.is_empty(), !config.downstream.is_empty()),
-                Coordination::Decentralized => NetRules::new(false, false),
-            },
+            session: Session::new(),
+            clock: Clock::new(config.test_offset),
+            tags: Tags::new(has_upstream, has_downstream),
+            physical: PhysicalActions::new(physical_delay, config.advance_interval),
             pace: Pace::default(),
-            provisional: None,
-            summons: None,
-            taken_back: None,
-            confirm: false,
-            confirmed: Tag::NEVER,
             stop: Stop::new(),
-            current: Tag::NEVER,
-            open: false,
-            next: None,
-            renewal: Deadline::Never,
-            silence: Deadline::Never,
-            has_physical_sources: true,
             config,
         })
     }
 
-    /// How tags are kept in order.
-    pub fn coordination(&self) -> Coordination {
-        self.config.coordination
-    }
-
     /// Where this federate is.
     pub fn phase(&self) -> Phase {
-        self.phase
-    }
-
-    /// From this participant's own clock to the federation's physical time.
-    ///
-    /// It makes one step, with [`Event::ClockCorrected`], before the start. Afterwards only its rate changes, with
-    /// [`Received::corrected`](super::Received::corrected).
-    pub fn clock(&self) -> ClockCorrection {
-        self.clock
-    }
-
-    /// The physical time at which logical time begins; `None` before [`Event::Started`].
-    pub fn start_time(&self) -> Option<Instant> {
-        self.start
-    }
-
-    /// The last tag that the RTI has granted; `NEVER` before the first grant. A provisional grant counts as one of all
-    /// that is before its tag.
-    pub fn granted(&self) -> Tag {
-        self.net.granted()
-    }
-
-    /// When something is likely to come, on the participant's own clock: what the RTI grants ends just before the
-    /// earliest event of those upstream, as far as their connections have no delay.
-    pub fn next_arrival(&self) -> Deadline {
-        match self.net.granted().time {
-            Instant::NEVER | Instant::FOREVER => Deadline::Never,
-            time => Deadline::At(self.clock.local(time)),
-        }
-    }
-
-    /// The last provisional grant, if it is later than [`Federate::granted`].
-    pub fn granted_provisionally(&self) -> Option<Tag> {
-        self.provisional.filter(|tag| *tag > self.net.granted())
-    }
-
-    /// The last tag that was begun; `NEVER` before the first.
-    pub fn current(&self) -> Tag {
-        self.current
-    }
-
-    /// The tag to which a PTAG calls this federate, though it may have no event there: to be begun when no event is
-    /// earlier. Others of its cycle wait for what it sends at that tag, or for word that there is nothing.
-    pub fn summons(&self) -> Option<Tag> {
-        self.summons.filter(|tag| *tag > self.current && *tag <= self.stop.last_tag())
-    }
-
-    /// Whether it is known of all inputs what comes at the current tag.
-    pub(super) fn knows_all_inputs(&self) -> bool {
-        self.net.allows(self.current)
+        self.session.phase()
     }
 
     /// Whether this tag may be begun now, as far as the federation is concerned.
     ///
     /// Physical time is not looked at. A federate that has sent much must also wait until the RTI has taken it.
     pub fn may_advance(&self, tag: Tag) -> bool {
-        self.phase == Phase::Running
-            && tag > self.current
-            && self.stop.allows(tag)
-            && (self.net.allows(tag) || self.provisional == Some(tag))
-            && self.pace.allows()
-    }
-
-    /// The tag at which the whole federation stops; `None` before [`Event::StopGranted`].
-    pub fn stop_tag(&self) -> Option<Tag> {
-        self.stop.granted()
-    }
-
-    /// Whether this federate has named a tag to stop at, and the RTI has not decided.
-    pub fn awaits_stop_tag(&self) -> bool {
-        self.stop.is_open()
-    }
-
-    /// Whether a message with this tag may be sent: not after this federate's last tag, for nobody will get there.
-    pub fn may_send(&self, tag: Tag) -> bool {
-        tag <= self.stop.last_tag()
+        self.phase() == Phase::Running && self.tags.allows(tag) && self.stop.allows(tag) && self.pace.allows()
     }
 
     /// The connection to the RTI is there.
@@ -190,9 +75,7 @@ impl<'a> Federate<'a> {
     /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
     /// not used. Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
     pub fn handle_connected(&mut self, now: Instant, nonce: Nonce) {
-        if matches!(self.phase, Phase::Disconnected | Phase::Authenticating | Phase::Introducing) {
-            self.introduce(now, nonce);
-        }
+        self.session.handle_connected(&self.config, now, nonce);
     }
 
     /// A message from the RTI has come.
@@ -202,16 +85,113 @@ impl<'a> Federate<'a> {
     /// # Errors
     /// Why this federate cannot go on. It has then failed, and FAILED is to be sent where that is of use.
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
-        let result = match self.phase {
-            Phase::Disconnected => Err(self.unexpected(&message)),
-            Phase::Authenticating | Phase::Introducing | Phase::Synchronizing | Phase::Meeting | Phase::Starting => {
-                self.handle_early(now, &message)
-            }
+        let result = match self.phase() {
             Phase::Running => self.handle_running(message),
             // The RTI may not know yet that this federate has ended.
             Phase::Resigning | Phase::Ended | Phase::Failed => Ok(Event::None),
+            _ => self.session.handle_message(&self.config, &mut self.clock, now, &message),
         };
-        result.map_err(|error| self.fail_with(error))
+        if let Ok(Event::Started(start)) = result {
+            self.tags.start(start);
+        }
+        self.heed(result)
+    }
+
+    /// A message after the start.
+    fn handle_running<'m>(&mut self, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+        let is_decentralized = self.config.coordination == Coordination::Decentralized;
+        let unexpected = Err(FederateError::unexpected(&message, self.phase()));
+        Ok(match message {
+            Message::TaggedMessage { .. } | Message::PortAbsent { .. } if is_decentralized => return unexpected,
+            // A grant says nothing to a federate that does not wait for any.
+            Message::TagGrant(_) | Message::ProvisionalTagGrant(_) | Message::DownstreamNextEventTag(_)
+                if is_decentralized =>
+            {
+                Event::None
+            }
+            Message::TaggedMessage { port, federate, tag, payload } => {
+                self.check_destination(FederateId(federate))?;
+                return self.handle_tagged(port, from_wire(tag), payload);
+            }
+            Message::PortAbsent { port, federate, tag } => {
+                self.check_destination(FederateId(federate))?;
+                Event::PortAbsent { port, tag: from_wire(tag) }
+            }
+            Message::TagGrant(tag) => {
+                let tag = from_wire(tag);
+                // The stock federate takes a grant that says nothing new with a warning, so this one does likewise.
+                if self.tags.grant(tag) { Event::Granted(tag) } else { Event::None }
+            }
+            Message::ProvisionalTagGrant(tag) => {
+                let tag = from_wire(tag);
+                let stops = self.stop.is_open() || self.stop.granted() == Some(tag);
+                self.tags.grant_provisionally(tag, stops);
+                Event::GrantedProvisionally(tag)
+            }
+            Message::DownstreamNextEventTag(tag) => {
+                self.tags.handle_dnet(from_wire(tag));
+                Event::None
+            }
+            Message::StopRequest(tag) => {
+                self.stop.asked(from_wire(tag), self.tags.earliest()).map_or(Event::None, Event::StopRequested)
+            }
+            Message::StopGranted(tag) => Event::StopGranted(self.stop.decided(from_wire(tag), self.tags.earliest())),
+            Message::AddressQueryReply { .. } => {
+                self.pace.answered();
+                Event::None
+            }
+            Message::Failed => return Err(FederateError::RtiFailed),
+            _ => return unexpected,
+        })
+    }
+
+    fn handle_tagged<'m>(&mut self, port: u16, tag: Tag, payload: &'m [u8]) -> Result<Event<'m>, FederateError> {
+        match self.tags.message_received(tag) {
+            Arrival::BeforeStart(by) => Err(FederateError::BeforeStart { port, by }),
+            Arrival::Late => {
+                let (tag, current) = (self.tags.relative(tag), self.tags.relative(self.tags.current()));
+                Err(FederateError::LateMessage { port, tag, current })
+            }
+            Arrival::InTime if tag > self.stop.last_tag() => Ok(Event::MessageAfterStop { port, tag }),
+            Arrival::InTime => Ok(Event::Message { port, tag, payload }),
+        }
+    }
+
+    fn check_destination(&self, federate: FederateId) -> Result<(), FederateError> {
+        if federate == self.config.id { Ok(()) } else { Err(FederateError::WrongDestination { federate }) }
+    }
+
+    /// A datagram has come on the port of [`Config::udp_port`](super::Config::udp_port); `now` is the time right after
+    /// it was read.
+    ///
+    /// Never an error: what is lost, false or strange costs a round, and the clock goes on at its rate.
+    pub fn handle_datagram(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) -> Received {
+        match self.phase() {
+            Phase::Starting | Phase::Running | Phase::Resigning => {
+                self.clock.handle_datagram(&self.config, now, from, datagram)
+            }
+            _ => Received::default(),
+        }
+    }
+
+    /// The answer to a datagram is being sent; `now` is the time right before.
+    pub fn answer_leaves(&mut self, now: Instant) {
+        self.clock.answer_leaves(now);
+    }
+
+    /// The federate of the last [`Event::PeerFound`] takes this one's messages.
+    pub fn peer_connected(&mut self, now: Instant) {
+        self.session.peer_connected(&self.config, &self.clock, now);
+    }
+
+    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted. Its
+    /// address is asked for again after a while, for it may be another one.
+    ///
+    /// # Errors
+    /// When the time for it is over.
+    pub fn peer_lost(&mut self, now: Instant) -> Result<(), FederateError> {
+        let result = self.session.peer_lost(&self.config, now);
+        self.heed(result)
     }
 
     /// The connection to the RTI has ended, or broken.
@@ -219,21 +199,8 @@ impl<'a> Federate<'a> {
     /// # Errors
     /// When this federate still needed it.
     pub fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
-        match self.phase {
-            Phase::Disconnected | Phase::Authenticating | Phase::Introducing => {
-                self.phase = Phase::Disconnected;
-                self.outbox.clear();
-                self.patience = Deadline::Never;
-                Ok(Disconnected::ConnectAgain)
-            }
-            Phase::Synchronizing | Phase::Meeting | Phase::Starting | Phase::Running | Phase::Resigning => {
-                Err(self.fail_with(FederateError::RtiLost { phase: self.phase }))
-            }
-            Phase::Ended | Phase::Failed => {
-                self.outbox.clear();
-                Ok(Disconnected::Ended)
-            }
-        }
+        let result = self.session.handle_disconnected();
+        self.heed(result)
     }
 
     /// The time that [`Federate::poll_timeout`] named has come. Harmless at any other time.
@@ -241,17 +208,12 @@ impl<'a> Federate<'a> {
     /// # Errors
     /// When the RTI has let this federate wait too long.
     pub fn handle_timeout(&mut self, now: Instant) -> Result<Event<'static>, FederateError> {
-        if self.renewal.is_due(now) {
+        if self.tags.is_renewal_due(now) {
             self.announce(now);
         }
-        if self.silence.is_due(now) {
-            self.silence = Deadline::Never;
-            self.net.break_silence();
-        }
-        if self.patience.is_due(now) {
-            return self.lose_patience(now).map_err(|error| self.fail_with(error));
-        }
-        Ok(Event::None)
+        self.tags.handle_timeout(now);
+        let result = self.session.handle_timeout(&self.config, &mut self.clock, now);
+        self.heed(result)
     }
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
@@ -259,13 +221,16 @@ impl<'a> Federate<'a> {
     /// After at most seventeen calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
-        self.outbox.remove(&message);
         match message {
-            Message::NextEventTag(_) => self.net.transmitted(),
-            Message::AddressQuery { .. } if self.phase == Phase::Running => self.pace.asked(),
-            Message::T3 { .. } => self.sync.t3_leaves(),
-            Message::Resign => self.phase = Phase::Ended,
-            _ => {}
+            Message::LatestTagComplete(_) => self.tags.ltc_transmitted(),
+            Message::NextEventTag(_) => self.tags.net_transmitted(),
+            Message::StopRequest(_) | Message::StopReply(_) => self.stop.transmitted(),
+            Message::AddressQuery { .. } if self.phase() == Phase::Running => self.pace.asked(),
+            Message::T3 { .. } => {
+                self.clock.initial.t3_leaves();
+                self.session.transmitted(&message);
+            }
+            _ => self.session.transmitted(&message),
         }
         Some(message)
     }
@@ -275,64 +240,153 @@ impl<'a> Federate<'a> {
         self.next_transmit().is_some()
     }
 
+    fn next_transmit(&self) -> Option<Message<'a>> {
+        let phase = self.phase();
+        let early = self.session.due(&self.config);
+        if early.is_some() || phase == Phase::Failed {
+            // Once failed, a federate has nothing to promise.
+            return early;
+        }
+        if let Some(stop) = self.stop.due() {
+            return Some(stop);
+        }
+        if let Some(tag) = self.tags.ltc() {
+            return Some(Message::LatestTagComplete(to_wire(tag)));
+        }
+        if let Some(tag) = self.tags.net() {
+            return Some(Message::NextEventTag(to_wire(tag)));
+        }
+        match phase {
+            Phase::Resigning => Some(Message::Resign),
+            // Last, so that it stands behind all that it is to tell of.
+            Phase::Running if self.pace.is_question_due() => Some(Message::AddressQuery { federate: self.config.id.0 }),
+            _ => None,
+        }
+    }
+
     /// All that [`Federate::poll_transmit`] gave has been written to the socket; `now` is the time after that.
     pub fn handle_written(&mut self, now: Instant) {
-        self.sync.written(now);
+        self.clock.initial.written(now);
     }
 
     /// When [`Federate::handle_timeout`] is to be called, by this participant's own clock.
     pub fn poll_timeout(&self) -> Deadline {
-        self.patience.min(self.renewal).min(self.silence)
+        self.session.poll_timeout().min(self.tags.poll_timeout())
+    }
+
+    /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be
+    /// begun.
+    ///
+    /// Call it whenever the next tag has changed, also for an earlier one, and after each [`Event::Granted`] and
+    /// [`Event::StopGranted`]; calling it more often does no harm. A tag after the last one of this federate counts as
+    /// the last one. As long as a tag is open nothing is told, for it can still send. `now` is this participant's own
+    /// clock.
+    pub fn next_event(&mut self, now: Instant, tag: Tag) -> bool {
+        let tag = tag.min(self.stop.last_tag());
+        if self.phase() != Phase::Running || !self.tags.next_event(tag) {
+            return false;
+        }
+        self.announce(now);
+        self.may_advance(tag)
+    }
+
+    fn announce(&mut self, now: Instant) {
+        let (physical, clock) = (&self.physical, self.clock.correction());
+        let renewal = |tag: Tag| physical.renewal(clock, now, tag.time);
+        self.tags.announce(now, physical.earliest_output(clock, now), renewal);
+    }
+
+    /// The event loop begins this tag.
+    ///
+    /// # Errors
+    /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it
+    /// does at such a tag could be wrong.
+    pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
+        let (name, current) = (self.tags.relative(tag), self.tags.relative(self.tags.current()));
+        let result = if tag <= self.tags.current() {
+            Err(FederateError::NotLater { tag: name, current })
+        } else if self.may_advance(tag) {
+            self.tags.begin(tag);
+            Ok(())
+        } else {
+            Err(FederateError::NotGranted { tag: name })
+        };
+        self.heed(result)
+    }
+
+    /// The tag begun last is complete, and all its messages are in the out-buffer. `had_network_input`: whether a value
+    /// from another federate was present.
+    ///
+    /// The RTI is told (LTC) if that is so, for it keeps account of the messages that are under way; and after a PTAG,
+    /// for others may have to wait within the tag.
+    pub fn complete(&mut self, had_network_input: bool) {
+        if self.phase() == Phase::Running {
+            self.pace.completed();
+            self.tags.complete(had_network_input && self.config.coordination == Coordination::Centralized);
+        }
+    }
+
+    /// A tagged message has been put into the out-buffer.
+    pub fn sent(&mut self) {
+        self.tags.message_sent();
+        self.pace.message_sent();
+    }
+
+    /// Whether anything outside of the program can cause physical actions; it can before this is said.
+    ///
+    /// Where nothing can, physical time does not bound the next event: a physical action that a reaction causes comes
+    /// after that reaction's tag, which the RTI knows of.
+    pub fn set_physical_sources(&mut self, any: bool) {
+        self.physical.set_sources(any);
+    }
+
+    /// This federate's last tag by the program's time-out; the RTI is not asked.
+    pub fn limit_stop(&mut self, tag: Tag) {
+        self.stop.limit(tag);
+    }
+
+    /// The program wants to stop: asks for it at `tag`, or one microstep after the tag begun last where that is later.
+    ///
+    /// Until [`Event::StopGranted`], `tag` and later ones have to wait. Without effect when this federate has asked, or
+    /// been asked, before.
+    pub fn request_stop(&mut self, tag: Tag) {
+        if self.phase() == Phase::Running {
+            self.stop.request(tag.max(self.tags.earliest()));
+        }
+    }
+
+    /// The last tag is complete: resigns. Before the start this is [`Federate::fail`], for the others wait for this
+    /// federate; without effect once it has ended.
+    pub fn finish(&mut self) {
+        match self.phase() {
+            Phase::Running => {
+                self.tags.finish();
+                self.session.resign();
+            }
+            Phase::Resigning | Phase::Ended | Phase::Failed => {}
+            _ => self.fail(),
+        }
     }
 
     /// This federate ends because of an error of its own: FAILED is sent instead of RESIGN.
     ///
     /// Without effect once it has ended.
     pub fn fail(&mut self) {
-        if !matches!(self.phase, Phase::Ended | Phase::Failed) {
-            self.end_failed(self.phase != Phase::Disconnected);
+        if !matches!(self.phase(), Phase::Ended | Phase::Failed) {
+            self.end(None);
         }
     }
 
-    fn next_transmit(&self) -> Option<Message<'a>> {
-        // Once failed, a federate has nothing to promise.
-        let net = if self.phase == Phase::Failed { None } else { self.net.due() };
-        let message = self.outbox.next(&self.config, net);
-        // Last, so that it stands behind all that it is to tell of.
-        let query = || Message::AddressQuery { federate: self.config.id.0 };
-        message.or_else(|| (self.phase == Phase::Running && self.pace.is_question_due()).then(query))
-    }
-
-    pub(super) fn unexpected(&self, message: &Message<'_>) -> FederateError {
-        FederateError::Unexpected { message: message.name(), phase: self.phase }
-    }
-
-    /// Notes that this federate cannot go on. Gives the error back.
-    fn fail_with(&mut self, error: FederateError) -> FederateError {
-        // Whoever rejected this federate does not know it, and who is gone does not hear it.
-        let tell = !matches!(error, FederateError::Rejected(_) | FederateError::RtiLost { .. });
-        self.end_failed(tell && self.phase != Phase::Disconnected);
-        if error == FederateError::RtiNotAuthentic {
-            self.outbox.reject = Some(RejectCode::HmacMismatch);
+    /// Gives a result on. After an error this federate has failed.
+    fn heed<T>(&mut self, result: Result<T, FederateError>) -> Result<T, FederateError> {
+        if let Err(error) = &result {
+            self.end(Some(*error));
         }
-        error
+        result
     }
 
-    fn end_failed(&mut self, tell: bool) {
-        if self.phase == Phase::Ended {
-            // The RTI has been told already that this federate has ended in order.
-            return;
-        }
-        self.phase = Phase::Failed;
-        self.patience = Deadline::Never;
-        self.renewal = Deadline::Never;
-        self.silence = Deadline::Never;
-        self.outbox.clear();
-        self.outbox.failed = tell;
-    }
-
-    /// `fail_with` for the commands of `running.rs`.
-    pub(super) fn refuse<T>(&mut self, error: FederateError) -> Result<T, FederateError> {
-        Err(self.fail_with(error))
+    fn end(&mut self, error: Option<FederateError>) {
+        self.session.fail(error);
+        self.tags.halt();
     }
 }

@@ -39,6 +39,13 @@
 //!    direction of the connection at once, for the RTI holds up all others until then. Close it when the RTI has ended
 //!    its own direction: closing it while something is unread would reset it, and RESIGN could be lost. An error is
 //!    final; the federate then ignores whatever comes.
+//!
+//! # Parts
+//!
+//! [`Federate`] is made of parts, each with a state of its own: the way to the start and the end (`session`, with the
+//! messages that are due in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of
+//! tags (`tags`, with the rules for what the RTI has to be told in `net_rules`), physical actions (`physical`), how far
+//! it may run ahead of the RTI (`pace`) and stops (`stop`). None of them knows the whole; `machine` hands on to them.
 
 mod awaited;
 mod clock_sync;
@@ -47,15 +54,17 @@ mod connect;
 mod decentralized;
 mod error;
 mod event;
-mod handshake;
 mod machine;
 mod net_rules;
 mod outbox;
 mod pace;
 mod peers;
 mod phase;
-mod running;
+mod physical;
+mod session;
 mod stop;
+mod tags;
+mod view;
 
 pub use awaited::{Awaited, AwaitedInput};
 pub use clock_sync::{ClockSyncReport, Received};

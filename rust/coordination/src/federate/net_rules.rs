@@ -51,7 +51,7 @@ pub(super) struct NetRules {
 }
 
 impl NetRules {
-    pub(super) fn new(has_upstream: bool, has_downstream: bool) -> Self {
+    pub(super) const fn new(has_upstream: bool, has_downstream: bool) -> Self {
         Self {
             has_upstream,
             has_downstream,
@@ -65,10 +65,6 @@ impl NetRules {
             untold: None,
             skipped: None,
         }
-    }
-
-    pub(super) fn has_downstream(&self) -> bool {
-        self.has_downstream
     }
 
     pub(super) fn granted(&self) -> Tag {

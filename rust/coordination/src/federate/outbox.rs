@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control messages that are due.
+//! The control messages of the handshake that are due.
 //!
-//! Not a queue, but one place per kind of message: a later LTC replaces one that has not gone out yet, for it says all
-//! that the earlier one said. So the outbox is bounded however rarely it is emptied. The NET has its place in
-//! `net_rules`.
+//! Not a queue, but one place per kind of message. So the outbox is bounded however rarely it is emptied. What is due
+//! later on, the parts that it is about keep in the same way: a later LTC or NET replaces one that has not gone out
+//! yet, for it says all that the earlier one said.
 
-use lf_model::time::{Instant, Tag};
+use lf_model::time::Instant;
 use lf_wire::{
     ADDRESS_PORT_UNKNOWN, Message, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF,
 };
@@ -13,7 +13,6 @@ use lf_wire::{
 use super::config::{ClockSync, Config, Coordination};
 use crate::FederateId;
 use crate::auth::{Nonce, Proof};
-use crate::tag::to_wire;
 
 /// The messages that are due. They go out in the order of [`Outbox::next`].
 // Each flag stands for a message of its own; no two of them make a state.
@@ -32,17 +31,13 @@ pub(super) struct Outbox {
     pub(super) advertisement: Option<u16>,
     pub(super) address_query: Option<FederateId>,
     pub(super) timestamp: Option<Instant>,
-    pub(super) stop_request: Option<Tag>,
-    pub(super) stop_reply: Option<Tag>,
-    pub(super) ltc: Option<Tag>,
-    pub(super) resign: bool,
     pub(super) reject: Option<RejectCode>,
     pub(super) failed: bool,
 }
 
 impl Outbox {
-    /// The next message, without taking it out; `net` is the NET that is due.
-    pub(super) fn next<'a>(&self, config: &Config<'a>, net: Option<Tag>) -> Option<Message<'a>> {
+    /// The next message, without taking it out.
+    pub(super) fn next<'a>(&self, config: &Config<'a>) -> Option<Message<'a>> {
         if let Some(nonce) = self.fed_nonce {
             return Some(Message::FedNonce { federate: config.id.0, nonce });
         }
@@ -82,21 +77,6 @@ impl Outbox {
         if let Some(time) = self.timestamp {
             return Some(Message::Timestamp(time.as_nanos()));
         }
-        if let Some(tag) = self.stop_request {
-            return Some(Message::StopRequest(to_wire(tag)));
-        }
-        if let Some(tag) = self.stop_reply {
-            return Some(Message::StopReply(to_wire(tag)));
-        }
-        if let Some(tag) = self.ltc {
-            return Some(Message::LatestTagComplete(to_wire(tag)));
-        }
-        if let Some(tag) = net {
-            return Some(Message::NextEventTag(to_wire(tag)));
-        }
-        if self.resign {
-            return Some(Message::Resign);
-        }
         if let Some(code) = self.reject {
             return Some(Message::Reject(code));
         }
@@ -116,13 +96,9 @@ impl Outbox {
             Message::AddressAdvertisement { .. } => self.advertisement = None,
             Message::AddressQuery { .. } => self.address_query = None,
             Message::Timestamp(_) => self.timestamp = None,
-            Message::StopRequest(_) => self.stop_request = None,
-            Message::StopReply(_) => self.stop_reply = None,
-            Message::LatestTagComplete(_) => self.ltc = None,
-            Message::Resign => self.resign = false,
             Message::Reject(_) => self.reject = None,
             Message::Failed => self.failed = false,
-            // The NET is not here, and no other message is ever given.
+            // The others are not here.
             _ => {}
         }
     }

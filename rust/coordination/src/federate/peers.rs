@@ -9,11 +9,7 @@ use core::net::{Ipv4Addr, SocketAddrV4};
 use lf_model::time::{Instant, Interval};
 
 use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT};
-use super::error::FederateError;
-use super::event::Event;
-use super::machine::Federate;
-use super::phase::Phase;
-use crate::{Deadline, FederateId};
+use crate::FederateId;
 
 /// How long after the RTI did not know an address it is asked again.
 pub const ADDRESS_RETRY: Interval = Interval::from_millis(250);
@@ -29,63 +25,61 @@ pub(super) struct Meeting {
     asked: bool,
 }
 
-impl Federate<'_> {
-    /// The federate to which a connection is to be made next.
-    fn next_peer(&self) -> Option<FederateId> {
-        self.config.peers.get(self.meeting.done).copied().map(FederateId)
-    }
+/// What an address that the RTI has told leads to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Address {
+    /// Nothing: it was not asked for.
+    Unasked,
+    /// To be asked for again at this time.
+    AskAgain(Instant),
+    /// This federate is to be connected to.
+    Found(FederateId, SocketAddrV4),
+}
 
+impl Meeting {
     /// The place of the federate to which a connection is to be made next, among those to which this one sends.
-    pub fn next_peer_index(&self) -> Option<usize> {
-        (self.meeting.done < self.config.peers.len()).then_some(self.meeting.done)
+    pub(super) fn next_index(&self, peers: &[u16]) -> Option<usize> {
+        (self.done < peers.len()).then_some(self.done)
     }
 
-    /// Asks for the next address, or goes on to the start barrier when all connections are there.
-    pub(super) fn meet(&mut self, now: Instant) {
-        self.patience = Deadline::Never;
-        let next = self.next_peer();
-        if next.is_some() {
-            self.phase = Phase::Meeting;
-            self.meeting.asked = true;
-            self.outbox.address_query = next;
-        } else {
-            self.phase = Phase::Starting;
-            self.outbox.timestamp = Some(self.clock.physical(now));
-        }
+    /// The federate to which a connection is to be made next.
+    fn next(&self, peers: &[u16]) -> Option<FederateId> {
+        peers.get(self.done).copied().map(FederateId)
+    }
+
+    /// The federate of which the address is to be asked for; `None` when all connections are there.
+    pub(super) fn ask(&mut self, peers: &[u16]) -> Option<FederateId> {
+        let next = self.next(peers);
+        self.asked = next.is_some();
+        next
     }
 
     /// The RTI's answer to the last question; `port` is negative as long as it knows none.
-    pub(super) fn handle_address(&mut self, now: Instant, port: i32, address: [u8; 4]) -> Event<'static> {
-        let Some(federate) = self.next_peer().filter(|_| self.meeting.asked) else { return Event::None };
-        self.meeting.asked = false;
+    pub(super) fn handle_address(&mut self, peers: &[u16], now: Instant, port: i32, address: [u8; 4]) -> Address {
+        let Some(federate) = self.next(peers).filter(|_| self.asked) else { return Address::Unasked };
+        self.asked = false;
         let Some(port) = u16::try_from(port).ok().filter(|port| *port != 0) else {
-            self.patience = Deadline::At(now + ADDRESS_RETRY);
-            return Event::None;
+            return Address::AskAgain(now + ADDRESS_RETRY);
         };
-        self.meeting.give_up.get_or_insert(now + CONNECT_TIME_OUT);
-        Event::PeerFound { federate, address: SocketAddrV4::new(Ipv4Addr::from(address), port) }
+        self.give_up.get_or_insert(now + CONNECT_TIME_OUT);
+        Address::Found(federate, SocketAddrV4::new(Ipv4Addr::from(address), port))
     }
 
-    /// The federate of the last [`Event::PeerFound`] takes this one's messages.
-    pub fn peer_connected(&mut self, now: Instant) {
-        if self.phase == Phase::Meeting {
-            self.meeting.done += 1;
-            self.meeting.give_up = None;
-            self.meet(now);
-        }
+    /// The next federate takes this one's messages.
+    pub(super) fn connected(&mut self) {
+        self.done += 1;
+        self.give_up = None;
     }
 
-    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted. Its
-    /// address is asked for again after a while, for it may be another one.
+    /// The connection to the next federate could not be made, or ended before it was accepted. Gives when its address is
+    /// to be asked for again, for it may be another one.
     ///
     /// # Errors
-    /// When the time for it is over.
-    pub fn peer_lost(&mut self, now: Instant) -> Result<(), FederateError> {
-        let Some(federate) = self.next_peer().filter(|_| self.phase == Phase::Meeting) else { return Ok(()) };
-        if self.meeting.give_up.is_some_and(|give_up| give_up <= now) {
-            return self.refuse(FederateError::PeerUnreachable { federate });
+    /// The federate, when the time for it is over.
+    pub(super) fn lost(&self, peers: &[u16], now: Instant) -> Result<Instant, FederateId> {
+        match self.next(peers) {
+            Some(federate) if self.give_up.is_some_and(|give_up| give_up <= now) => Err(federate),
+            _ => Ok(now + CONNECT_RETRY),
         }
-        self.patience = Deadline::At(now + CONNECT_RETRY);
-        Ok(())
     }
 }

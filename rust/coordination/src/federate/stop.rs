@@ -5,6 +5,9 @@
 //! or a later one until the RTI has said which tag it is: the latest of all that were named.
 
 use lf_model::time::Tag;
+use lf_wire::Message;
+
+use crate::tag::to_wire;
 
 /// How far the agreement is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -17,17 +20,25 @@ enum Agreement {
     Granted(Tag),
 }
 
+/// The tag that this federate has named and is to tell. It does so once.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Due {
+    Request(Tag),
+    Reply(Tag),
+}
+
 /// When this federate stops, as far as is known.
 #[derive(Clone, Debug)]
 pub(super) struct Stop {
     agreement: Agreement,
+    due: Option<Due>,
     /// The last tag by the program's own time-out.
     limit: Tag,
 }
 
 impl Stop {
     pub(super) const fn new() -> Self {
-        Self { agreement: Agreement::None, limit: Tag::FOREVER }
+        Self { agreement: Agreement::None, due: None, limit: Tag::FOREVER }
     }
 
     /// The last tag, as far as is known.
@@ -61,23 +72,23 @@ impl Stop {
         self.limit = self.limit.min(tag);
     }
 
-    /// This federate wants to stop, at `earliest` or later. Returns whether the RTI has to be asked.
-    pub(super) fn request(&mut self, earliest: Tag) -> bool {
-        let first = self.agreement == Agreement::None;
-        if first {
+    /// This federate wants to stop, at `earliest` or later. Without effect if it has named a tag before.
+    pub(super) fn request(&mut self, earliest: Tag) {
+        if self.agreement == Agreement::None {
             self.agreement = Agreement::Named(earliest);
+            self.due = Some(Due::Request(earliest));
         }
-        first
     }
 
-    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the reply, if one is
-    /// due: who has asked or replied before has named its tag already.
+    /// The RTI asks for a stop at `tag`; this federate can stop at `earliest` or later. Returns the tag that it names,
+    /// if it does so now: who has asked or replied before has named its tag already.
     pub(super) fn asked(&mut self, tag: Tag, earliest: Tag) -> Option<Tag> {
         if self.agreement != Agreement::None {
             return None;
         }
         let named = tag.max(earliest);
         self.agreement = Agreement::Named(named);
+        self.due = Some(Due::Reply(named));
         Some(named)
     }
 
@@ -88,5 +99,18 @@ impl Stop {
     pub(super) fn decided(&mut self, tag: Tag, earliest: Tag) -> Tag {
         self.agreement = Agreement::Granted(tag.max(earliest));
         self.last_tag()
+    }
+
+    /// The message that is due.
+    pub(super) fn due(&self) -> Option<Message<'static>> {
+        self.due.map(|due| match due {
+            Due::Request(tag) => Message::StopRequest(to_wire(tag)),
+            Due::Reply(tag) => Message::StopReply(to_wire(tag)),
+        })
+    }
+
+    /// The message has been transmitted.
+    pub(super) fn transmitted(&mut self) {
+        self.due = None;
     }
 }

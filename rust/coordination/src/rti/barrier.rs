@@ -1,16 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long the start waits for a federate that was there and has left before it.
+//! The start barrier: the federation starts when all federates have joined and told their clocks.
 //!
-//! Whoever has not come yet may be started by hand, at any time. A federate that has come and gone has most likely
-//! failed, and the others would wait for it for ever. So they wait for a limited time from the first such loss on;
-//! then the RTI names those that are missing and ends the federation. When all that have left have come back, there is
-//! no limit any more.
+//! Whoever has not come yet may be started by hand, at any time. A federate that has come and gone before the start has
+//! most likely failed, and the others would wait for it for ever. So they wait for a limited time from the first such
+//! loss on; then the RTI names those that are missing and ends the federation. When all that have left have come back,
+//! there is no limit any more.
 
-use lf_model::time::Instant;
+use lf_model::time::{Instant, Interval};
+use lf_wire::MessageType;
 
-use super::storage::Membership;
-use super::{Notice, Outcome, Outlet, Rti, Slot, id};
+use super::config::START_DELAY;
+use super::doubt::{CLOCK_MAX, Doubt};
+use super::notice::{Notice, Violation};
+use super::outcome::Outcome;
+use super::outlet::Outlet;
+use super::storage::{Membership, Slot, id};
 use crate::FederateId;
+
+/// How far the clocks of two federates may be apart at the start without a word.
+const CLOCKS_APART_MAX: Interval = Interval::from_secs(3600);
 
 /// What is known of federates that have left before the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -30,43 +38,118 @@ impl Barrier {
     pub(super) fn outcome(&self) -> Option<Outcome> {
         self.missing.map(|(first, missing)| Outcome::NotStarted { first, missing })
     }
-}
 
-impl Rti<'_> {
     /// The place of a federate is free again before the start.
-    pub(super) fn vacate(&mut self, federate: usize) {
-        self.slots[federate] = Slot { vacated: true, ..Slot::default() };
-        self.barrier.left = true;
+    pub(super) fn vacate(&mut self, slot: &mut Slot) {
+        *slot = Slot { vacated: true, ..Slot::default() };
+        self.left = true;
     }
 
     /// A federate has taken its place.
-    pub(super) fn occupy(&mut self, federate: usize) {
-        self.slots[federate].vacated = false;
-        if !self.slots.iter().any(|slot| slot.vacated) {
-            self.barrier = Barrier::default();
+    pub(super) fn occupy(&mut self, slots: &mut [Slot], federate: usize) {
+        slots[federate].vacated = false;
+        if !slots.iter().any(|slot| slot.vacated) {
+            *self = Self::default();
         }
     }
 
     /// Gives those that have left before the start a time to come back. To be called after everything that can make a
-    /// federate leave.
-    pub(super) fn limit_start(&mut self, now: Instant) {
-        if core::mem::take(&mut self.barrier.left) && self.start.is_none() && !self.aborted {
-            let time_out = self.config.start_barrier_time_out;
-            self.barrier.deadline = self.barrier.deadline.or(time_out.map(|time_out| now + time_out));
+    /// federate leave; `until` is `None` if there is no limit, or nothing to start any more.
+    pub(super) fn limit(&mut self, until: Option<Instant>) {
+        if core::mem::take(&mut self.left) {
+            self.deadline = self.deadline.or(until);
         }
     }
 
-    /// The time to come back is over: names those that are missing, and ends the federation.
-    pub(super) fn give_up_start(&mut self, outlet: &mut impl Outlet) {
+    /// The time to come back is over: names those that are missing.
+    pub(super) fn give_up(&mut self, slots: &[Slot], outlet: &mut impl Outlet) {
         let mut missing = None;
-        for (index, slot) in self.slots.iter().enumerate() {
+        for (index, slot) in slots.iter().enumerate() {
             if !matches!(slot.membership, Membership::Joined(_)) {
                 outlet.notice(Notice::Missing(id(index)));
                 let (first, count) = missing.unwrap_or((id(index), 0_u16));
                 missing = Some((first, count.saturating_add(1)));
             }
         }
-        self.barrier = Barrier { missing, ..Barrier::default() };
-        self.abort(outlet);
+        *self = Self { missing, ..Self::default() };
+    }
+}
+
+/// A federate tells its clock, which it does once. Gives the latest clock when it was the last to do so.
+pub(super) fn take_clock(slots: &mut [Slot], federate: usize, clock: Instant) -> Result<Option<Instant>, Violation> {
+    if slots[federate].clock.is_some() {
+        return Err(Violation::Unexpected(MessageType::Timestamp));
+    }
+    if clock >= CLOCK_MAX {
+        return Err(Violation::Clock(clock));
+    }
+    slots[federate].clock = Some(clock);
+    let is_there = |slot: &Slot| matches!(slot.membership, Membership::Joined(_));
+    let clocks = slots.iter().map(|slot| slot.clock.filter(|_| is_there(slot)));
+    Ok(clocks.reduce(|one, other| Some(one?.max(other?))).flatten())
+}
+
+/// The federate whose clock is far ahead of another one's, when all have told theirs.
+pub(super) fn doubt_clocks(slots: &[Slot]) -> Option<(usize, Doubt)> {
+    let clocks = || (0..).zip(slots).filter_map(|(federate, slot)| Some((slot.clock?, federate)));
+    let ((earliest, of), (latest, ahead)) = (clocks().min()?, clocks().max()?);
+    let by = latest.since(earliest);
+    (by > CLOCKS_APART_MAX).then_some((ahead, Doubt::Ahead { of: id(of), by }))
+}
+
+/// A second after the latest clock, rounded up to a multiple if there is one.
+pub(super) fn start_time(latest_clock: Instant, multiple: Option<Interval>) -> Instant {
+    let earliest = latest_clock + START_DELAY;
+    let Some(multiple) = multiple else { return earliest };
+    match earliest.as_nanos().checked_rem_euclid(multiple.as_nanos()) {
+        None | Some(0) => earliest,
+        Some(past) => earliest + Interval(multiple.as_nanos() - past),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::outlet::ConnectionId;
+    use super::*;
+
+    #[test]
+    fn the_start_is_a_second_later_and_rounded_up() {
+        assert_eq!(start_time(Instant(5), None), Instant(1_000_000_005));
+        assert_eq!(start_time(Instant(5), Some(Interval(10))), Instant(1_000_000_010));
+        assert_eq!(start_time(Instant(0), Some(Interval(10))), Instant(1_000_000_000));
+        assert_eq!(start_time(Instant(-2_000_000_005), Some(Interval(10))), Instant(-1_000_000_000));
+    }
+
+    #[test]
+    fn the_start_is_known_when_all_are_there_and_have_told_their_clocks() {
+        let there = Slot { membership: Membership::Joined(ConnectionId(0)), ..Slot::EMPTY };
+        let mut slots = [there, there, Slot::EMPTY];
+        assert_eq!(take_clock(&mut slots, 0, CLOCK_MAX), Err(Violation::Clock(CLOCK_MAX)));
+        assert_eq!([(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant(clock))), [Ok(None); 2]);
+        let again = take_clock(&mut slots, 1, Instant(6));
+        assert_eq!(again, Err(Violation::Unexpected(MessageType::Timestamp)));
+        slots[2] = there;
+        assert_eq!(take_clock(&mut slots, 2, Instant(7)), Ok(Some(Instant(9))));
+    }
+
+    #[test]
+    fn whoever_has_left_has_a_time_to_come_back_from_the_first_loss_on() {
+        let (mut barrier, mut slots) = (Barrier::default(), [Slot::EMPTY; 2]);
+        barrier.limit(Some(Instant(1)));
+        assert_eq!(barrier.deadline(), None);
+        for (place, now) in [(0, 2), (1, 3)] {
+            barrier.vacate(&mut slots[place]);
+            barrier.limit(Some(Instant(now)));
+            assert_eq!(barrier.deadline(), Some(Instant(2)));
+        }
+        for (place, left) in [(0, Some(Instant(2))), (1, None)] {
+            barrier.occupy(&mut slots, place);
+            assert_eq!(barrier.deadline(), left);
+        }
+    }
+
+    #[test]
+    fn a_clock_at_the_end_of_time_is_no_overflow() {
+        assert_eq!(start_time(Instant(i64::MAX - 1), Some(Interval(1000))), Instant(i64::MAX));
     }
 }

@@ -42,10 +42,10 @@ impl Graph<'_> {
         }
     }
 
-    /// Changes the next events of many federates at once.
-    pub(super) fn change_next_events(&mut self, change: impl Fn(usize, Tag) -> Tag) {
-        for (federate, node) in self.nodes.iter_mut().enumerate() {
-            node.next_event = change(federate, node.next_event);
+    /// No next event of a federate that is there is later than `tag`.
+    pub(super) fn limit_next_events(&mut self, tag: Tag) {
+        for node in self.nodes.iter_mut().filter(|node| !node.tags.departed) {
+            node.next_event = node.next_event.min(tag);
         }
         self.find_all_earliest();
     }
@@ -164,7 +164,7 @@ impl Graph<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rti::search::tests::{FEDERATES, edges, with_graph};
+    use crate::rti::samples::{FEDERATES, edges, with_graph};
     use lf_model::time::Microstep;
     use proptest::prelude::*;
 
@@ -190,7 +190,7 @@ mod tests {
             with_graph(&edges, |graph| {
                 for (federate, tag, all) in &steps {
                     if *all {
-                        graph.change_next_events(|_, before| before.min(*tag));
+                        graph.limit_next_events(*tag);
                     } else {
                         graph.set_next_event(usize::from(*federate), *tag);
                     }

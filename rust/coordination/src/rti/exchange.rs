@@ -13,8 +13,9 @@
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, MessageType};
 
+use super::members::Members;
+use super::outlet::{ConnectionId, Outlet};
 use super::storage::Phase;
-use super::{ConnectionId, Outlet, Rti};
 use crate::Deadline;
 
 /// How long the next federate waits for the answer of the one before it.
@@ -48,10 +49,10 @@ impl Default for Exchanges {
     }
 }
 
-impl Rti<'_> {
-    /// When [`poll_exchange`](Self::poll_exchange) has something to send.
-    pub fn poll_exchange_timeout(&self) -> Deadline {
-        let Exchanges { current, waiting, asked, quiet, begin } = self.exchanges;
+impl Exchanges {
+    /// When [`Exchanges::poll`] has something to send.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        let Self { current, waiting, asked, quiet, begin } = *self;
         match current {
             _ if asked > 0 => Deadline::Now,
             _ if waiting == 0 => Deadline::Never,
@@ -60,24 +61,29 @@ impl Rti<'_> {
         }
     }
 
-    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection: write that at
-    /// once.
+    /// Sends a T1 that tells `now`, if one is due and there is room for it, and gives its connection. Its answer may
+    /// take as long as `time_out`.
     ///
     /// Looks at each connection at most once.
-    pub fn poll_exchange(&mut self, now: Instant, outlet: &mut impl Outlet) -> Option<ConnectionId> {
-        if !self.poll_exchange_timeout().is_due(now) {
+    pub(super) fn poll(
+        &mut self,
+        now: Instant,
+        time_out: Interval,
+        members: &mut Members<'_>,
+        outlet: &mut impl Outlet,
+    ) -> Option<ConnectionId> {
+        if !self.poll_timeout().is_due(now) {
             return None;
         }
-        let (connection, left) = self.next_exchange()?;
-        let exchanges = &mut self.exchanges;
-        let is_next = matches!(self.connections[connection.0].phase, Phase::Turn { .. });
-        let count = if is_next { &mut exchanges.waiting } else { &mut exchanges.asked };
+        let (connection, left) = self.next(members)?;
+        let is_next = matches!(members.phase(connection), Phase::Turn { .. });
+        let count = if is_next { &mut self.waiting } else { &mut self.asked };
         *count = count.saturating_sub(1);
-        if is_next || exchanges.current.is_some_and(|(current, _)| current == connection) {
-            exchanges.current = Some((connection, now + PATIENCE));
+        if is_next || self.current() == Some(connection) {
+            self.current = Some((connection, now + PATIENCE));
         }
-        self.set_deadline(connection, Some(now + self.config.connection_time_out));
-        let known = &mut self.connections[connection.0];
+        members.set_deadline(connection, Some(now + time_out));
+        let known = &mut members.connections[connection.0];
         if outlet.room(connection) < TIME_MESSAGE_BYTES {
             known.phase = Phase::Full { left };
             return None;
@@ -88,22 +94,21 @@ impl Rti<'_> {
     }
 
     /// There is more room on a connection: perhaps for the T1 that it is to be sent.
-    pub(super) fn retry_exchange(&mut self, connection: ConnectionId) {
-        if let Some(Phase::Full { left }) = self.connections.get(connection.0).map(|known| known.phase) {
-            self.ask_again(connection, left);
+    pub(super) fn retry(&mut self, members: &mut Members<'_>, connection: ConnectionId) {
+        if let Phase::Full { left } = members.phase(connection) {
+            self.ask_again(members, connection, left);
         }
     }
 
-    /// The connection whose exchanges are under way. What comes on it is to be read before anything else, and what is
-    /// sent on it to be written at once.
-    pub fn exchanging(&self) -> Option<ConnectionId> {
-        self.exchanges.current.map(|(connection, _)| connection)
+    /// The connection whose exchanges are under way.
+    pub(super) fn current(&self) -> Option<ConnectionId> {
+        self.current.map(|(connection, _)| connection)
     }
 
     /// The connection that is to be sent T1, and how many exchanges it has from there on.
-    fn next_exchange(&self) -> Option<(ConnectionId, u32)> {
-        let connections = || (0..).map(ConnectionId).zip(self.connections.iter());
-        if self.exchanges.asked > 0 {
+    fn next(&self, members: &Members<'_>) -> Option<(ConnectionId, u32)> {
+        let connections = || (0..).map(ConnectionId).zip(members.connections.iter());
+        if self.asked > 0 {
             return connections().find_map(|(connection, known)| match known.phase {
                 Phase::Asked { left } => Some((connection, left)),
                 _ => None,
@@ -118,33 +123,39 @@ impl Rti<'_> {
 
     /// There is a new connection, or something of its handshake has come: more may come at once.
     pub(super) fn note_handshake(&mut self, now: Instant) {
-        self.exchanges.quiet = now + QUIET;
+        self.quiet = now + QUIET;
     }
 
     /// A connection waits for its turn.
-    pub(super) fn await_turn(&mut self, now: Instant, connection: ConnectionId, trials: u32) {
-        self.connections[connection.0].phase = Phase::Turn { since: now, trials };
-        if self.exchanges.waiting == 0 {
-            self.exchanges.begin = now + QUIET_WITHIN;
+    pub(super) fn await_turn(
+        &mut self,
+        now: Instant,
+        members: &mut Members<'_>,
+        connection: ConnectionId,
+        trials: u32,
+    ) {
+        members.connections[connection.0].phase = Phase::Turn { since: now, trials };
+        if self.waiting == 0 {
+            self.begin = now + QUIET_WITHIN;
         }
-        self.exchanges.waiting = self.exchanges.waiting.saturating_add(1);
+        self.waiting = self.waiting.saturating_add(1);
     }
 
     /// A connection is to be sent its next T1.
-    pub(super) fn ask_again(&mut self, connection: ConnectionId, left: u32) {
-        self.connections[connection.0].phase = Phase::Asked { left };
-        self.exchanges.asked = self.exchanges.asked.saturating_add(1);
+    pub(super) fn ask_again(&mut self, members: &mut Members<'_>, connection: ConnectionId, left: u32) {
+        members.connections[connection.0].phase = Phase::Asked { left };
+        self.asked = self.asked.saturating_add(1);
     }
 
     /// A connection has had its exchanges, or has no more.
-    pub(super) fn leave_exchanges(&mut self, connection: ConnectionId) {
-        match self.connections[connection.0].phase {
-            Phase::Turn { .. } => self.exchanges.waiting = self.exchanges.waiting.saturating_sub(1),
-            Phase::Asked { .. } => self.exchanges.asked = self.exchanges.asked.saturating_sub(1),
+    pub(super) fn leave(&mut self, members: &Members<'_>, connection: ConnectionId) {
+        match members.phase(connection) {
+            Phase::Turn { .. } => self.waiting = self.waiting.saturating_sub(1),
+            Phase::Asked { .. } => self.asked = self.asked.saturating_sub(1),
             _ => {}
         }
-        if self.exchanging() == Some(connection) {
-            self.exchanges.current = None;
+        if self.current() == Some(connection) {
+            self.current = None;
         }
     }
 }

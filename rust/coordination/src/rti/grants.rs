@@ -7,83 +7,60 @@
 //! federates upstream go to that tag if they can, for the receiver may wait for what they do at it.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::Message;
 
 use super::delay::latest_before;
+use super::graph::number;
 use super::idle::Idle;
-use super::storage::Membership;
-use super::{Outlet, Rti, Slot, id};
-use crate::tag::to_wire;
+use super::tag_state::TagState;
+use super::tags::Tags;
 
 /// What can be granted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Grant {
+pub(super) enum Grant {
     Final(Tag),
     Provisional(Tag),
 }
 
-impl Rti<'_> {
-    /// Grants a federate what it can be granted, and, if that is a PTAG, federates upstream of it what it may wait for.
-    /// Does nothing for a federate that is not there; puts the grant off if there is no room.
+impl Tags<'_> {
+    /// A federate has been sent this grant. Federates that may be granted more because of it are marked in the graph: by
+    /// a PTAG, those upstream of it that it may wait for.
     ///
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
-    /// announced, so this ends.
-    pub(super) fn advance(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        let mut next = Some(federate);
-        while let Some(federate) = next {
-            if let Some(tag) = self.advance_one(federate, outlet) {
-                self.demand_upstream(federate, tag);
-            }
-            next = self.graph.take_mark();
+    /// announced, so going on with those that are marked ends.
+    pub(super) fn granted(&mut self, federate: usize, grant: Grant) {
+        let (Grant::Final(tag) | Grant::Provisional(tag)) = grant;
+        self.in_transit(federate).grant(tag);
+        let state = self.state_mut(federate);
+        match grant {
+            Grant::Final(_) => state.granted = tag,
+            Grant::Provisional(_) => state.provisional = tag,
         }
-    }
-
-    /// Sends one federate its grant. Returns the tag if it is a provisional one.
-    fn advance_one(&mut self, federate: usize, outlet: &mut impl Outlet) -> Option<Tag> {
-        let start = self.start?;
-        self.connection_of(federate)?;
-        let grant = self.grant(federate, start)?;
-        let Some(connection) = self.ready_for_tag(federate, outlet) else {
-            self.slots[federate].pending.grant = true;
-            return None;
-        };
-        let provisional = match grant {
-            Grant::Final(tag) => {
-                outlet.send(connection, &Message::TagGrant(to_wire(tag)));
-                self.slots[federate].granted = tag;
-                self.in_transit(federate).grant(tag);
-                None
-            }
-            Grant::Provisional(tag) => {
-                outlet.send(connection, &Message::ProvisionalTagGrant(to_wire(tag)));
-                self.slots[federate].provisional = tag;
-                self.in_transit(federate).grant(tag);
-                Some(tag)
-            }
-        };
         if self.demand(federate).is_some() {
             // Another one waits for a later tag.
             self.graph.mark(federate);
         }
-        provisional
+        if grant == Grant::Provisional(tag) {
+            self.demand_upstream(federate, tag);
+        }
     }
 
     /// A federate has got a PTAG: those immediately upstream are looked at. The earliest demand comes first, for a
     /// later one may depend on it.
     fn demand_upstream(&mut self, federate: usize, tag: Tag) {
-        let by = id(federate).0;
+        let by = number(federate);
         for index in 0..self.graph.upstreams(federate) {
             let (from, _) = self.graph.upstream(federate, index);
             if self.demand(from).is_none_or(|demanded| tag < demanded) {
-                self.slots[from].demand = Some((tag, by));
+                self.state_mut(from).demand = Some((tag, by));
             }
             self.graph.mark(from);
         }
     }
 
     /// What a federate can be granted now beyond what it has been granted already.
-    fn grant(&mut self, federate: usize, start: Instant) -> Option<Grant> {
-        let Slot { granted, provisional, .. } = self.slots[federate];
+    pub(super) fn grant(&mut self, federate: usize) -> Option<Grant> {
+        let start = self.start?;
+        let TagState { granted, provisional, .. } = *self.state(federate);
         let new = |tag: Tag| tag > granted && tag >= provisional;
         let waits = self.graph.upstreams(federate) > 0;
         if waits && let Some(completed) = self.completed_upstream(federate) {
@@ -118,7 +95,7 @@ impl Rti<'_> {
                 return Some(Grant::Provisional(demanded));
             }
         }
-        let complete = self.slots[federate].completed >= provisional || granted >= provisional;
+        let complete = self.state(federate).completed >= provisional || granted >= provisional;
         if complete || !self.may_wait_for_ever(federate) {
             return None;
         }
@@ -142,21 +119,21 @@ impl Rti<'_> {
     /// only because others have an event at that tag, and one that is to tell it what comes then has been granted the
     /// tag otherwise and passes by it, or has left.
     fn may_wait_for_ever(&self, federate: usize) -> bool {
-        let tag = self.slots[federate].provisional;
+        let tag = self.state(federate).provisional;
         let mut upstream = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
         let passes_by =
-            |from: usize| self.graph.share_zero_delay_cycle(from, federate) && self.slots[from].completed < tag;
+            |from: usize| self.graph.share_zero_delay_cycle(from, federate) && self.state(from).completed < tag;
         self.graph.nodes[federate].deserted || upstream.any(passes_by)
     }
 
     /// The earliest tag at which a federate immediately downstream waits for what this one does, if this one has not
     /// got that far. The demand that is remembered is one of those; when it is met, another one is looked for.
     fn demand(&mut self, federate: usize) -> Option<Tag> {
-        let (tag, by) = self.slots[federate].demand?;
+        let (tag, by) = self.state(federate).demand?;
         if !self.is_demanded(federate, tag, by.into()) {
-            self.slots[federate].demand = self.find_demand(federate);
+            self.state_mut(federate).demand = self.find_demand(federate);
         }
-        self.slots[federate].demand.map(|(tag, _)| tag)
+        self.state(federate).demand.map(|(tag, _)| tag)
     }
 
     /// Looks at all federates downstream.
@@ -165,16 +142,16 @@ impl Rti<'_> {
         let downstream = (0..row.len).map(|index| self.graph.other_end(row, index));
         let waiting = downstream.filter(|by| {
             let upstream = |index| self.graph.upstream(*by, index).0 == federate;
-            self.is_demanded(federate, self.slots[*by].provisional, *by) && (0..self.graph.upstreams(*by)).any(upstream)
+            self.is_demanded(federate, self.state(*by).provisional, *by) && (0..self.graph.upstreams(*by)).any(upstream)
         });
-        waiting.map(|by| (self.slots[by].provisional, id(by).0)).min()
+        waiting.map(|by| (self.state(by).provisional, number(by))).min()
     }
 
     /// Whether a federate downstream still waits at a tag for what this one does, and this one has not got that far.
     fn is_demanded(&self, federate: usize, tag: Tag, by: usize) -> bool {
-        let Slot { granted, provisional, completed, .. } = self.slots[federate];
-        let downstream = &self.slots[by];
-        let waits = matches!(downstream.membership, Membership::Joined(_))
+        let TagState { granted, provisional, completed, .. } = *self.state(federate);
+        let downstream = self.state(by);
+        let waits = !downstream.departed
             && downstream.completed < tag
             && downstream.granted < tag
             && downstream.provisional == tag;
@@ -187,7 +164,7 @@ impl Rti<'_> {
     /// As long as it is not, one that has not completed enough is remembered and asked first. So this costs one step,
     /// unless that one has got on; and each federate that has got on is gone over once for each grant.
     fn completed_upstream(&mut self, federate: usize) -> Option<Tag> {
-        let Slot { granted, provisional, .. } = self.slots[federate];
+        let TagState { granted, provisional, .. } = *self.state(federate);
         let next_event = self.graph.next_event(federate);
         let count = self.graph.upstreams(federate);
         let mut index = self.graph.nodes[federate].hindrance;
@@ -207,13 +184,10 @@ impl Rti<'_> {
     }
 
     /// What one federate immediately upstream has completed, seen from this one. One that is not there sends nothing.
-    pub(super) fn completed_by(&self, federate: usize, index: usize) -> Tag {
+    fn completed_by(&self, federate: usize, index: usize) -> Tag {
         let (from, delay) = self.graph.upstream(federate, index);
-        let upstream = &self.slots[from];
-        match upstream.membership {
-            Membership::Joined(_) => delay.after_strictly(upstream.completed),
-            _ => Tag::FOREVER,
-        }
+        let upstream = self.state(from);
+        if upstream.departed { Tag::FOREVER } else { delay.after_strictly(upstream.completed) }
     }
 
     /// The earliest tag with which a message may still come, but only over the immediate connections from federates

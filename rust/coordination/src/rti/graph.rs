@@ -9,6 +9,7 @@ use lf_wire::Upstream as WireUpstream;
 
 use super::delay::PathDelay;
 use super::path::{self, Path, PathWords};
+use super::tag_state::TagState;
 
 /// Consecutive entries of the storage for paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -36,6 +37,8 @@ pub struct Node {
     pub(super) deserted: bool,
     /// Another federate downstream of it is in a cycle without delay.
     pub(super) leads_to_cycle: bool,
+    /// What it was granted and has done.
+    pub(super) tags: TagState,
     /// Next event: NEVER while none is known. Lowered by messages in transit.
     pub(super) next_event: Tag,
     /// An immediate upstream entry: the one that was last seen not to have completed enough.
@@ -59,6 +62,7 @@ impl Node {
         cycle: None,
         deserted: false,
         leads_to_cycle: false,
+        tags: TagState::EMPTY,
         next_event: Tag::NEVER,
         hindrance: 0,
         marks: 0,

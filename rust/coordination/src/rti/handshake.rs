@@ -8,12 +8,17 @@
 //! federates are there is told the true reason why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
-use lf_wire::{Decoded, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
-use super::exchange::TIME_MESSAGE_BYTES;
-use super::graph::NeighborError;
+use super::barrier::Barrier;
+use super::config::{ClockSync, Config};
+use super::exchange::{Exchanges, TIME_MESSAGE_BYTES};
+use super::graph::{Graph, NeighborError};
+use super::members::Members;
+use super::notice::{Notice, Violation};
+use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::storage::{Connection, Membership, Phase};
-use super::{ClockSync, ConnectionId, Notice, Outlet, Rti, Verdict, Violation};
+use super::strangers::Strangers;
 use crate::FederateId;
 use crate::auth::{Authenticator, Nonce, Proof};
 
@@ -46,41 +51,44 @@ enum Step {
     NoRoom,
 }
 
-impl Rti<'_> {
-    /// A peer with this IPv4 address has connected. A number beyond the storage, or one that is in use, is closed.
-    ///
-    /// With [`Config::authentication`](super::Config::authentication), `nonce` has to be unpredictable and new for each
-    /// connection; otherwise it is not used.
-    pub fn handle_connect(
-        &mut self,
-        now: Instant,
-        connection: ConnectionId,
-        address: [u8; 4],
-        nonce: Nonce,
-        outlet: &mut impl Outlet,
-    ) {
-        let deadline = Some(now + self.config.connection_time_out);
-        match self.connections.get_mut(connection.0) {
-            Some(known) if known.phase == Phase::Vacant && !self.aborted => {
+/// What a handshake has to do with: its connection, the id that it claims, and those who wait for its end.
+pub(super) struct Handshake<'r, 's> {
+    pub(super) config: &'r Config<'s>,
+    pub(super) limits: &'r Limits,
+    pub(super) members: &'r mut Members<'s>,
+    pub(super) graph: &'r mut Graph<'s>,
+    pub(super) exchanges: &'r mut Exchanges,
+    pub(super) strangers: &'r mut Strangers,
+    pub(super) barrier: &'r mut Barrier,
+}
+
+impl Handshake<'_, '_> {
+    /// A peer with this IPv4 address has connected. Returns false if the number of the connection is beyond the
+    /// storage, or in use.
+    pub(super) fn begin(&mut self, now: Instant, connection: ConnectionId, address: [u8; 4], nonce: Nonce) -> bool {
+        match self.members.connections.get_mut(connection.0) {
+            Some(known) if known.phase == Phase::Vacant => {
                 let authenticates = self.config.authentication.is_some();
                 let phase = if authenticates { Phase::Nonce { own: nonce } } else { Phase::Ids { claimed: None } };
                 *known = Connection { phase, federate: None, address, deadline: None, ended: false };
-                self.set_deadline(connection, deadline);
-                self.note_handshake(now);
+                self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
+                self.exchanges.note_handshake(now);
+                true
             }
-            _ => outlet.close(connection),
+            _ => false,
         }
     }
 
-    /// Takes the message at the front of what a connection has to say, if it is the next one of the handshake.
-    pub(super) fn handle_handshake(
+    /// Takes the message at the front of what a connection has to say, if it is the next one of the handshake. After
+    /// [`Verdict::Closed`] the connection is to be closed.
+    pub(super) fn handle_input(
         &mut self,
         now: Instant,
         connection: ConnectionId,
         bytes: &[u8],
         outlet: &mut impl Outlet,
     ) -> Verdict {
-        let expected = match self.connections[connection.0].phase {
+        let expected = match self.members.phase(connection) {
             Phase::Nonce { .. } => MessageType::FedNonce,
             Phase::Proof { .. } => MessageType::FedResponse,
             Phase::Ids { .. } => MessageType::FedIds,
@@ -98,7 +106,7 @@ impl Rti<'_> {
         if bytes[0] != expected.byte() {
             return self.refuse_type(connection, expected, bytes, outlet);
         }
-        let (message, len) = match decode(bytes, &self.limits) {
+        let (message, len) = match decode(bytes, self.limits) {
             Ok(Decoded::Complete { message, len }) => (message, len),
             Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
             Err(error) => return self.refuse(connection, Violation::Bytes(error).into(), outlet),
@@ -106,14 +114,16 @@ impl Rti<'_> {
         match self.take_step(now, connection, message, outlet) {
             Ok(Step::Done) => {
                 if expected != MessageType::T3 {
-                    self.note_handshake(now);
+                    self.exchanges.note_handshake(now);
                 }
                 // Whoever waits for its turn is not silent by its own fault.
-                let waits_for_turn = matches!(self.connections[connection.0].phase, Phase::Turn { .. });
-                match self.joined_on(connection) {
-                    Some(federate) => self.await_clock(now, federate, connection),
-                    None if waits_for_turn => self.set_deadline(connection, None),
-                    None => self.set_deadline(connection, Some(now + self.config.connection_time_out)),
+                let waits_for_turn = matches!(self.members.phase(connection), Phase::Turn { .. });
+                match self.members.joined_on(connection) {
+                    Some(federate) => {
+                        self.members.await_clock(now + self.config.clock_time_out, federate, connection);
+                    }
+                    None if waits_for_turn => self.members.set_deadline(connection, None),
+                    None => self.members.set_deadline(connection, Some(now + self.config.connection_time_out)),
                 }
                 Verdict::Consumed(len)
             }
@@ -129,7 +139,7 @@ impl Rti<'_> {
         message: Message<'m>,
         outlet: &mut impl Outlet,
     ) -> Result<Step, Refusal<'m>> {
-        let known = self.connections[connection.0];
+        let known = self.members.connections[connection.0];
         match (message, known.phase, known.federate) {
             (Message::FedNonce { federate, nonce }, Phase::Nonce { own }, _) => {
                 Ok(self.on_nonce(connection, federate, nonce, own, outlet))
@@ -174,7 +184,7 @@ impl Rti<'_> {
         let Some(authenticator) = self.config.authentication else { return Step::Done };
         let hmac = (authenticator.rti_proof)(self.config.federation_id, federate, nonce);
         outlet.send(connection, &Message::RtiResponse { nonce: own, hmac });
-        self.connections[connection.0].phase = Phase::Proof { own, claimed: federate };
+        self.members.connections[connection.0].phase = Phase::Proof { own, claimed: federate };
         Step::Done
     }
 
@@ -190,7 +200,7 @@ impl Rti<'_> {
             let (code, federate) = (RejectCode::HmacMismatch, Some(FederateId(claimed)));
             return Err(Refusal { code, federate, federation_id: None, violation: None });
         }
-        self.connections[connection.0].phase = Phase::Ids { claimed: Some(claimed) };
+        self.members.connections[connection.0].phase = Phase::Ids { claimed: Some(claimed) };
         Ok(Step::Done)
     }
 
@@ -210,7 +220,7 @@ impl Rti<'_> {
         if federation_id != self.config.federation_id {
             return Err(refusal(RejectCode::FederationIdMismatch));
         }
-        let Some(slot) = self.slots.get_mut(usize::from(federate)) else {
+        let Some(slot) = self.members.slots.get_mut(usize::from(federate)) else {
             return Err(refusal(RejectCode::IdOutOfRange));
         };
         if slot.membership != Membership::Free {
@@ -221,7 +231,7 @@ impl Rti<'_> {
         }
         outlet.send(connection, &Message::Ack);
         slot.membership = Membership::Joining(connection);
-        let known = &mut self.connections[connection.0];
+        let known = &mut self.members.connections[connection.0];
         slot.address = known.address;
         known.federate = Some(federate);
         known.phase = Phase::Neighbors;
@@ -235,7 +245,7 @@ impl Rti<'_> {
         federate: u16,
         neighbors: &NeighborStructure<'_>,
     ) -> Result<Step, Refusal<'m>> {
-        let wrong = neighbors.downstream().find(|id| usize::from(*id) >= self.slots.len());
+        let wrong = neighbors.downstream().find(|id| usize::from(*id) >= self.members.slots.len());
         if let Some(id) = wrong {
             return Err(Violation::NoSuchFederate(id).into());
         }
@@ -245,7 +255,7 @@ impl Rti<'_> {
             NeighborError::Delay { upstream, delay_ns } => Violation::Delay { upstream, delay_ns },
             NeighborError::TooMany { max } => Violation::TooManyUpstream { max },
         })?;
-        self.connections[connection.0].phase = Phase::UdpPort;
+        self.members.connections[connection.0].phase = Phase::UdpPort;
         Ok(Step::Done)
     }
 
@@ -265,11 +275,11 @@ impl Rti<'_> {
             if outlet.room(connection) < TIME_MESSAGE_BYTES {
                 return Step::NoRoom;
             }
-            self.await_turn(now, connection, trials);
+            self.exchanges.await_turn(now, self.members, connection, trials);
         } else {
             self.join(connection, federate, outlet);
         }
-        self.slots[usize::from(federate)].udp_port = port;
+        self.members.slots[usize::from(federate)].udp_port = port;
         Step::Done
     }
 
@@ -282,18 +292,18 @@ impl Rti<'_> {
         }
         outlet.send(connection, &Message::T4(now.as_nanos()));
         if left > 0 {
-            self.ask_again(connection, left);
-        } else if let Some(federate) = self.connections[connection.0].federate {
+            self.exchanges.ask_again(self.members, connection, left);
+        } else if let Some(federate) = self.members.connections[connection.0].federate {
             self.join(connection, federate, outlet);
         }
         Step::Done
     }
 
     fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {
-        self.leave_exchanges(connection);
-        self.connections[connection.0].phase = Phase::Joined;
-        self.slots[usize::from(federate)].membership = Membership::Joined(connection);
-        self.occupy(federate.into());
+        self.exchanges.leave(self.members, connection);
+        self.members.connections[connection.0].phase = Phase::Joined;
+        self.members.slots[usize::from(federate)].membership = Membership::Joined(connection);
+        self.barrier.occupy(self.members.slots, federate.into());
         outlet.notice(Notice::Joined(FederateId(federate)));
     }
 
@@ -308,14 +318,12 @@ impl Rti<'_> {
         // A federate that does not take the RTI's proof says so, and is owed no answer.
         if expected == MessageType::FedResponse
             && bytes[0] == MessageType::Reject.byte()
-            && let Phase::Proof { claimed, .. } = self.connections[connection.0].phase
+            && let Phase::Proof { claimed, .. } = self.members.phase(connection)
         {
             let Some(code) = bytes.get(1) else { return Verdict::Incomplete(MessageType::Reject.fixed_bytes()) };
             let (federate, code) = (FederateId(claimed), RejectCode::from_byte(*code));
             let times = self.strangers.rejected_by.count();
             outlet.notice(Notice::RejectedBy { federate, code, times });
-            outlet.close(connection);
-            self.release(connection);
             return Verdict::Closed;
         }
         self.refuse(connection, wrong_type(expected, bytes[0]), outlet)
@@ -323,15 +331,13 @@ impl Rti<'_> {
 
     fn refuse(&mut self, connection: ConnectionId, refusal: Refusal<'_>, outlet: &mut impl Outlet) -> Verdict {
         let Refusal { code, federate, federation_id, violation } = refusal;
-        let federate = federate.or(self.connections[connection.0].federate.map(FederateId));
+        let federate = federate.or(self.members.connections[connection.0].federate.map(FederateId));
         let message = Message::Reject(code);
         if outlet.room(connection) >= message.encoded_len() {
             outlet.send(connection, &message);
         }
         let times = self.strangers.rejected.count();
         outlet.notice(Notice::Rejected { code, federate, federation_id, violation, times });
-        outlet.close(connection);
-        self.release(connection);
         Verdict::Closed
     }
 }

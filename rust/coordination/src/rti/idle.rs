@@ -8,8 +8,6 @@
 
 use lf_model::time::{Instant, Interval, Tag};
 
-use super::storage::Membership;
-use super::{Outlet, Rti};
 use crate::Deadline;
 
 /// How long nobody has had an event before all are told that none will come.
@@ -30,6 +28,27 @@ pub(super) enum Idle {
 }
 
 impl Idle {
+    /// The next event of a federate is at this tag, or it has left (FOREVER). `all` says whether no federate has one.
+    pub(super) fn note(&mut self, next_event: Tag, all: impl FnOnce() -> bool) {
+        if next_event != Tag::FOREVER {
+            *self = Self::No;
+        } else if *self == Self::No && all() {
+            *self = Self::Begins;
+        }
+    }
+
+    /// The deadline has passed. Waits for a while; returns whether all are to be told, because still nobody has an
+    /// event.
+    pub(super) fn handle_timeout(&mut self, now: Instant, all: impl FnOnce() -> bool) -> bool {
+        *self = match self {
+            Self::Begins => Self::Until(now + IDLE_TIME),
+            _ if all() => Self::Told,
+            _ => Self::No,
+        };
+        *self == Self::Told
+    }
+
+    /// When [`Idle::handle_timeout`] is to be called.
     pub(super) fn deadline(self) -> Deadline {
         match self {
             Self::Begins => Deadline::Now,
@@ -39,38 +58,30 @@ impl Idle {
     }
 }
 
-impl Rti<'_> {
-    /// The next event of a federate is at this tag, or it has left (FOREVER). Looks at every federate once when it has
-    /// none.
-    pub(super) fn note_idleness(&mut self, next_event: Tag) {
-        if next_event != Tag::FOREVER {
-            self.idle = Idle::No;
-        } else if self.idle == Idle::No && self.is_idle() {
-            self.idle = Idle::Begins;
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_are_told_when_nobody_has_had_an_event_for_a_while() {
+        let (now, mut idle) = (Instant(5), Idle::default());
+        idle.note(Tag::FOREVER, || false);
+        assert_eq!(idle.deadline(), Deadline::Never);
+        idle.note(Tag::FOREVER, || true);
+        assert_eq!(idle.deadline(), Deadline::Now);
+        assert!(!idle.handle_timeout(now, || true));
+        assert_eq!(idle.deadline(), Deadline::At(now + IDLE_TIME));
+        assert!(idle.handle_timeout(now + IDLE_TIME, || true));
+        assert_eq!(idle.deadline(), Deadline::Never);
     }
 
-    fn is_idle(&self) -> bool {
-        let mut slots = (0..).zip(self.slots.iter());
-        self.start.is_some()
-            && slots.all(|(federate, slot)| {
-                slot.membership == Membership::Departed || self.graph.next_event(federate) == Tag::FOREVER
-            })
-    }
-
-    /// Waits for a while, and then grants FOREVER to all, if still nobody has an event.
-    pub(super) fn tell_idleness(&mut self, now: Instant, outlet: &mut impl Outlet) {
-        if self.idle == Idle::Begins {
-            self.idle = Idle::Until(now + IDLE_TIME);
-            return;
-        }
-        if !self.is_idle() {
-            self.idle = Idle::No;
-            return;
-        }
-        self.idle = Idle::Told;
-        for federate in 0..self.slots.len() {
-            self.advance(federate, outlet);
-        }
+    #[test]
+    fn whoever_has_an_event_meanwhile_ends_it() {
+        let mut idle = Idle::Until(Instant(5));
+        idle.note(Tag::at(Instant(7)), || false);
+        assert_eq!(idle, Idle::No);
+        let mut idle = Idle::Until(Instant(5));
+        assert!(!idle.handle_timeout(Instant(5), || false));
+        assert_eq!(idle, Idle::No);
     }
 }

@@ -187,6 +187,15 @@ impl InTransit<'_> {
             other => fog.closed = other,
         }
     }
+
+    /// Moves the tags to the front of the storage and forgets what lay behind them.
+    pub(super) fn normalize(&mut self) {
+        self.storage.rotate_left(self.ring.head);
+        self.ring.head = 0;
+        if let Some(unused) = self.storage.get_mut(self.ring.len..) {
+            unused.fill(Tag::NEVER);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -25,14 +25,21 @@
 //! A NET or LTC costs a step for each federate that is upstream or downstream of its sender, however indirectly (see
 //! `earliest`), and nothing for the others; a message that is forwarded costs a look at its destination, unless it
 //! changes a next event.
+//!
+//! # Parts
+//!
+//! [`Rti`] is made of parts, each with a state of its own: who is there and over which connection (`members`), their
+//! tags (`tags`, with what can be granted in `grants`, the `graph` that tags go through and what is `in_transit` on it),
+//! stops (`stop`), the start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`)
+//! and who is waited for (`watch`). A step that concerns several is given those: `handshake` all that lets somebody in,
+//! `sending` those that are there, their tags, and where grants and messages go. What concerns all of them is in
+//! `machine`: how federates leave. Flow control (`window`) has no state but theirs.
 
 mod barrier;
 mod clock_sync;
 mod config;
 mod delay;
-mod departure;
 mod doubt;
-mod downstream;
 mod earliest;
 mod exchange;
 mod grants;
@@ -40,23 +47,27 @@ mod graph;
 mod handshake;
 mod idle;
 mod in_transit;
+mod input;
+mod machine;
+mod members;
+mod notice;
+mod outcome;
 mod outlet;
 mod path;
-mod running;
+#[cfg(test)]
+mod samples;
 mod search;
 mod sending;
-mod start;
 mod stop;
 mod storage;
 mod strangers;
 mod suspend;
+mod tag_state;
+mod tags;
+mod timing;
+mod waits;
 mod watch;
 mod window;
-
-use core::fmt;
-
-use lf_model::time::Instant;
-use lf_wire::{Limits, message_bytes_max};
 
 pub use clock_sync::Datagram;
 pub use config::{
@@ -65,278 +76,12 @@ pub use config::{
 };
 pub use doubt::{CLOCK_MAX, Doubt};
 pub use graph::Node;
-pub use outlet::{Cause, ConnectionId, Notice, Outlet, Verdict, Violation};
+pub use machine::Rti;
+pub use notice::{Cause, Notice, Violation};
+pub use outcome::{Outcome, Status};
+pub use outlet::{ConnectionId, Outlet, Verdict};
 pub use path::PathWords;
 pub use storage::{Connection, RtiStorage, Slot};
 pub use suspend::Suspended;
-pub use watch::{Progress, START_REPORT, Waits};
-
-use crate::{Deadline, FederateId};
-use barrier::Barrier;
-use clock_sync::Rounds;
-use exchange::Exchanges;
-use graph::Graph;
-use idle::Idle;
-use in_transit::InTransit;
-use lf_model::time::Tag;
-use stop::Stop;
-use storage::{Membership, Phase};
-use strangers::Strangers;
-use watch::Watch;
-
-/// How a federation ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// All federates have resigned.
-    Complete,
-    /// At least one federate left otherwise; this was the first.
-    Lost {
-        /// The federate.
-        federate: FederateId,
-        /// Why.
-        cause: Cause,
-    },
-    /// A federate has left before the start and has not come back in time.
-    NotStarted {
-        /// The first federate that was missing.
-        first: FederateId,
-        /// How many were missing, this one included.
-        missing: u16,
-    },
-    /// The owner ended it.
-    Aborted,
-}
-
-impl fmt::Display for Outcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Complete => f.write_str("all federates have resigned"),
-            Self::Lost { federate, cause } => {
-                write!(f, "the federation has failed: federate {federate} is lost: {cause}")
-            }
-            Self::NotStarted { first, missing } => {
-                write!(f, "the federation has not started: federate {first}")?;
-                if *missing > 1 {
-                    write!(f, " and {} more", missing - 1)?;
-                }
-                f.write_str(" did not come back in time after a loss")
-            }
-            Self::Aborted => f.write_str("the RTI was told to end before its federation was over"),
-        }
-    }
-}
-
-/// Whether there is still something to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// Federates are to come, or are there.
-    Running,
-    /// All federates have left. Once everything pending is sent, the owner may end.
-    Finished(Outcome),
-}
-
-/// The RTI of one federation.
-pub struct Rti<'s> {
-    config: Config<'s>,
-    limits: Limits,
-    slots: &'s mut [Slot],
-    connections: &'s mut [Connection],
-    graph: Graph<'s>,
-    /// The same number of entries for each federate.
-    in_transit: &'s mut [Tag],
-    start: Option<Instant>,
-    stop: Stop,
-    idle: Idle,
-    /// The earliest deadline of the connections.
-    patience: Deadline,
-    /// The first federate that was lost after the start.
-    loss: Option<(FederateId, Cause)>,
-    barrier: Barrier,
-    exchanges: Exchanges,
-    rounds: Rounds,
-    watch: Watch,
-    strangers: Strangers,
-    aborted: bool,
-}
-
-impl<'s> Rti<'s> {
-    /// An RTI for as many federates as the storage has slots.
-    ///
-    /// # Errors
-    /// What is wrong with the configuration or with the storage, in a sentence.
-    pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
-        config.check()?;
-        storage.check()?;
-        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
-        let count = slots.len();
-        slots.fill(Slot::default());
-        connections.fill(Connection::default());
-        // Storage may be larger than needed; the graph relies on the number of nodes.
-        let graph = Graph::new(&mut nodes[..count], upstream, paths, config.dnet);
-        Ok(Self {
-            limits: config.limits(count),
-            config,
-            slots,
-            connections,
-            graph,
-            in_transit,
-            start: None,
-            stop: Stop::default(),
-            idle: Idle::default(),
-            patience: Deadline::Never,
-            loss: None,
-            barrier: Barrier::default(),
-            exchanges: Exchanges::default(),
-            rounds: Rounds::default(),
-            watch: Watch::default(),
-            strangers: Strangers::default(),
-            aborted: false,
-        })
-    }
-
-    /// Whether the federation is over, and how it ended.
-    pub fn status(&self) -> Status {
-        if self.aborted {
-            return Status::Finished(self.outcome(Outcome::Aborted));
-        }
-        if self.slots.iter().all(|slot| slot.membership == Membership::Departed) {
-            return Status::Finished(self.outcome(Outcome::Complete));
-        }
-        Status::Running
-    }
-
-    fn outcome(&self, otherwise: Outcome) -> Outcome {
-        let lost = self.loss.map(|(federate, cause)| Outcome::Lost { federate, cause });
-        lost.or(self.barrier.outcome()).unwrap_or(otherwise)
-    }
-
-    /// The start time, once all federates have joined and told their clocks.
-    pub fn start_time(&self) -> Option<Instant> {
-        self.start
-    }
-
-    /// The tag at which all stop, once they have agreed on it.
-    pub fn stop_tag(&self) -> Option<Tag> {
-        self.stop.granted()
-    }
-
-    /// Bytes of the longest message that is accepted: what the buffers of every connection have to hold at least, for
-    /// input and for output.
-    pub fn message_bytes_max(&self) -> usize {
-        message_bytes_max(&self.limits)
-    }
-
-    /// When [`handle_timeout`](Self::handle_timeout) is to be called.
-    pub fn poll_timeout(&self) -> Deadline {
-        let ends = self.patience.min(self.idle.deadline());
-        let ends = ends.min(self.stop.deadline().into()).min(self.barrier.deadline().into());
-        ends.min(self.watch_deadline())
-    }
-
-    /// When the first of the federates that are there will have an event, as far as they have said: then they are
-    /// likely to say something. Looks at every federate once.
-    pub fn next_event_after(&self, now: Instant) -> Deadline {
-        let times = self.slots.iter().enumerate().filter_map(|(federate, slot)| {
-            let is_there = matches!(slot.membership, Membership::Joined(_));
-            is_there.then(|| self.graph.next_event(federate).time).filter(|time| *time > now)
-        });
-        times.min().filter(|time| *time < Instant::FOREVER).into()
-    }
-
-    /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
-    /// on a start for which some have been missing for too long.
-    /// Looks at every connection and every federate once.
-    pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
-        if self.patience.is_due(now) {
-            for index in 0..self.connections.len() {
-                if self.connections[index].deadline.is_some_and(|deadline| deadline <= now) {
-                    self.lose_patience(ConnectionId(index), outlet);
-                }
-            }
-        }
-        if self.stop.deadline().is_some_and(|deadline| deadline <= now) {
-            self.give_up_stop_replies(outlet);
-        }
-        if self.barrier.deadline().is_some_and(|deadline| deadline <= now) {
-            self.give_up_start(outlet);
-        }
-        self.limit_start(now);
-        if self.watch_deadline().is_due(now) {
-            self.look(now, outlet);
-        }
-        if self.idle.deadline().is_due(now) {
-            self.tell_idleness(now, outlet);
-        }
-    }
-
-    /// There is more room on a connection. Sends what was put off for its federate.
-    pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
-        self.retry_exchange(connection);
-        if let Some(federate) = self.joined_on(connection) {
-            self.flush(federate, outlet);
-        }
-    }
-
-    /// As [`federate_on`](Self::federate_on), as the place of its slot.
-    fn joined_on(&self, connection: ConnectionId) -> Option<usize> {
-        let known = self.connections.get(connection.0)?;
-        known.federate.filter(|_| known.phase == Phase::Joined).map(usize::from)
-    }
-
-    /// The federate that has joined over this connection and is still there.
-    pub fn federate_on(&self, connection: ConnectionId) -> Option<FederateId> {
-        self.joined_on(connection).map(id)
-    }
-
-    /// The connection of a federate that is part of the federation.
-    fn connection_of(&self, federate: usize) -> Option<ConnectionId> {
-        match self.slots[federate].membership {
-            Membership::Joined(connection) => Some(connection),
-            _ => None,
-        }
-    }
-
-    /// The messages on their way to a federate.
-    fn in_transit(&mut self, federate: usize) -> InTransit<'_> {
-        let share = self.in_transit.len() / self.slots.len();
-        InTransit {
-            ring: &mut self.slots[federate].in_transit,
-            storage: &mut self.in_transit[federate * share..][..share],
-        }
-    }
-
-    /// Until when the RTI has patience with a connection.
-    fn set_deadline(&mut self, connection: ConnectionId, deadline: Option<Instant>) {
-        let before = core::mem::replace(&mut self.connections[connection.0].deadline, deadline);
-        if before.is_some() && self.patience == before.into() {
-            self.patience = patience(self.connections);
-        }
-        self.patience = self.patience.min(deadline.into());
-    }
-
-    /// The connection is no more, and its id is free if it had not completed its handshake.
-    fn release(&mut self, connection: ConnectionId) {
-        if connection.0 >= self.connections.len() {
-            return;
-        }
-        self.set_deadline(connection, None);
-        self.leave_exchanges(connection);
-        let federate = core::mem::take(&mut self.connections[connection.0]).federate;
-        if let Some(federate) = federate
-            && let Some(slot) = self.slots.get(usize::from(federate))
-            && slot.membership == Membership::Joining(connection)
-        {
-            self.vacate(federate.into());
-        }
-    }
-}
-
-/// The earliest deadline of the connections.
-fn patience(connections: &[Connection]) -> Deadline {
-    connections.iter().filter_map(|connection| connection.deadline).min().into()
-}
-
-/// An index of a slot as the federate's id.
-fn id(index: usize) -> FederateId {
-    FederateId(u16::try_from(index).expect("there are no more slots than a federate id can name, which `new` checks"))
-}
+pub use waits::{Progress, Waits};
+pub use watch::START_REPORT;

@@ -1,74 +1,216 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What goes out, now or as soon as there is room.
+//! What goes out, now or as soon as there is room: grants and DNETs, what is said to all, and messages that are passed
+//! on.
 
+use lf_model::time::Tag;
 use lf_wire::{Message, MessageType};
 
-use super::storage::Pending;
-use super::{ConnectionId, Outlet, Rti, Slot};
+use super::doubt::Doubt;
+use super::grants::Grant;
+use super::members::Members;
+use super::notice::{Notice, Violation};
+use super::outlet::{ConnectionId, Outlet};
+use super::storage::{Membership, Pending, Slot, id};
+use super::tags::Tags;
 use crate::tag::to_wire;
 
 /// Bytes of TAG, PTAG, DNET and the stop messages, which carry a tag only.
 const TAG_MESSAGE_BYTES: usize = MessageType::TagGrant.fixed_bytes();
 
-impl Pending {
-    /// Whether something has to go out before any grant or forwarded message.
-    pub(super) fn comes_first(self) -> bool {
-        self.start || self.stop_request || self.taken_back || self.stop_granted
-    }
+/// What a message leads to.
+pub(super) enum Step {
+    /// The message is done with.
+    Done,
+    /// What it leads to has no room on this connection yet.
+    NoRoom(ConnectionId),
 }
 
-impl Rti<'_> {
+/// Those that are there, what is to be said of their tags, and where it goes.
+pub(super) struct Sending<'r, 's, O> {
+    pub(super) members: &'r mut Members<'s>,
+    pub(super) tags: &'r mut Tags<'s>,
+    pub(super) outlet: &'r mut O,
+}
+
+impl<O: Outlet> Sending<'_, '_, O> {
     /// The connection of the federate if a message of so many bytes can be sent to it now.
-    pub(super) fn ready(&self, federate: usize, bytes: usize, outlet: &impl Outlet) -> Option<ConnectionId> {
-        let connection = self.connection_of(federate)?;
-        let ready = !self.slots[federate].pending.comes_first() && outlet.room(connection) >= bytes;
+    fn ready(&self, federate: usize, bytes: usize) -> Option<ConnectionId> {
+        let connection = self.members.connection_of(federate)?;
+        let ready = !self.members.slots[federate].pending.comes_first() && self.outlet.room(connection) >= bytes;
         ready.then_some(connection)
     }
 
-    /// As [`ready`](Self::ready), for a message that carries a tag only.
-    pub(super) fn ready_for_tag(&self, federate: usize, outlet: &impl Outlet) -> Option<ConnectionId> {
-        self.ready(federate, TAG_MESSAGE_BYTES, outlet)
+    /// Grants a federate what it can be granted, and, if that is a PTAG, federates upstream of it what it may wait for.
+    /// Does nothing for a federate that is not there; puts the grant off if there is no room.
+    pub(super) fn advance(&mut self, federate: usize) {
+        let mut next = Some(federate);
+        while let Some(federate) = next {
+            if self.members.connection_of(federate).is_some()
+                && let Some(grant) = self.tags.grant(federate)
+            {
+                self.send_grant(federate, grant);
+            }
+            next = self.tags.graph.take_mark();
+        }
     }
 
-    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room.
-    pub(super) fn flush(&mut self, federate: usize, outlet: &mut impl Outlet) {
-        let Some(connection) = self.connection_of(federate) else { return };
-        let start = self.start;
-        let stop_tag = to_wire(self.stop.tag());
-        let pending = &mut self.slots[federate].pending;
-        if let Some(start) = start
-            && !send_pending(&mut pending.start, &Message::Timestamp(start.as_nanos()), connection, outlet)
-        {
+    fn send_grant(&mut self, federate: usize, grant: Grant) {
+        let Some(connection) = self.ready(federate, TAG_MESSAGE_BYTES) else {
+            self.members.slots[federate].pending.grant = true;
+            return;
+        };
+        let message = match grant {
+            Grant::Final(tag) => Message::TagGrant(to_wire(tag)),
+            Grant::Provisional(tag) => Message::ProvisionalTagGrant(to_wire(tag)),
+        };
+        self.outlet.send(connection, &message);
+        self.tags.granted(federate, grant);
+    }
+
+    /// Something has changed that can let the federates downstream of this one advance.
+    pub(super) fn advance_downstream(&mut self, federate: usize) {
+        let row = self.tags.graph.nodes[federate].outgoing;
+        for index in 0..row.len {
+            self.advance(self.tags.graph.other_end(row, index));
+        }
+    }
+
+    /// The next event of a federate is at `tag`, or at that of the first message on its way to it.
+    pub(super) fn next_event(&mut self, federate: usize, tag: Tag) {
+        if self.tags.set_next_event(federate, tag) {
+            self.advance(federate);
+        }
+        self.advance_downstream(federate);
+        self.tell_upstream(federate);
+    }
+
+    /// A federate announces its next event, which counts as `limited`. Once all are to stop it is not doubted.
+    pub(super) fn announced(&mut self, federate: usize, tag: Tag, limited: Tag, stops: bool) {
+        self.doubt(federate, self.tags.doubt_next_event(federate, tag).filter(|_| !stops));
+        self.tags.in_transit(federate).announce(tag);
+        self.next_event(federate, limited);
+        self.tags.note_idleness(self.tags.graph.next_event(federate));
+    }
+
+    /// A federate has completed a tag, and with it the messages up to it. Once all are to stop, each goes to the stop
+    /// tag, and that is not doubted.
+    pub(super) fn completed(&mut self, federate: usize, tag: Tag, stops: bool) {
+        self.doubt(federate, self.tags.doubt_completed(federate, tag).filter(|_| !stops));
+        let state = self.tags.state_mut(federate);
+        state.completed = state.completed.max(tag);
+        self.advance_downstream(federate);
+        self.tags.in_transit(federate).complete(tag);
+    }
+
+    fn doubt(&mut self, federate: usize, doubt: Option<Doubt>) {
+        if let Some(doubt) = doubt {
+            self.members.doubt(federate, doubt, self.outlet);
+        }
+    }
+
+    /// The next event of a federate is another one: tells those upstream of it which of their next events matter to
+    /// those downstream of them (DNET). They need not announce the others.
+    fn tell_upstream(&mut self, federate: usize) {
+        if !self.tags.graph.dnet {
             return;
         }
-        if !send_pending(&mut pending.stop_request, &Message::StopRequest(stop_tag), connection, outlet)
-            || !send_pending(&mut pending.taken_back, &Message::ProvisionalTagGrant(stop_tag), connection, outlet)
-            || !send_pending(&mut pending.stop_granted, &Message::StopGranted(stop_tag), connection, outlet)
-        {
+        let row = self.tags.graph.nodes[federate].incoming;
+        for index in 0..row.len {
+            let upstream = self.tags.graph.other_end(row, index);
+            if upstream != federate {
+                self.offer_downstream_next_event(upstream, Some(federate));
+            }
+        }
+    }
+
+    fn offer_downstream_next_event(&mut self, federate: usize, because: Option<usize>) {
+        let Some(tag) = self.tags.downstream_next_event(federate, because) else { return };
+        if self.members.connection_of(federate).is_none() {
             return;
         }
-        if core::mem::take(&mut pending.grant) {
-            self.advance(federate, outlet);
+        match self.ready(federate, TAG_MESSAGE_BYTES) {
+            Some(connection) => {
+                self.outlet.send(connection, &Message::DownstreamNextEventTag(to_wire(tag)));
+                self.tags.state_mut(federate).dnet = tag;
+            }
+            None => self.members.slots[federate].pending.dnet = true,
         }
-        if core::mem::take(&mut self.slots[federate].pending.dnet) {
-            self.offer_downstream_next_event(federate, None, outlet);
+    }
+
+    /// Sends what is pending for a federate, in the order of [`Pending`], as far as there is room. `stop_tag` is what
+    /// is to be said of a stop.
+    pub(super) fn flush(&mut self, federate: usize, stop_tag: Tag) {
+        let Some(connection) = self.members.connection_of(federate) else { return };
+        let stop_tag = to_wire(stop_tag);
+        let pending = &mut self.members.slots[federate].pending;
+        let start = Message::Timestamp(self.tags.start.unwrap_or_default().as_nanos());
+        let mut send = |flag: &mut bool, message| send_pending(flag, &message, connection, self.outlet);
+        let went_out = send(&mut pending.start, start)
+            && send(&mut pending.stop_request, Message::StopRequest(stop_tag))
+            && send(&mut pending.taken_back, Message::ProvisionalTagGrant(stop_tag))
+            && send(&mut pending.stop_granted, Message::StopGranted(stop_tag));
+        if !went_out {
+            return;
+        }
+        if core::mem::take(&mut self.members.slots[federate].pending.grant) {
+            self.advance(federate);
+        }
+        if core::mem::take(&mut self.members.slots[federate].pending.dnet) {
+            self.offer_downstream_next_event(federate, None);
         }
     }
 
     /// Marks something to be sent to every federate that `choose` picks among those that are there, and sends it to
     /// those that have room.
-    pub(super) fn broadcast(
-        &mut self,
-        choose: impl Fn(&Slot) -> bool,
-        mark: impl Fn(&mut Pending),
-        outlet: &mut impl Outlet,
-    ) {
-        for federate in 0..self.slots.len() {
-            if self.connection_of(federate).is_some() && choose(&self.slots[federate]) {
-                mark(&mut self.slots[federate].pending);
-                self.flush(federate, outlet);
+    pub(super) fn broadcast(&mut self, stop_tag: Tag, choose: impl Fn(&Slot) -> bool, mark: impl Fn(&mut Pending)) {
+        for federate in 0..self.members.slots.len() {
+            if self.members.connection_of(federate).is_some() && choose(&self.members.slots[federate]) {
+                mark(&mut self.members.slots[federate].pending);
+                self.flush(federate, stop_tag);
             }
         }
+    }
+
+    /// Forwards a message unchanged, if its destination is there.
+    pub(super) fn forward(&mut self, from: usize, to: u16, message: &Message<'_>) -> Result<Step, Violation> {
+        let Some(slot) = self.members.slots.get(usize::from(to)) else { return Err(Violation::NoSuchFederate(to)) };
+        let Membership::Joined(connection) = slot.membership else {
+            let times = self.members.slots[from].tallies.dropped.count();
+            self.outlet.notice(Notice::Dropped { from: id(from), to: to.into(), times });
+            return Ok(Step::Done);
+        };
+        if self.ready(to.into(), message.encoded_len()).is_none() {
+            return Ok(Step::NoRoom(connection));
+        }
+        self.outlet.send(connection, message);
+        Ok(Step::Done)
+    }
+
+    /// The same, for a message with a tag: it is remembered until its destination has seen it.
+    pub(super) fn forward_tagged(
+        &mut self,
+        from: usize,
+        to: u16,
+        tag: Tag,
+        message: &Message<'_>,
+    ) -> Result<Step, Violation> {
+        let step = self.forward(from, to, message)?;
+        let to = usize::from(to);
+        if matches!(step, Step::NoRoom(_)) || self.members.connection_of(to).is_none() {
+            return Ok(step);
+        }
+        let (late, is_full) = self.tags.message_forwarded(to, tag);
+        if late {
+            let times = self.members.slots[from].tallies.late.count();
+            self.outlet.notice(Notice::Late { from: id(from), to: id(to), times });
+        }
+        if is_full {
+            self.outlet.notice(Notice::InTransitFull(id(to)));
+        }
+        if tag < self.tags.graph.next_event(to) {
+            self.next_event(to, tag);
+        }
+        Ok(step)
     }
 }
 

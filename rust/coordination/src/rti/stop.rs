@@ -15,8 +15,10 @@
 
 use lf_model::time::{Instant, Tag};
 
-use super::storage::Membership;
-use super::{Cause, Notice, Outlet, Rti, id};
+use super::notice::Notice;
+use super::outlet::Outlet;
+use super::sending::Sending;
+use super::storage::{Membership, Slot, id};
 
 /// What the federates have agreed on so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -51,109 +53,91 @@ impl Stop {
     pub(super) fn deadline(&self) -> Option<Instant> {
         self.deadline
     }
-}
 
-impl Rti<'_> {
-    /// A federate asks to stop. Only the first request is passed on; the others' federates have agreed by theirs.
-    pub(super) fn on_stop_request(&mut self, now: Instant, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
-        if self.slots[federate].stop_agreed {
+    /// Whether a stop waits for the answer of a federate.
+    pub(super) fn awaits(&self, slot: &Slot) -> bool {
+        self.requested && !self.granted && !slot.stop_agreed
+    }
+
+    /// A federate asks to stop. Only the first request is passed on; the others' federates have agreed by theirs. All
+    /// have to have answered at `deadline`.
+    pub(super) fn request(
+        &mut self,
+        deadline: Instant,
+        federate: usize,
+        tag: Tag,
+        sending: &mut Sending<'_, '_, impl Outlet>,
+    ) {
+        if sending.members.slots[federate].stop_agreed {
             return;
         }
-        self.agree_to_stop(federate, tag);
-        if !self.stop.requested {
-            self.stop.requested = true;
-            outlet.notice(Notice::StopRequested(id(federate)));
-            self.grant_stop_if_agreed(outlet);
-            if !self.stop.granted {
-                self.stop.deadline = Some(now + self.config.stop_reply_time_out);
-                self.broadcast(|slot| !slot.stop_agreed, |pending| pending.stop_request = true, outlet);
-            }
-            return;
+        let is_first = !core::mem::replace(&mut self.requested, true);
+        if is_first {
+            sending.outlet.notice(Notice::StopRequested(id(federate)));
         }
-        self.grant_stop_if_agreed(outlet);
+        self.reply(federate, tag, sending);
+        if is_first && !self.granted {
+            self.deadline = Some(deadline);
+            sending.broadcast(self.tag, |slot| !slot.stop_agreed, |pending| pending.stop_request = true);
+        }
     }
 
-    /// A federate answers a stop request.
-    pub(super) fn on_stop_reply(&mut self, federate: usize, tag: Tag, outlet: &mut impl Outlet) {
-        self.agree_to_stop(federate, tag);
-        self.grant_stop_if_agreed(outlet);
-    }
-
-    /// Whether a stop waits for the answer of this federate.
-    pub(super) fn awaits_stop_tag(&self, federate: usize) -> bool {
-        self.stop.requested && !self.stop.granted && !self.slots[federate].stop_agreed
-    }
-
-    fn agree_to_stop(&mut self, federate: usize, tag: Tag) {
-        let slot = &mut self.slots[federate];
+    /// A federate names the earliest tag at which it can stop.
+    pub(super) fn reply(&mut self, federate: usize, tag: Tag, sending: &mut Sending<'_, '_, impl Outlet>) {
+        let slot = &mut sending.members.slots[federate];
         slot.stop_agreed = true;
         // Whoever has asked itself need not be asked any more.
         slot.pending.stop_request = false;
-        if !self.stop.granted {
-            self.stop.tag = self.stop.tag.max(tag);
+        if !self.granted {
+            self.tag = self.tag.max(tag);
         }
+        self.grant_if_agreed(sending);
     }
 
     /// Grants the stop once all that are left have agreed. No federate's next event is after it then.
-    pub(super) fn grant_stop_if_agreed(&mut self, outlet: &mut impl Outlet) {
-        let missing = |slot: &super::Slot| slot.membership != Membership::Departed && !slot.stop_agreed;
-        if !self.stop.requested || self.stop.granted || self.slots.iter().any(missing) {
+    pub(super) fn grant_if_agreed(&mut self, sending: &mut Sending<'_, '_, impl Outlet>) {
+        let missing = |slot: &Slot| slot.membership != Membership::Departed && !slot.stop_agreed;
+        if !self.requested || self.granted || sending.members.slots.iter().any(missing) {
             return;
         }
-        self.stop.granted = true;
-        self.stop.deadline = None;
-        let tag = self.stop.tag;
-        let slots = &self.slots;
-        self.graph.change_next_events(|federate, next_event| match slots[federate].membership {
-            Membership::Departed => next_event,
-            _ => next_event.min(tag),
-        });
-        outlet.notice(Notice::StopGranted(tag));
-        for federate in 0..self.slots.len() {
-            self.take_back_grants(federate, tag);
-        }
-        self.broadcast(|_| true, |pending| pending.stop_granted = true, outlet);
-        for federate in 0..self.slots.len() {
-            // What it has told need not be told again.
-            if self.stops_in_turn(federate) {
-                self.advance(federate, outlet);
+        self.granted = true;
+        self.deadline = None;
+        let tag = self.tag;
+        sending.tags.stop(tag);
+        sending.outlet.notice(Notice::StopGranted(tag));
+        for federate in 0..sending.members.slots.len() {
+            // One that has been granted the stop tag before it was one asks for it again.
+            if asks_again(federate, sending) && sending.tags.state_mut(federate).take_back(tag) {
+                sending.members.slots[federate].pending.taken_back = true;
             }
         }
-    }
-
-    /// A federate that has been granted the stop tag before it was one, and wants to stop in turn, asks for it again.
-    fn take_back_grants(&mut self, federate: usize, tag: Tag) {
-        let asks_again = self.stops_in_turn(federate);
-        let slot = &mut self.slots[federate];
-        if asks_again && slot.granted.max(slot.provisional.before()) >= tag {
-            slot.granted = slot.granted.min(tag.before());
-            slot.provisional = slot.provisional.min(tag.before());
-            slot.pending.taken_back = true;
+        sending.broadcast(tag, |_| true, |pending| pending.stop_granted = true);
+        for federate in 0..sending.members.slots.len() {
+            // What it has told need not be told again.
+            if asks_again(federate, sending) {
+                sending.advance(federate);
+            }
         }
-    }
-
-    fn stops_in_turn(&self, federate: usize) -> bool {
-        self.slots[federate].stops_in_turn && self.graph.upstreams(federate) > 0
     }
 
     /// The next event of a federate, which is no later than the stop tag as long as it has not left: it may have told
     /// a later one before it knew of the stop, and then still has something to say at its last tag.
     ///
     /// The stock RTI takes what is told after the stop as it is, and so do we for federates that count on that.
-    pub(super) fn not_after_stop(&self, federate: usize, next_event: Tag) -> Tag {
-        match self.stop.granted() {
-            Some(tag) if self.slots[federate].stops_in_turn => next_event.min(tag),
+    pub(super) fn limit(&self, slot: &Slot, next_event: Tag) -> Tag {
+        match self.granted() {
+            Some(tag) if slot.stops_in_turn => next_event.min(tag),
             _ => next_event,
         }
     }
 
     /// Nobody waits any longer for those that have not answered.
-    pub(super) fn give_up_stop_replies(&mut self, outlet: &mut impl Outlet) {
-        self.stop.deadline = None;
-        for federate in 0..self.slots.len() {
-            if !self.slots[federate].stop_agreed && self.connection_of(federate).is_some() {
-                self.expel(federate, Cause::NoStopReply, outlet);
-            }
-        }
+    pub(super) fn give_up(&mut self) {
+        self.deadline = None;
     }
+}
+
+/// Whether a federate asks for the stop tag in its turn, as for any other.
+fn asks_again(federate: usize, sending: &Sending<'_, '_, impl Outlet>) -> bool {
+    sending.members.slots[federate].stops_in_turn && sending.tags.graph.upstreams(federate) > 0
 }

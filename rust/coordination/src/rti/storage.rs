@@ -5,14 +5,12 @@ use lf_model::time::{Instant, Tag};
 use lf_wire::ADDRESS_PORT_UNKNOWN;
 
 use super::config::SetupError;
-use super::departure::Tallies;
 use super::graph::Node;
-use super::in_transit::Ring;
 use super::outlet::ConnectionId;
 use super::path::PathWords;
-use super::watch::Seen;
 use crate::auth::Nonce;
 use crate::clock_sync::Poll;
+use crate::{FederateId, Tally};
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -84,9 +82,41 @@ pub(super) struct Pending {
 impl Pending {
     const NONE: Self =
         Self { start: false, stop_request: false, taken_back: false, stop_granted: false, grant: false, dnet: false };
+
+    /// Whether something has to go out before any grant or forwarded message.
+    pub(super) fn comes_first(self) -> bool {
+        self.start || self.stop_request || self.taken_back || self.stop_granted
+    }
 }
 
-/// All that the RTI knows of one federate.
+/// How often a federate did what is told now and then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Tallies {
+    /// Bytes that begin no message.
+    pub(super) unknown: Tally,
+    /// Messages that came too late.
+    pub(super) late: Tally,
+    /// Messages for federates that have left.
+    pub(super) dropped: Tally,
+}
+
+impl Tallies {
+    pub(super) const NOTHING: Self = Self { unknown: Tally::NOTHING, late: Tally::NOTHING, dropped: Tally::NOTHING };
+}
+
+/// What a federate is waiting for since when, as far as the RTI has seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Seen {
+    pub(super) tag: Tag,
+    pub(super) since: Instant,
+    pub(super) told: bool,
+}
+
+impl Seen {
+    pub(super) const NOTHING: Self = Self { tag: Tag::NEVER, since: Instant::NEVER, told: false };
+}
+
+/// What the RTI knows of one federate, but for its tags (see [`Node`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts of a federate")]
 pub struct Slot {
@@ -96,18 +126,6 @@ pub struct Slot {
     pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
-    /// Latest tag completed.
-    pub(super) completed: Tag,
-    /// Latest TAG sent.
-    pub(super) granted: Tag,
-    /// Latest PTAG sent.
-    pub(super) provisional: Tag,
-    /// Latest DNET sent.
-    pub(super) dnet: Tag,
-    /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
-    pub(super) demand: Option<(Tag, u16)>,
-    /// Messages on their way to it.
-    pub(super) in_transit: Ring,
     /// It wants to be granted the stop tag in its turn.
     pub(super) stops_in_turn: bool,
     /// It has asked to stop, or has agreed to.
@@ -135,12 +153,6 @@ impl Slot {
         pending: Pending::NONE,
         vacated: false,
         clock: None,
-        completed: Tag::NEVER,
-        granted: Tag::NEVER,
-        provisional: Tag::NEVER,
-        dnet: Tag::NEVER,
-        demand: None,
-        in_transit: Ring::EMPTY,
         stops_in_turn: false,
         stop_agreed: false,
         address: [0; 4],
@@ -206,4 +218,9 @@ impl Connection {
     /// What fresh storage holds.
     pub const EMPTY: Self =
         Self { phase: Phase::Vacant, federate: None, address: [0; 4], deadline: None, ended: false };
+}
+
+/// An index of a slot as the federate's id.
+pub(super) fn id(index: usize) -> FederateId {
+    FederateId(u16::try_from(index).expect("there are no more slots than a federate id can name, which `check` says"))
 }

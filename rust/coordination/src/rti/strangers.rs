@@ -6,10 +6,8 @@
 //! unless more strangers than there are places come in between. A federate that has joined keeps its place, but not if
 //! it is silent for long before it has told its clock: all the others would wait for it.
 
-use lf_model::time::Instant;
-
-use super::storage::Phase;
-use super::{ConnectionId, Notice, Outlet, Rti};
+use super::members::Members;
+use super::outlet::ConnectionId;
 use crate::Tally;
 
 /// How often something has come of connections whose federate nobody knows for sure.
@@ -21,37 +19,9 @@ pub(super) struct Strangers {
     pub(super) rejected_by: Tally,
 }
 
-impl Rti<'_> {
-    /// The connection that makes way for a new one when all places are taken: the oldest that has not said which
-    /// federate it is. It is closed, and what its peer still sends is not wanted. `None` when there is none.
-    ///
-    /// Looks at every connection once.
-    pub fn make_way(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
-        let connection = self.oldest_stranger()?;
-        outlet.notice(Notice::MadeWay(self.strangers.made_way.count()));
-        outlet.close(connection);
-        self.release(connection);
-        Some(connection)
-    }
-
-    /// Whether [`make_way`](Self::make_way) finds a connection.
-    pub fn can_make_way(&self) -> bool {
-        self.oldest_stranger().is_some()
-    }
-
-    fn oldest_stranger(&self) -> Option<ConnectionId> {
-        let strangers = self.connections.iter().enumerate().filter(|(_, connection)| {
-            matches!(connection.phase, Phase::Nonce { .. } | Phase::Proof { .. } | Phase::Ids { .. })
-        });
-        strangers.min_by_key(|(_, connection)| connection.deadline).map(|(index, _)| ConnectionId(index))
-    }
-
-    /// A federate that has joined has said something: until it has told its clock, it may not be silent for long.
-    pub(super) fn await_clock(&mut self, now: Instant, federate: usize, connection: ConnectionId) {
-        let known = &self.connections[connection.0];
-        let waits = self.slots[federate].clock.is_none();
-        if known.phase == Phase::Joined && (waits || known.deadline.is_some()) {
-            self.set_deadline(connection, waits.then(|| now + self.config.clock_time_out));
-        }
-    }
+/// The connection that makes way for a new one when all places are taken: the oldest that has not said which federate
+/// it is. Looks at every connection once.
+pub(super) fn oldest(members: &Members<'_>) -> Option<ConnectionId> {
+    let oldest = members.strangers().min_by_key(|(_, connection)| connection.deadline);
+    oldest.map(|(connection, _)| connection)
 }

@@ -32,82 +32,82 @@
 //! something, as ours do, this is what the connection's delay keeps on its way.
 
 use lf_model::time::Tag;
-use lf_wire::{DecodeError, Decoded, Message, decode};
+use lf_wire::{DecodeError, Decoded, Limits, Message, decode, message_bytes_max};
 
-use super::{ConnectionId, Outlet, Rti, Verdict};
 use crate::tag::from_wire;
 
 /// How many bytes behind a message that is held are kept to find the answer to a stop request there. The longest
 /// message can be as long as memory is large, and it is not for this that memory should be used up.
 const LOOK_AHEAD_BYTES_MAX: usize = 1 << 20;
 
-impl Rti<'_> {
-    /// Whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far behind
-    /// its sender: then what is said of it.
-    pub(super) fn hold(
-        &mut self,
-        sender: usize,
-        message: &Message<'_>,
-        bytes: &[u8],
-        len: usize,
-        outlet: &mut impl Outlet,
-    ) -> Option<Verdict> {
-        let Message::TaggedMessage { federate: receiver, .. } = *message else { return None };
-        let connection = self.is_behind(receiver.into(), sender)?;
-        let rest = bytes.get(len..).unwrap_or_default();
-        if !self.awaits_stop_tag(sender) || self.look_ahead(sender, rest, outlet) {
-            return Some(Verdict::Held(connection));
-        }
-        let is_full = bytes.len() >= self.message_bytes_max() || rest.len() >= LOOK_AHEAD_BYTES_MAX;
-        (!is_full).then_some(Verdict::HeldReadOn(connection))
-    }
+/// Whether no more is to be read behind a message that is held and `len` of these bytes long: all that are there.
+pub(super) fn is_full(bytes: &[u8], len: usize, limits: &Limits) -> bool {
+    bytes.len() >= message_bytes_max(limits) || bytes.len() - len >= LOOK_AHEAD_BYTES_MAX
+}
 
-    /// Whether a federate is too far behind one that has a message for it: then its connection.
-    fn is_behind(&mut self, receiver: usize, sender: usize) -> Option<ConnectionId> {
-        self.slots.get(receiver)?;
-        let connection = self.connection_of(receiver)?;
-        let at = self.position(sender);
-        let window = self.config.window;
-        self.in_transit(receiver).has_before(at, window).then_some(connection)
-    }
-
-    /// A tag that is not later than that at which a federate has sent what is at the front of its connection.
-    fn position(&self, federate: usize) -> Tag {
-        self.graph.next_event(federate).min(self.stop_tag().unwrap_or(Tag::FOREVER))
-    }
-
-    /// A federate that says nothing any more behind these bytes agrees to a stop as it says there, or in silence.
-    pub(super) fn conclude(&mut self, federate: usize, bytes: &[u8], outlet: &mut impl Outlet) {
-        if !self.look_ahead(federate, bytes, outlet) {
-            self.on_stop_reply(federate, Tag::NEVER, outlet);
+/// Looks for what a federate says about a stop, or for its end, behind what it has to say before: the earliest tag at
+/// which it can stop. What is found is found again in its turn, and then says nothing new.
+///
+/// Bounded by the number of bytes.
+pub(super) fn look_ahead(mut bytes: &[u8], limits: &Limits) -> Option<Tag> {
+    loop {
+        match decode(bytes, limits) {
+            Ok(Decoded::Complete { message: Message::StopReply(tag) | Message::StopRequest(tag), .. }) => {
+                return Some(from_wire(tag));
+            }
+            // It will leave, and names no tag.
+            Ok(Decoded::Complete { message: Message::Resign | Message::Failed, .. }) => return Some(Tag::NEVER),
+            Ok(Decoded::Complete { len, .. }) => bytes = &bytes[len..],
+            Err(DecodeError::UnknownType { .. }) => bytes = &bytes[1..],
+            Ok(Decoded::Incomplete { .. }) => return None,
+            Err(_) => return Some(Tag::NEVER),
         }
     }
+}
 
-    /// Looks for what a federate says about a stop, or for its end, behind what it has to say before. Returns whether
-    /// there is something. What is found is found again in its turn, and then says nothing new.
-    ///
-    /// Bounded by the number of bytes.
-    fn look_ahead(&mut self, federate: usize, mut bytes: &[u8], outlet: &mut impl Outlet) -> bool {
-        loop {
-            let tag = match decode(bytes, &self.limits) {
-                Ok(Decoded::Complete { message: Message::StopReply(tag) | Message::StopRequest(tag), .. }) => {
-                    from_wire(tag)
-                }
-                // It will leave, and names no tag.
-                Ok(Decoded::Complete { message: Message::Resign | Message::Failed, .. }) => Tag::NEVER,
-                Ok(Decoded::Complete { len, .. }) => {
-                    bytes = &bytes[len..];
-                    continue;
-                }
-                Err(DecodeError::UnknownType { .. }) => {
-                    bytes = &bytes[1..];
-                    continue;
-                }
-                Ok(Decoded::Incomplete { .. }) => return false,
-                Err(_) => Tag::NEVER,
-            };
-            self.on_stop_reply(federate, tag, outlet);
-            return true;
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    const LIMITS: Limits = Limits { payload_bytes_max: 100, federation_id_bytes_max: 10, neighbors_max: 1 };
+
+    fn encoded(messages: &[Message<'_>]) -> Vec<u8> {
+        messages.iter().flat_map(lf_owned_messages::encoded).collect()
+    }
+
+    fn tagged() -> Message<'static> {
+        Message::TaggedMessage { port: 1, federate: 0, tag: lf_wire::Tag::FOREVER, payload: b"message" }
+    }
+
+    #[test]
+    fn an_answer_to_a_stop_is_found_behind_messages_and_bytes_that_are_none() {
+        let tag = lf_wire::Tag { time: 7, microstep: 1 };
+        for answer in [Message::StopReply(tag), Message::StopRequest(tag)] {
+            let bytes = [encoded(&[tagged()]), [250].to_vec(), encoded(&[tagged(), answer])].concat();
+            assert_eq!(look_ahead(&bytes, &LIMITS), Some(from_wire(tag)));
+            // As long as it is not whole, there is none.
+            assert_eq!(look_ahead(&bytes[..bytes.len() - 1], &LIMITS), None);
         }
+    }
+
+    #[test]
+    fn who_leaves_or_cannot_be_understood_names_no_tag() {
+        for end in [Message::Resign, Message::Failed] {
+            assert_eq!(look_ahead(&encoded(&[tagged(), end]), &LIMITS), Some(Tag::NEVER));
+        }
+        let none = Limits { payload_bytes_max: 1, ..LIMITS };
+        assert_eq!(look_ahead(&encoded(&[tagged()]), &none), Some(Tag::NEVER));
+    }
+
+    #[test]
+    fn no_more_is_read_than_the_longest_message_or_the_limit() {
+        let longest = message_bytes_max(&LIMITS);
+        let full = |bytes: usize, len| is_full(&std::vec![0; bytes], len, &LIMITS);
+        assert_eq!([longest - 1, longest].map(|bytes| full(bytes, 40)), [false, true]);
+        let large = Limits { payload_bytes_max: 4 * LOOK_AHEAD_BYTES_MAX, ..LIMITS };
+        let full = |behind: usize| is_full(&std::vec![0; 40 + behind], 40, &large);
+        assert_eq!([LOOK_AHEAD_BYTES_MAX - 1, LOOK_AHEAD_BYTES_MAX].map(full), [false, true]);
     }
 }

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where a federate is with the RTI. From the connection to the start: authentication, `FED_IDS` and ACK,
+//! `NEIGHBOR_STRUCTURE` and `UDP_PORT`, initial clock synchronization, connections to others, start barrier. At the
+//! end: RESIGN, or FAILED.
+
+use lf_model::time::Instant;
+use lf_wire::{Message, RejectCode};
+
+use super::clock_sync::Clock;
+use super::config::{ClockSync, Config, Coordination};
+use super::error::FederateError;
+use super::event::{Disconnected, Event};
+use super::outbox::Outbox;
+use super::peers::{Address, Meeting};
+use super::phase::Phase;
+use crate::Deadline;
+use crate::auth::{Nonce, Proof};
+use crate::clock_sync::Estimate;
+
+/// The way from the connection to the start, and the end.
+#[derive(Clone, Debug)]
+pub(super) struct Session {
+    phase: Phase,
+    outbox: Outbox,
+    /// What the RTI has to authenticate.
+    nonce: Nonce,
+    meeting: Meeting,
+    /// When to give up waiting for the RTI, before the start.
+    patience: Deadline,
+}
+
+impl Session {
+    pub(super) fn new() -> Self {
+        Self {
+            phase: Phase::Disconnected,
+            outbox: Outbox::default(),
+            nonce: Nonce::default(),
+            meeting: Meeting::default(),
+            patience: Deadline::Never,
+        }
+    }
+
+    pub(super) fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// When [`Session::handle_timeout`] is to be called.
+    pub(super) fn poll_timeout(&self) -> Deadline {
+        self.patience
+    }
+
+    /// The place of the federate to which a connection is to be made next.
+    pub(super) fn next_peer_index(&self, config: &Config<'_>) -> Option<usize> {
+        self.meeting.next_index(config.peers)
+    }
+
+    /// The message that is due.
+    pub(super) fn due<'a>(&self, config: &Config<'a>) -> Option<Message<'a>> {
+        self.outbox.next(config)
+    }
+
+    /// This message of [`Session::due`], or RESIGN, has been transmitted.
+    pub(super) fn transmitted(&mut self, message: &Message<'_>) {
+        self.outbox.remove(message);
+        if *message == Message::Resign {
+            self.phase = Phase::Ended;
+        }
+    }
+
+    /// The connection to the RTI is there. Ignored when the RTI has accepted this federate before.
+    pub(super) fn handle_connected(&mut self, config: &Config<'_>, now: Instant, nonce: Nonce) {
+        if !matches!(self.phase, Phase::Disconnected | Phase::Authenticating | Phase::Introducing) {
+            return;
+        }
+        self.outbox.clear();
+        if config.authentication.is_some() {
+            self.phase = Phase::Authenticating;
+            self.nonce = nonce;
+            self.outbox.fed_nonce = Some(nonce);
+        } else {
+            self.phase = Phase::Introducing;
+            self.outbox.fed_ids = true;
+        }
+        self.patience = Deadline::At(now + config.connect_time_out);
+    }
+
+    /// The connection to the RTI has ended, or broken.
+    pub(super) fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
+        match self.phase {
+            Phase::Disconnected | Phase::Authenticating | Phase::Introducing => {
+                self.phase = Phase::Disconnected;
+                self.outbox.clear();
+                self.patience = Deadline::Never;
+                Ok(Disconnected::ConnectAgain)
+            }
+            Phase::Synchronizing | Phase::Meeting | Phase::Starting | Phase::Running | Phase::Resigning => {
+                Err(FederateError::RtiLost { phase: self.phase })
+            }
+            Phase::Ended | Phase::Failed => {
+                self.outbox.clear();
+                Ok(Disconnected::Ended)
+            }
+        }
+    }
+
+    /// A message before the start.
+    pub(super) fn handle_message<'m>(
+        &mut self,
+        config: &Config<'_>,
+        clock: &mut Clock,
+        now: Instant,
+        message: &Message<'m>,
+    ) -> Result<Event<'m>, FederateError> {
+        match (self.phase, *message) {
+            (Phase::Disconnected, _) => Err(FederateError::unexpected(message, self.phase)),
+            (_, Message::Failed) => Err(FederateError::RtiFailed),
+            (Phase::Meeting, Message::AddressQueryReply { port, address }) => {
+                Ok(self.handle_address(config, now, port, address))
+            }
+            // Answers to nothing that this federate asked; they do no harm.
+            (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
+            // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
+            (_, Message::Reject(code)) => Err(FederateError::Rejected(code)),
+            (Phase::Authenticating, Message::RtiResponse { nonce, hmac }) if self.outbox.fed_nonce.is_none() => {
+                self.authenticate(config, nonce, hmac).map(|()| Event::None)
+            }
+            (Phase::Introducing, Message::Ack) if !self.outbox.fed_ids => {
+                self.accepted(config, clock, now);
+                Ok(Event::Accepted)
+            }
+            (Phase::Synchronizing, Message::T1(t1)) if clock.initial.begin(Instant(t1), now) => {
+                self.outbox.t3 = true;
+                self.expect_clock_sync(config, now);
+                Ok(Event::None)
+            }
+            (Phase::Synchronizing, Message::T4(t4)) => match clock.initial.complete(Instant(t4)) {
+                None => Err(FederateError::unexpected(message, self.phase)),
+                Some(seen) => Ok(self.exchanged(config, clock, now, seen)),
+            },
+            (Phase::Meeting | Phase::Starting, Message::T1(_)) => Err(match config.clock_sync.trials() {
+                0 => FederateError::unexpected(message, self.phase),
+                trials => FederateError::TrialsDiffer { trials },
+            }),
+            (Phase::Starting, Message::Timestamp(start)) if self.outbox.timestamp.is_none() => {
+                self.phase = Phase::Running;
+                Ok(Event::Started(Instant(start)))
+            }
+            _ => Err(FederateError::unexpected(message, self.phase)),
+        }
+    }
+
+    /// The RTI has kept this federate waiting beyond [`Session::poll_timeout`].
+    pub(super) fn handle_timeout(
+        &mut self,
+        config: &Config<'_>,
+        clock: &mut Clock,
+        now: Instant,
+    ) -> Result<Event<'static>, FederateError> {
+        if !self.patience.is_due(now) {
+            return Ok(Event::None);
+        }
+        match (self.phase, clock.initial.estimate()) {
+            (Phase::Authenticating | Phase::Introducing, _) => Err(FederateError::NoAnswer),
+            (Phase::Synchronizing, None) => Err(FederateError::NoClockSync),
+            // The RTI makes fewer exchanges than this federate was told; those that there were will do.
+            (Phase::Synchronizing, Some(estimate)) => Ok(self.synchronized(config, clock, now, estimate)),
+            (Phase::Meeting, _) => {
+                self.meet(config, clock, now);
+                Ok(Event::None)
+            }
+            _ => {
+                self.patience = Deadline::Never;
+                Ok(Event::None)
+            }
+        }
+    }
+
+    /// The RTI has answered this federate's nonce. A right answer is repaid in kind, and the introduction follows.
+    fn authenticate(&mut self, config: &Config<'_>, nonce: Nonce, proof: Proof) -> Result<(), FederateError> {
+        let (key, id) = (config.federation_id, config.id.0);
+        let response = config.authentication.and_then(|answer| answer(key, id, self.nonce, &proof, nonce));
+        self.outbox.fed_response = Some(response.ok_or(FederateError::RtiNotAuthentic)?);
+        self.outbox.fed_ids = true;
+        self.phase = Phase::Introducing;
+        Ok(())
+    }
+
+    fn accepted(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+        self.outbox.neighbor_structure = true;
+        self.outbox.udp_port = true;
+        match config.clock_sync {
+            ClockSync::Off => self.be_ready(config, clock, now),
+            ClockSync::Init { .. } | ClockSync::On { .. } => {
+                self.phase = Phase::Synchronizing;
+                self.expect_clock_sync(config, now);
+            }
+        }
+    }
+
+    fn expect_clock_sync(&mut self, config: &Config<'_>, now: Instant) {
+        self.patience = Deadline::At(now + config.clock_sync_time_out);
+    }
+
+    /// One exchange is complete, `seen` in all.
+    fn exchanged(&mut self, config: &Config<'_>, clock: &mut Clock, now: Instant, seen: u16) -> Event<'static> {
+        match clock.initial.estimate() {
+            Some(estimate) if seen >= config.clock_sync.trials() => self.synchronized(config, clock, now, estimate),
+            _ => {
+                self.expect_clock_sync(config, now);
+                Event::None
+            }
+        }
+    }
+
+    fn synchronized(
+        &mut self,
+        config: &Config<'_>,
+        clock: &mut Clock,
+        now: Instant,
+        estimate: Estimate,
+    ) -> Event<'static> {
+        clock.set(&estimate);
+        self.be_ready(config, clock, now);
+        Event::ClockCorrected(estimate)
+    }
+
+    /// Tells the RTI where this federate is, connects to others, and then tells the RTI the time, by which it chooses
+    /// the start time.
+    fn be_ready(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+        self.outbox.t3 = false;
+        // Where nothing is granted, nothing can be taken back.
+        self.outbox.in_turn = config.coordination == Coordination::Centralized;
+        self.outbox.advertisement = config.listening;
+        self.meet(config, clock, now);
+    }
+
+    /// Asks for the next address, or goes on to the start barrier when all connections are there.
+    fn meet(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+        self.patience = Deadline::Never;
+        let next = self.meeting.ask(config.peers);
+        if next.is_some() {
+            self.phase = Phase::Meeting;
+            self.outbox.address_query = next;
+        } else {
+            self.phase = Phase::Starting;
+            self.outbox.timestamp = Some(clock.correction().physical(now));
+        }
+    }
+
+    fn handle_address(&mut self, config: &Config<'_>, now: Instant, port: i32, address: [u8; 4]) -> Event<'static> {
+        match self.meeting.handle_address(config.peers, now, port, address) {
+            Address::Unasked => Event::None,
+            Address::AskAgain(time) => {
+                self.patience = Deadline::At(time);
+                Event::None
+            }
+            Address::Found(federate, address) => Event::PeerFound { federate, address },
+        }
+    }
+
+    /// The federate of the last [`Event::PeerFound`] takes this one's messages.
+    pub(super) fn peer_connected(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+        if self.phase == Phase::Meeting {
+            self.meeting.connected();
+            self.meet(config, clock, now);
+        }
+    }
+
+    /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted.
+    pub(super) fn peer_lost(&mut self, config: &Config<'_>, now: Instant) -> Result<(), FederateError> {
+        if self.phase == Phase::Meeting {
+            let again = self.meeting.lost(config.peers, now);
+            self.patience = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
+        }
+        Ok(())
+    }
+
+    /// The last tag is complete.
+    pub(super) fn resign(&mut self) {
+        self.phase = Phase::Resigning;
+    }
+
+    /// This federate cannot go on because of this error, or of one of its own. Without effect once it has ended: the RTI
+    /// has been told already that it has done so in order.
+    pub(super) fn fail(&mut self, error: Option<FederateError>) {
+        if self.phase == Phase::Ended {
+            return;
+        }
+        // Whoever rejected this federate does not know it, and who is gone does not hear it.
+        let tell = !matches!(error, Some(FederateError::Rejected(_) | FederateError::RtiLost { .. }));
+        self.outbox.clear();
+        self.outbox.failed = tell && self.phase != Phase::Disconnected;
+        if error == Some(FederateError::RtiNotAuthentic) {
+            self.outbox.reject = Some(RejectCode::HmacMismatch);
+        }
+        self.phase = Phase::Failed;
+        self.patience = Deadline::Never;
+    }
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The contract of the state of tags, step by step and with anything that can come.
+
+use std::vec;
+
+use lf_model::time::Microstep;
+use proptest::prelude::*;
+
+use super::*;
+
+const START: Instant = Instant(1_000);
+
+fn tag(time: i64, microstep: u32) -> Tag {
+    Tag::new(START + Interval(time), Microstep(microstep))
+}
+
+fn started() -> Tags {
+    let mut tags = Tags::new(true, true);
+    tags.start(START);
+    tags
+}
+
+/// Announces without physical actions.
+fn announce(tags: &mut Tags, next: Tag) {
+    assert!(tags.next_event(next));
+    tags.announce(START, None, |_| unreachable!("nothing bounds the next event"));
+}
+
+#[test]
+fn a_provisional_grant_allows_its_tag_and_what_is_before_and_has_it_confirmed() {
+    let mut tags = started();
+    tags.grant_provisionally(tag(5, 0), false);
+    let allowed = [tag(4, 9), tag(5, 0), tag(5, 1)].map(|tag| tags.allows(tag));
+    assert_eq!((allowed, tags.summons()), ([true, true, false], Some(tag(5, 0))));
+    tags.begin(tag(5, 0));
+    assert!(!tags.knows_all_inputs() && tags.summons().is_none());
+    assert_eq!(tags.message_received(tag(5, 0)), Arrival::InTime);
+    tags.complete(false);
+    assert_eq!((tags.ltc(), tags.message_received(tag(5, 0))), (Some(tag(5, 0)), Arrival::Late));
+}
+
+#[test]
+fn a_provisional_grant_that_comes_too_late_is_confirmed_at_once_or_when_the_tag_is_complete() {
+    let mut tags = started();
+    tags.grant(tag(9, 0));
+    tags.begin(tag(5, 0));
+    tags.grant_provisionally(tag(3, 0), false);
+    assert_eq!(tags.ltc(), Some(tag(3, 0)));
+    tags.ltc_transmitted();
+    tags.grant_provisionally(tag(5, 0), false);
+    assert_eq!(tags.ltc(), None);
+    tags.complete(false);
+    assert_eq!(tags.ltc(), Some(tag(5, 0)));
+}
+
+#[test]
+fn what_a_stop_takes_back_has_to_be_asked_for_again() {
+    let mut tags = started();
+    tags.grant(Tag::FOREVER);
+    tags.begin(tag(1, 0));
+    tags.complete(false);
+    tags.grant_provisionally(tag(5, 0), true);
+    assert!(tags.allows(tag(4, 0)) && !tags.allows(tag(5, 0)) && tags.summons().is_none());
+    announce(&mut tags, tag(5, 0));
+    assert_eq!((tags.ltc(), tags.net()), (Some(tag(5, 0).before()), Some(tag(5, 0))));
+    assert!(tags.grant(tag(5, 0)) && tags.allows(tag(5, 0)));
+}
+
+#[test]
+fn what_is_left_out_is_told_after_a_while() {
+    let mut tags = started();
+    announce(&mut tags, tag(1, 0));
+    tags.net_transmitted();
+    // Nothing up to there matters to anybody, so the RTI knows more than it has asked for.
+    tags.handle_dnet(tag(0, 0));
+    tags.grant(tag(9, 0));
+    tags.begin(tag(1, 0));
+    tags.complete(false);
+    announce(&mut tags, tag(7, 0));
+    let due = Deadline::At(START + SILENCE);
+    assert_eq!((tags.net(), tags.poll_timeout()), (None, due));
+    tags.handle_timeout(START + SILENCE + Interval(-1));
+    assert_eq!((tags.net(), tags.poll_timeout()), (None, due));
+    tags.handle_timeout(START + SILENCE);
+    assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(7, 0)), Deadline::Never));
+}
+
+#[test]
+fn a_bound_is_told_once_until_it_is_renewed() {
+    let mut tags = started();
+    assert!(tags.next_event(Tag::FOREVER));
+    let at = |time: i64| START + Interval(time);
+    let bound = |tags: &mut Tags, now: i64| tags.announce(at(now), Some(at(now + 2)), |_| at(now + 10));
+    bound(&mut tags, 0);
+    assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(1, 0)), Deadline::At(at(10))));
+    tags.net_transmitted();
+    bound(&mut tags, 9);
+    assert_eq!((tags.net(), tags.is_renewal_due(at(9))), (None, false));
+    bound(&mut tags, 10);
+    assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(11, 0)), Deadline::At(at(20))));
+    tags.finish();
+    assert_eq!((tags.net(), tags.poll_timeout()), (Some(Tag::FOREVER), Deadline::Never));
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Grant(Tag),
+    GrantProvisionally(Tag),
+    TakeBack(Tag),
+    Dnet(Tag),
+    Receive(Tag),
+    Next(Tag, Option<i64>),
+    Begin(Tag),
+    Send,
+    Complete(bool),
+    Transmit,
+    Pass(i64),
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let tags = || (0..40i64, 0..3u32).prop_map(|(time, microstep)| tag(time, microstep));
+    prop_oneof![
+        2 => tags().prop_map(Step::Grant),
+        2 => tags().prop_map(Step::GrantProvisionally),
+        1 => tags().prop_map(Step::TakeBack),
+        1 => tags().prop_map(Step::Dnet),
+        2 => tags().prop_map(Step::Receive),
+        4 => (tags(), prop::option::of(0..40i64)).prop_map(|(tag, physical)| Step::Next(tag, physical)),
+        4 => tags().prop_map(Step::Begin),
+        1 => Just(Step::Send),
+        3 => any::<bool>().prop_map(Step::Complete),
+        3 => Just(Step::Transmit),
+        1 => (0..SILENCE.as_nanos()).prop_map(Step::Pass),
+    ]
+}
+
+proptest! {
+    /// Whatever comes in whatever order: what may be begun has been granted and not been taken back, tags rise, no
+    /// LTC is told twice or of a tag that is to come, and a NET is neither of a tag that is over nor later than what
+    /// is next.
+    #[test]
+    fn no_promise_is_broken(steps in prop::collection::vec(step(), 0..120)) {
+        let mut tags = started();
+        let (mut granted, mut provisional) = (Tag::NEVER, Tag::NEVER);
+        let (mut ltc, mut now) = (Tag::NEVER, START);
+        // The least of what has been announced since a tag was begun, with what bounded it.
+        let mut next = Tag::FOREVER;
+        for step in steps {
+            let before = tags.current();
+            match step {
+                Step::Grant(tag) => {
+                    prop_assert_eq!(tags.grant(tag), tag > granted);
+                    granted = granted.max(tag);
+                }
+                Step::GrantProvisionally(tag) => {
+                    tags.grant_provisionally(tag, false);
+                    granted = granted.max(tag.before());
+                    provisional = provisional.max(tag);
+                }
+                Step::TakeBack(tag) => {
+                    if tag > tags.current() && tag <= granted {
+                        granted = tag.before();
+                        provisional = if provisional < tag { provisional } else { Tag::NEVER };
+                        tags.grant_provisionally(tag, true);
+                        prop_assert!(!tags.allows(tag) && tags.summons().is_none_or(|summons| summons < tag));
+                    }
+                }
+                Step::Dnet(tag) => tags.handle_dnet(tag),
+                Step::Receive(tag) => {
+                    let late = tags.message_received(tag) == Arrival::Late;
+                    let may_be_known = tag == before && granted < tag;
+                    prop_assert_eq!(late, tag <= before && !(may_be_known && tags.open));
+                }
+                Step::Next(tag, physical) => {
+                    let was_open = tags.open;
+                    prop_assert_eq!(tags.next_event(tag), !was_open && tag > before);
+                    if !was_open && tag > before {
+                        next = tag;
+                        tags.announce(now, physical.map(|time| START + Interval(time)), |_| now + Interval(5));
+                    }
+                }
+                Step::Begin(tag) => {
+                    let may = tag > before && (tag <= granted || tag == provisional);
+                    prop_assert_eq!(tags.allows(tag), may);
+                    if may && !tags.open {
+                        tags.begin(tag);
+                        next = Tag::FOREVER;
+                    }
+                }
+                Step::Send => tags.message_sent(),
+                Step::Complete(had_input) => {
+                    let confirms = tags.open && (had_input || provisional == before) && before > ltc;
+                    tags.complete(had_input);
+                    prop_assert!(!confirms || tags.ltc() == Some(before));
+                }
+                Step::Transmit => {
+                    if let Some(tag) = tags.ltc() {
+                        prop_assert!(tag > ltc && tag <= tags.current().max(next.before()));
+                        ltc = tag;
+                        tags.ltc_transmitted();
+                    }
+                    if let Some(tag) = tags.net() {
+                        prop_assert!(tag >= tags.current() && tag <= next);
+                        tags.net_transmitted();
+                    }
+                }
+                Step::Pass(time) => {
+                    now = now + Interval(time);
+                    tags.handle_timeout(now);
+                }
+            }
+            prop_assert!(tags.current() >= before);
+            prop_assert_eq!(tags.granted(), granted);
+            prop_assert!(tags.summons().is_none_or(|summons| tags.allows(summons)));
+        }
+    }
+}

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What federates say once they have joined, and where it goes.
+
+use lf_model::time::Instant;
+use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
+
+use super::machine::Rti;
+use super::notice::{Cause, Notice, Violation};
+use super::outlet::{ConnectionId, Outlet, Verdict};
+use super::sending::{Sending, Step};
+use super::storage::{Phase, id};
+use super::window;
+use crate::tag::from_wire;
+
+/// What a federate did by sending such bytes.
+fn wrong(error: DecodeError) -> Violation {
+    match error {
+        DecodeError::OverLimit { message, found, limit, .. } if message == MessageType::TaggedMessage.name() => {
+            Violation::TooLong { bytes: found, max: limit }
+        }
+        error => Violation::Bytes(error),
+    }
+}
+
+impl Rti<'_> {
+    /// A connection has this to say, and maybe more later. Handles at most one message.
+    pub fn handle_input(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        let Some(known) = self.members.connections.get(connection.0) else { return Verdict::Closed };
+        let verdict = match (known.phase, known.federate) {
+            (Phase::Vacant, _) => Verdict::Closed,
+            (_, _) if bytes.is_empty() => Verdict::Incomplete(1),
+            (Phase::Draining, _) => Verdict::Consumed(bytes.len()),
+            (Phase::Joined, Some(federate)) => self.handle_federate(now, federate.into(), connection, bytes, outlet),
+            _ => self.handle_handshake(now, connection, bytes, outlet),
+        };
+        self.limit_start(now);
+        verdict
+    }
+
+    fn handle_federate(
+        &mut self,
+        now: Instant,
+        federate: usize,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        if self.members.connections[connection.0].ended && self.awaits_stop_tag(federate) {
+            // It says nothing any more behind these bytes, and agrees to a stop as it says there, or in silence.
+            self.find_stop_reply(federate, bytes, true, outlet);
+        }
+        let step = match decode(bytes, &self.limits) {
+            Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
+            Ok(Decoded::Complete { message, len }) => {
+                if let Some(verdict) = self.hold(federate, &message, bytes, len, outlet) {
+                    return verdict;
+                }
+                self.handle_message(now, federate, connection, &message, outlet).map(|step| (step, len))
+            }
+            // The stock programs skip such a byte, so that a message without content can be added to the protocol.
+            Err(DecodeError::UnknownType { found }) => {
+                let times = self.members.slots[federate].tallies.unknown.count();
+                outlet.notice(Notice::UnknownType { federate: id(federate), found, times });
+                Ok((Step::Done, 1))
+            }
+            Err(error) => Err(wrong(error)),
+        };
+        match step {
+            Ok((Step::Done, len)) => {
+                self.members.await_clock(now + self.config.clock_time_out, federate, connection);
+                match self.members.phase(connection) {
+                    Phase::Vacant => Verdict::Closed,
+                    _ => Verdict::Consumed(len),
+                }
+            }
+            Ok((Step::NoRoom(connection), _)) => Verdict::Blocked(connection),
+            Err(violation) => {
+                self.expel(federate, Cause::Violation(violation), outlet);
+                Verdict::Closed
+            }
+        }
+    }
+
+    fn handle_message(
+        &mut self,
+        now: Instant,
+        federate: usize,
+        connection: ConnectionId,
+        message: &Message<'_>,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let unexpected = Err(Violation::Unexpected(message.message_type()));
+        let has_started = self.tags.start.is_some();
+        let slot = &mut self.members.slots[federate];
+        match *message {
+            Message::Timestamp(clock) if !has_started => self.take_clock(federate, Instant(clock), outlet)?,
+            Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
+            Message::AddressAdvertisement { port } => slot.port = port,
+            Message::AddressQuery { federate: asked } => return self.answer_address_query(connection, asked, outlet),
+            Message::Resign => self.resign(now, federate, outlet),
+            Message::Failed => self.expel(federate, Cause::Failed, outlet),
+            _ if !has_started => return unexpected,
+            _ => {
+                let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
+                match *message {
+                    Message::TaggedMessage { federate: to, tag, .. } => {
+                        return sending.forward_tagged(federate, to, from_wire(tag), message);
+                    }
+                    Message::PortAbsent { federate: to, .. } => return sending.forward(federate, to, message),
+                    Message::NextEventTag(tag) => {
+                        let tag = from_wire(tag);
+                        let slot = &sending.members.slots[federate];
+                        let limited = self.stop.limit(slot, tag);
+                        sending.announced(federate, tag, limited, self.stop.granted().is_some());
+                    }
+                    Message::LatestTagComplete(tag) => {
+                        sending.completed(federate, from_wire(tag), self.stop.granted().is_some());
+                    }
+                    Message::StopRequest(tag) => {
+                        let deadline = now + self.config.stop_reply_time_out;
+                        self.stop.request(deadline, federate, from_wire(tag), &mut sending);
+                    }
+                    Message::StopReply(tag) => self.stop.reply(federate, from_wire(tag), &mut sending),
+                    _ => return unexpected,
+                }
+            }
+        }
+        Ok(Step::Done)
+    }
+
+    fn answer_address_query(
+        &mut self,
+        connection: ConnectionId,
+        asked: u16,
+        outlet: &mut impl Outlet,
+    ) -> Result<Step, Violation> {
+        let slot = self.members.slots.get(usize::from(asked)).ok_or(Violation::NoSuchFederate(asked))?;
+        let reply = Message::AddressQueryReply { port: slot.port, address: slot.address };
+        if outlet.room(connection) < reply.encoded_len() {
+            return Ok(Step::NoRoom(connection));
+        }
+        outlet.send(connection, &reply);
+        Ok(Step::Done)
+    }
+
+    /// Whether the message at the front, which is `len` bytes long, has to wait because its receiver is too far behind
+    /// its sender: then what is said of it (module `window`).
+    fn hold(
+        &mut self,
+        sender: usize,
+        message: &Message<'_>,
+        bytes: &[u8],
+        len: usize,
+        outlet: &mut impl Outlet,
+    ) -> Option<Verdict> {
+        let Message::TaggedMessage { federate: receiver, .. } = *message else { return None };
+        let receiver = usize::from(receiver);
+        let connection = self.members.connection_of(receiver)?;
+        if !self.tags.is_behind(receiver, sender, self.stop.granted(), self.config.window) {
+            return None;
+        }
+        if !self.awaits_stop_tag(sender) || self.find_stop_reply(sender, &bytes[len..], false, outlet) {
+            return Some(Verdict::Held(connection));
+        }
+        (!window::is_full(bytes, len, &self.limits)).then_some(Verdict::HeldReadOn(connection))
+    }
+
+    fn awaits_stop_tag(&self, federate: usize) -> bool {
+        self.stop.awaits(&self.members.slots[federate])
+    }
+
+    /// Takes a federate's answer to a stop from what it says later on. Returns whether there is one. Where there is none
+    /// and there will not be any, it agrees.
+    fn find_stop_reply(&mut self, federate: usize, bytes: &[u8], ends: bool, outlet: &mut impl Outlet) -> bool {
+        let reply = window::look_ahead(bytes, &self.limits).or(ends.then_some(lf_model::time::Tag::NEVER));
+        if let Some(tag) = reply {
+            let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
+            self.stop.reply(federate, tag, &mut sending);
+        }
+        reply.is_some()
+    }
+}

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An RTI as a whole: what its owner calls, handed on to the parts, and how federates leave, which concerns them all.
+//!
+//! Each part has a state of its own; where one needs another, it is given it. What federates say is in `input`, what
+//! is done at its time in `timing`.
+//!
+//! Federates leave in order or not. Before the start, the id of whoever leaves is free again. After it, a federate that
+//! has left sends no more messages, whyever it left: the others go on without it at once.
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, Limits, Message, message_bytes_max};
+
+use super::barrier::{self, Barrier};
+use super::clock_sync::Rounds;
+use super::config::{AfterLoss, Config, SetupError};
+use super::exchange::Exchanges;
+use super::graph::Graph;
+use super::handshake::Handshake;
+use super::members::Members;
+use super::notice::{Cause, Notice, Violation};
+use super::outcome::{End, Status};
+use super::outlet::{ConnectionId, Outlet, Verdict};
+use super::sending::Sending;
+use super::stop::Stop;
+use super::storage::{Connection, Membership, Phase, RtiStorage, Slot, Tallies, id};
+use super::strangers::{self, Strangers};
+use super::tags::Tags;
+use super::watch::Watch;
+use crate::auth::Nonce;
+use crate::{FederateId, Tally};
+
+/// The RTI of one federation.
+pub struct Rti<'s> {
+    pub(super) config: Config<'s>,
+    pub(super) limits: Limits,
+    pub(super) members: Members<'s>,
+    pub(super) tags: Tags<'s>,
+    pub(super) stop: Stop,
+    pub(super) barrier: Barrier,
+    pub(super) exchanges: Exchanges,
+    pub(super) rounds: Rounds,
+    pub(super) strangers: Strangers,
+    pub(super) watch: Watch,
+    pub(super) end: End,
+}
+
+impl<'s> Rti<'s> {
+    /// An RTI for as many federates as the storage has slots.
+    ///
+    /// # Errors
+    /// What is wrong with the configuration or with the storage, in a sentence.
+    pub fn new(config: Config<'s>, storage: RtiStorage<'s>) -> Result<Self, SetupError> {
+        config.check()?;
+        storage.check()?;
+        let RtiStorage { slots, nodes, connections, paths, upstream, in_transit } = storage;
+        let count = slots.len();
+        slots.fill(Slot::default());
+        connections.fill(Connection::default());
+        // Storage may be larger than needed; the graph relies on the number of nodes.
+        let graph = Graph::new(&mut nodes[..count], upstream, paths, config.dnet);
+        Ok(Self {
+            limits: config.limits(count),
+            config,
+            members: Members::new(slots, connections),
+            tags: Tags::new(graph, in_transit),
+            stop: Stop::default(),
+            barrier: Barrier::default(),
+            exchanges: Exchanges::default(),
+            rounds: Rounds::default(),
+            strangers: Strangers::default(),
+            watch: Watch::default(),
+            end: End::default(),
+        })
+    }
+
+    /// Whether the federation is over, and how it ended.
+    pub fn status(&self) -> Status {
+        self.end.status(self.members.all_departed(), self.barrier.outcome())
+    }
+
+    /// The start time, once all federates have joined and told their clocks.
+    pub fn start_time(&self) -> Option<Instant> {
+        self.tags.start
+    }
+
+    /// The tag at which all stop, once they have agreed on it.
+    pub fn stop_tag(&self) -> Option<Tag> {
+        self.stop.granted()
+    }
+
+    /// Bytes of the longest message that is accepted: what the buffers of every connection have to hold at least, for
+    /// input and for output.
+    pub fn message_bytes_max(&self) -> usize {
+        message_bytes_max(&self.limits)
+    }
+
+    /// The federate that has joined over this connection and is still there.
+    pub fn federate_on(&self, connection: ConnectionId) -> Option<FederateId> {
+        self.members.joined_on(connection).map(id)
+    }
+
+    /// A peer with this IPv4 address has connected. A number beyond the storage, or one that is in use, is closed.
+    ///
+    /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
+    /// not used.
+    pub fn handle_connect(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        address: [u8; 4],
+        nonce: Nonce,
+        outlet: &mut impl Outlet,
+    ) {
+        if self.end.aborted || !self.handshake().begin(now, connection, address, nonce) {
+            outlet.close(connection);
+        }
+    }
+
+    /// The connection that makes way for a new one when all places are taken: the oldest that has not said which
+    /// federate it is. It is closed, and what its peer still sends is not wanted. `None` when there is none.
+    ///
+    /// Looks at every connection once.
+    pub fn make_way(&mut self, outlet: &mut impl Outlet) -> Option<ConnectionId> {
+        let connection = strangers::oldest(&self.members)?;
+        outlet.notice(Notice::MadeWay(self.strangers.made_way.count()));
+        self.close(connection, outlet);
+        Some(connection)
+    }
+
+    /// Whether [`make_way`](Self::make_way) finds a connection.
+    pub fn can_make_way(&self) -> bool {
+        strangers::oldest(&self.members).is_some()
+    }
+
+    /// What a connection says in its handshake.
+    pub(super) fn handle_handshake(
+        &mut self,
+        now: Instant,
+        connection: ConnectionId,
+        bytes: &[u8],
+        outlet: &mut impl Outlet,
+    ) -> Verdict {
+        let verdict = self.handshake().handle_input(now, connection, bytes, outlet);
+        if verdict == Verdict::Closed {
+            self.close(connection, outlet);
+        }
+        verdict
+    }
+
+    fn handshake(&mut self) -> Handshake<'_, 's> {
+        Handshake {
+            config: &self.config,
+            limits: &self.limits,
+            members: &mut self.members,
+            graph: &mut self.tags.graph,
+            exchanges: &mut self.exchanges,
+            strangers: &mut self.strangers,
+            barrier: &mut self.barrier,
+        }
+    }
+
+    pub(super) fn sending<'r, O>(&'r mut self, outlet: &'r mut O) -> Sending<'r, 's, O> {
+        Sending { members: &mut self.members, tags: &mut self.tags, outlet }
+    }
+
+    /// There is more room on a connection. Sends what was put off for its federate.
+    pub fn handle_writable(&mut self, _now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        self.exchanges.retry(&mut self.members, connection);
+        if let Some(federate) = self.members.joined_on(connection) {
+            let stop_tag = self.stop.tag();
+            self.sending(outlet).flush(federate, stop_tag);
+        }
+    }
+
+    /// A federate tells its clock. When all have, the federation starts.
+    pub(super) fn take_clock(
+        &mut self,
+        federate: usize,
+        clock: Instant,
+        outlet: &mut impl Outlet,
+    ) -> Result<(), Violation> {
+        let Some(latest) = barrier::take_clock(self.members.slots, federate, clock)? else { return Ok(()) };
+        let start = barrier::start_time(latest, self.config.start_time_multiple);
+        self.watch = Watch::default();
+        self.tags.begin(start);
+        outlet.notice(Notice::Started(start));
+        if let Some((ahead, doubt)) = barrier::doubt_clocks(self.members.slots) {
+            self.members.doubt(ahead, doubt, outlet);
+        }
+        let stop_tag = self.stop.tag();
+        self.sending(outlet).broadcast(stop_tag, |_| true, |pending| pending.start = true);
+        Ok(())
+    }
+
+    /// Gives those that have left before the start a time to come back. To be called after everything that can make a
+    /// federate leave.
+    pub(super) fn limit_start(&mut self, now: Instant) {
+        let waits = self.tags.start.is_none() && !self.end.aborted;
+        self.barrier.limit(self.config.start_barrier_time_out.filter(|_| waits).map(|time_out| now + time_out));
+    }
+
+    /// Nothing more will come on a connection. What has come and is not consumed is to be offered as before, since it
+    /// was said while its sender was there; then [`handle_disconnect`](Self::handle_disconnect) is due.
+    pub fn handle_end(&mut self, connection: ConnectionId) {
+        if let Some(known) = self.members.connections.get_mut(connection.0) {
+            known.ended = known.phase != Phase::Vacant;
+        }
+    }
+
+    /// A connection has ended, and all that came on it and is whole has been consumed.
+    pub fn handle_disconnect(&mut self, now: Instant, connection: ConnectionId, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.members.joined_on(connection) {
+            self.release(connection);
+            self.lose(federate, Cause::ConnectionLost, outlet);
+        } else {
+            self.note_abandoned(connection, false, outlet);
+            self.release(connection);
+        }
+        self.limit_start(now);
+    }
+
+    /// Ends the federation: tells every federate that it has failed, and closes all connections.
+    pub fn abort(&mut self, outlet: &mut impl Outlet) {
+        self.end.aborted = true;
+        for federate in 0..self.members.slots.len() {
+            self.sum_up(federate, outlet);
+        }
+        for index in 0..self.members.connections.len() {
+            let connection = ConnectionId(index);
+            if self.members.phase(connection) == Phase::Vacant {
+                continue;
+            }
+            if self.members.joined_on(connection).is_some() {
+                say_failed(connection, outlet);
+            }
+            self.close(connection, outlet);
+        }
+        self.members.slots.fill(Slot { membership: Membership::Departed, ..Slot::default() });
+        self.tags.depart_all();
+    }
+
+    /// There is no memory for a message of so many bytes that came on a connection or was to go there. Its federate
+    /// cannot go on without it.
+    pub fn handle_no_memory(&mut self, connection: ConnectionId, bytes: usize, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.members.joined_on(connection) {
+            self.expel(federate, Cause::NoMemory { bytes }, outlet);
+        } else if self.members.phase(connection) != Phase::Vacant {
+            self.lose_patience(connection, outlet);
+        }
+    }
+
+    /// A connection has been silent for too long.
+    pub(super) fn lose_patience(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+        if let Some(federate) = self.members.joined_on(connection) {
+            return self.expel(federate, Cause::NoClock, outlet);
+        }
+        self.note_abandoned(connection, true, outlet);
+        self.close(connection, outlet);
+    }
+
+    /// A connection ends before its handshake has, if that is so.
+    fn note_abandoned(&mut self, connection: ConnectionId, timed_out: bool, outlet: &mut impl Outlet) {
+        if !matches!(self.members.phase(connection), Phase::Vacant | Phase::Draining) {
+            let federate = self.members.connections[connection.0].federate.map(FederateId);
+            let times = self.strangers.abandoned.count();
+            outlet.notice(Notice::HandshakeAbandoned { federate, timed_out, times });
+        }
+    }
+
+    fn close(&mut self, connection: ConnectionId, outlet: &mut impl Outlet) {
+        outlet.close(connection);
+        self.release(connection);
+    }
+
+    /// The connection is no more, and its id is free if it had not completed its handshake.
+    fn release(&mut self, connection: ConnectionId) {
+        if connection.0 >= self.members.connections.len() {
+            return;
+        }
+        self.exchanges.leave(&self.members, connection);
+        if let Some(federate) = self.members.release(connection) {
+            self.barrier.vacate(&mut self.members.slots[federate]);
+        }
+    }
+
+    /// A federate leaves in order. Its connection is kept until it has read all and closes it.
+    pub(super) fn resign(&mut self, now: Instant, federate: usize, outlet: &mut impl Outlet) {
+        let Some(connection) = self.members.connection_of(federate) else { return };
+        self.members.connections[connection.0].phase = Phase::Draining;
+        self.members.set_deadline(connection, Some(now + self.config.connection_time_out));
+        outlet.half_close(connection);
+        outlet.notice(Notice::Resigned(id(federate)));
+        self.depart(federate, outlet);
+    }
+
+    /// The RTI cannot go on with a federate, and tells it so, unless it has said itself that it has failed.
+    pub(super) fn expel(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
+        let Some(connection) = self.members.connection_of(federate) else { return };
+        if cause != Cause::Failed {
+            say_failed(connection, outlet);
+        }
+        self.close(connection, outlet);
+        self.lose(federate, cause, outlet);
+    }
+
+    fn lose(&mut self, federate: usize, cause: Cause, outlet: &mut impl Outlet) {
+        let started = self.tags.start.is_some();
+        outlet.notice(Notice::Lost { federate: id(federate), cause, started });
+        if started {
+            self.end.loss = self.end.loss.or(Some((id(federate), cause)));
+        }
+        if started && self.config.after_loss == AfterLoss::StopAll {
+            // Without what its departure would allow the others: they could take it for an end in order.
+            self.abort(outlet);
+        } else {
+            self.depart(federate, outlet);
+        }
+    }
+
+    /// Tells how often a federate that says no more did what has been told now and then.
+    fn sum_up(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        let Tallies { unknown, late, dropped } = core::mem::take(&mut self.members.slots[federate].tallies);
+        let [unknown, late, dropped] = [unknown, late, dropped].map(Tally::times);
+        if [unknown, late, dropped].iter().any(|times| times.0 > 1) {
+            outlet.notice(Notice::Sum { federate: id(federate), unknown, late, dropped });
+        }
+    }
+
+    fn depart(&mut self, federate: usize, outlet: &mut impl Outlet) {
+        self.sum_up(federate, outlet);
+        let slot = &mut self.members.slots[federate];
+        if self.tags.start.is_none() {
+            self.barrier.vacate(slot);
+            return;
+        }
+        slot.membership = Membership::Departed;
+        slot.address = [0; 4];
+        slot.port = ADDRESS_PORT_UNKNOWN;
+        self.tags.depart(federate);
+        let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
+        sending.advance_downstream(federate);
+        self.stop.grant_if_agreed(&mut sending);
+        self.tags.note_idleness(Tag::FOREVER);
+    }
+}
+
+/// Tells a peer that it cannot go on. A peer that does not read will learn it from the end of the connection.
+fn say_failed(connection: ConnectionId, outlet: &mut impl Outlet) {
+    if outlet.room(connection) >= Message::Failed.encoded_len() {
+        outlet.send(connection, &Message::Failed);
+    }
+}

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who is there, and over which connection.
+
+use lf_model::time::Instant;
+
+use super::doubt::Doubt;
+use super::notice::Notice;
+use super::outlet::{ConnectionId, Outlet};
+use super::storage::{Connection, Membership, Phase, Slot, id};
+use crate::Deadline;
+
+/// The federates and the connections, in storage that the owner gives.
+pub(super) struct Members<'s> {
+    pub(super) slots: &'s mut [Slot],
+    pub(super) connections: &'s mut [Connection],
+    /// The earliest deadline of the connections.
+    patience: Deadline,
+}
+
+impl<'s> Members<'s> {
+    /// Those that the storage holds.
+    pub(super) fn new(slots: &'s mut [Slot], connections: &'s mut [Connection]) -> Self {
+        let patience = patience(connections);
+        Self { slots, connections, patience }
+    }
+
+    /// When the RTI loses patience with a connection.
+    pub(super) fn patience(&self) -> Deadline {
+        self.patience
+    }
+
+    /// The connection of a federate that is part of the federation.
+    pub(super) fn connection_of(&self, federate: usize) -> Option<ConnectionId> {
+        match self.slots.get(federate)?.membership {
+            Membership::Joined(connection) => Some(connection),
+            _ => None,
+        }
+    }
+
+    /// The federate that has joined over this connection and is still there.
+    pub(super) fn joined_on(&self, connection: ConnectionId) -> Option<usize> {
+        let known = self.connections.get(connection.0)?;
+        known.federate.filter(|_| known.phase == Phase::Joined).map(usize::from)
+    }
+
+    /// What is expected on a connection next.
+    pub(super) fn phase(&self, connection: ConnectionId) -> Phase {
+        self.connections.get(connection.0).map_or(Phase::Vacant, |known| known.phase)
+    }
+
+    /// Whether all have left.
+    pub(super) fn all_departed(&self) -> bool {
+        self.slots.iter().all(|slot| slot.membership == Membership::Departed)
+    }
+
+    /// Connections that have not said which federates they are.
+    pub(super) fn strangers(&self) -> impl Iterator<Item = (ConnectionId, &Connection)> {
+        let connections = self.connections.iter().enumerate().map(|(index, known)| (ConnectionId(index), known));
+        connections
+            .filter(|(_, known)| matches!(known.phase, Phase::Nonce { .. } | Phase::Proof { .. } | Phase::Ids { .. }))
+    }
+
+    /// Until when the RTI has patience with a connection.
+    pub(super) fn set_deadline(&mut self, connection: ConnectionId, deadline: Option<Instant>) {
+        let before = core::mem::replace(&mut self.connections[connection.0].deadline, deadline);
+        if before.is_some() && self.patience == before.into() {
+            self.patience = patience(self.connections);
+        }
+        self.patience = self.patience.min(deadline.into());
+    }
+
+    /// A federate that has joined has said something: until it has told its clock, it may not be silent for long.
+    pub(super) fn await_clock(&mut self, until: Instant, federate: usize, connection: ConnectionId) {
+        let known = &self.connections[connection.0];
+        let waits = self.slots[federate].clock.is_none();
+        if known.phase == Phase::Joined && (waits || known.deadline.is_some()) {
+            self.set_deadline(connection, waits.then_some(until));
+        }
+    }
+
+    /// The connection is no more. Gives the federate whose id is free by that, because it had not completed its
+    /// handshake.
+    pub(super) fn release(&mut self, connection: ConnectionId) -> Option<usize> {
+        self.set_deadline(connection, None);
+        let federate = core::mem::take(&mut self.connections[connection.0]).federate.map(usize::from)?;
+        let membership = self.slots.get(federate)?.membership;
+        (membership == Membership::Joining(connection)).then_some(federate)
+    }
+
+    /// Names a federate that says what is doubtful, once.
+    pub(super) fn doubt(&mut self, federate: usize, doubt: Doubt, outlet: &mut impl Outlet) {
+        if !core::mem::replace(&mut self.slots[federate].doubted, true) {
+            outlet.notice(Notice::Doubtful { federate: id(federate), doubt });
+        }
+    }
+}
+
+/// The earliest deadline of the connections.
+fn patience(connections: &[Connection]) -> Deadline {
+    connections.iter().filter_map(|connection| connection.deadline).min().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Whatever deadlines come and go, patience ends at the earliest.
+        #[test]
+        fn patience_is_the_earliest_deadline(
+            steps in proptest::collection::vec((0..4usize, proptest::option::of(0..9i64), any::<bool>()), 0..40),
+        ) {
+            let mut connections = [Connection::EMPTY; 4];
+            let mut members = Members::new(&mut [], &mut connections);
+            for (connection, deadline, ends) in steps {
+                if ends {
+                    prop_assert_eq!(members.release(ConnectionId(connection)), None);
+                } else {
+                    members.set_deadline(ConnectionId(connection), deadline.map(Instant));
+                }
+                prop_assert_eq!(members.patience(), patience(members.connections));
+            }
+        }
+    }
+
+    #[test]
+    fn an_id_is_free_again_only_if_its_handshake_was_not_complete() {
+        let (mut slots, mut connections) = ([Slot::EMPTY; 2], [Connection::EMPTY; 2]);
+        let mut members = Members::new(&mut slots, &mut connections);
+        let [one, other] = [0, 1].map(ConnectionId);
+        members.slots[0].membership = Membership::Joining(one);
+        members.slots[1].membership = Membership::Joined(other);
+        members.connections[0] = Connection { phase: Phase::UdpPort, federate: Some(0), ..Connection::EMPTY };
+        members.connections[1] = Connection { phase: Phase::Joined, federate: Some(1), ..Connection::EMPTY };
+        assert_eq!((members.joined_on(one), members.joined_on(other)), (None, Some(1)));
+        assert_eq!((members.connection_of(0), members.connection_of(1)), (None, Some(other)));
+        assert_eq!((members.release(one), members.release(other)), (Some(0), None));
+        assert_eq!((members.joined_on(other), members.phase(other)), (None, Phase::Vacant));
+    }
+}

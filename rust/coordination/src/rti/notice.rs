@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the RTI tells people: what has happened, why federates are lost, and what they did that they may not do.
+
+use core::fmt;
+use core::net::SocketAddrV4;
+
+use lf_model::time::{Instant, Tag};
+use lf_wire::{DecodeError, MessageType, RejectCode};
+
+use super::doubt::Doubt;
+use super::waits::Waits;
+use crate::tag::to_wire;
+use crate::{FederateId, Times};
+
+/// Why a federate is not part of the federation any more, although it did not resign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Cause {
+    /// It said so itself, with FAILED.
+    Failed,
+    /// Its connection ended without a word.
+    ConnectionLost,
+    /// It sent what no federate may send.
+    Violation(Violation),
+    /// It joined, and then said nothing for too long.
+    NoClock,
+    /// It did not answer a stop request in time.
+    NoStopReply,
+    /// The RTI's computer has no memory for a message from it or for it.
+    NoMemory {
+        /// Bytes of the message.
+        bytes: usize,
+    },
+    /// The RTI was told to end.
+    Aborted,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Failed => f.write_str("it reported that it has failed"),
+            Self::ConnectionLost => f.write_str("its connection ended without a word"),
+            Self::Violation(violation) => write!(f, "it broke the protocol: {violation}"),
+            Self::NoClock => f.write_str("it has joined, but was silent for too long before it was ready to start"),
+            Self::NoMemory { bytes } => {
+                write!(f, "the RTI's computer has no memory left for a message of {bytes} bytes from it or for it")
+            }
+            Self::NoStopReply => f.write_str("it did not answer a stop request in time"),
+            Self::Aborted => f.write_str("the RTI was told to end"),
+        }
+    }
+}
+
+/// What a peer did that it may not do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Violation {
+    /// The bytes are no message.
+    Bytes(DecodeError),
+    /// The payload of a message is longer than this RTI forwards.
+    TooLong {
+        /// Its length in bytes.
+        bytes: u32,
+        /// The limit.
+        max: usize,
+    },
+    /// This message may not come at this point.
+    Unexpected(MessageType),
+    /// The clock that it tells can be none.
+    Clock(Instant),
+    /// A federate is named that the federation does not have.
+    NoSuchFederate(u16),
+    /// The delay of a connection is negative or for ever.
+    Delay {
+        /// The upstream federate of that connection.
+        upstream: u16,
+        /// The delay in nanoseconds.
+        delay_ns: i64,
+    },
+    /// More upstream federates than the RTI has storage for.
+    TooManyUpstream {
+        /// Most that there can be.
+        max: usize,
+    },
+    /// The peer names another federate than the one it is.
+    OtherFederate(u16),
+    /// The peer does not authenticate, which this federation requires.
+    NoAuthentication,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bytes(error) => error.fmt(f),
+            Self::TooLong { bytes, max } => write!(
+                f,
+                "it sent a message of {bytes} bytes, but this RTI forwards at most {max}: start it with `--max-message \
+                 {bytes}`, or, if it is on a board, build it from the program that the federates are from"
+            ),
+            Self::Unexpected(message_type) => write!(f, "{message_type} may not come at this point"),
+            Self::Clock(clock) => {
+                write!(f, "its clock shows {} ns since 1970, a time after the year 2199", clock.as_nanos())
+            }
+            Self::NoSuchFederate(id) => write!(f, "it named federate {id}, which the federation does not have"),
+            Self::Delay { upstream, delay_ns } => {
+                write!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
+            }
+            Self::TooManyUpstream { max } => {
+                write!(f, "it has more upstream federates than the {max} that this RTI has room for")
+            }
+            Self::OtherFederate(id) => write!(f, "it claimed to be federate {id}, which it is not"),
+            Self::NoAuthentication => f.write_str(
+                "it does not authenticate: compile its program with the target property `auth: true`, or start this \
+                 RTI without `-a`",
+            ),
+        }
+    }
+}
+
+/// Something that people may want to know. What can happen often says how often it has: see [`Notice::is_told`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Notice<'a> {
+    /// A federate has completed its handshake.
+    Joined(FederateId),
+    /// All have; they begin at this time.
+    Started(Instant),
+    /// A connection was refused.
+    Rejected {
+        /// The code that was sent.
+        code: RejectCode,
+        /// The federate that it claimed to be, if it said.
+        federate: Option<FederateId>,
+        /// The federation that it wanted to join, if it said.
+        federation_id: Option<&'a [u8]>,
+        /// What was wrong with its bytes, if something was.
+        violation: Option<Violation>,
+        /// How many have been.
+        times: Times,
+    },
+    /// A federate refuses this RTI, because it could not prove that it knows the federation id.
+    RejectedBy {
+        /// The federate that it claimed to be.
+        federate: FederateId,
+        /// The code that it sent.
+        code: RejectCode,
+        /// How often this has happened with any.
+        times: Times,
+    },
+    /// A connection ended, or was silent for too long, before it said which federate it is, or before it had
+    /// completed its handshake. Its id is free.
+    HandshakeAbandoned {
+        /// The federate, if it said.
+        federate: Option<FederateId>,
+        /// Whether the RTI gave up, not the peer.
+        timed_out: bool,
+        /// How often this has happened.
+        times: Times,
+    },
+    /// A connection that had not said which federate it is was closed, because a new one came and there was no place.
+    MadeWay(Times),
+    /// A federate left in order.
+    Resigned(FederateId),
+    /// A federate left out of order. Before the start its id is free again; later on, others go on as if it had
+    /// resigned.
+    Lost {
+        /// The federate.
+        federate: FederateId,
+        /// Why.
+        cause: Cause,
+        /// Whether the federation had started.
+        started: bool,
+    },
+    /// A federate says what is hardly true. Told once of each.
+    Doubtful {
+        /// The federate.
+        federate: FederateId,
+        /// What it says.
+        doubt: Doubt,
+    },
+    /// Somebody has been waiting for too long.
+    Waits(Waits),
+    /// The federation ends before it has started, and this federate was not there.
+    Missing(FederateId),
+    /// A byte that is no message was skipped.
+    UnknownType {
+        /// The federate that sent it.
+        federate: FederateId,
+        /// The byte.
+        found: u8,
+        /// How many bytes that begin no message it has sent.
+        times: Times,
+    },
+    /// A message was dropped, because its destination has left.
+    Dropped {
+        /// The sender.
+        from: FederateId,
+        /// The destination.
+        to: FederateId,
+        /// How many messages of this sender were.
+        times: Times,
+    },
+    /// A message was forwarded with a tag that its destination has completed already.
+    Late {
+        /// The sender.
+        from: FederateId,
+        /// The destination.
+        to: FederateId,
+        /// How many messages of this sender were.
+        times: Times,
+    },
+    /// What a federate that has left did in all, if it did it more than once.
+    Sum {
+        /// The federate.
+        federate: FederateId,
+        /// How many bytes that begin no message it has sent.
+        unknown: Times,
+        /// How many of its messages came too late.
+        late: Times,
+        /// How many of its messages were dropped.
+        dropped: Times,
+    },
+    /// More messages are on their way to a federate than can be remembered one by one. Federates that wait for this one
+    /// may have to wait longer, in a cycle for ever.
+    InTransitFull(FederateId),
+    /// The federation is asked to stop, by this federate first.
+    StopRequested(FederateId),
+    /// All stop at this tag.
+    StopGranted(Tag),
+    /// A datagram that is no answer of a federate was ignored. Told once, for anybody can send datagrams.
+    Stranger(SocketAddrV4),
+}
+
+impl Notice<'_> {
+    /// Whether people are told of it: of what happens often, they are told now and then.
+    pub fn is_told(&self) -> bool {
+        match self {
+            Self::Rejected { times, .. }
+            | Self::RejectedBy { times, .. }
+            | Self::HandshakeAbandoned { times, .. }
+            | Self::MadeWay(times)
+            | Self::UnknownType { times, .. }
+            | Self::Dropped { times, .. }
+            | Self::Late { times, .. } => times.is_told(),
+            _ => true,
+        }
+    }
+}
+
+impl fmt::Display for Notice<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Joined(federate) => write!(f, "federate {federate} has joined"),
+            Self::Started(start) => write!(f, "all federates have joined and start at {} ns", start.as_nanos()),
+            Self::Rejected { code, federate, federation_id, violation, times } => {
+                f.write_str("a connection was refused")?;
+                if let Some(federate) = federate {
+                    write!(f, " that claims to be federate {federate}")?;
+                }
+                if let Some(id) = federation_id {
+                    write!(f, " of federation \"{}\"", id.escape_ascii())?;
+                }
+                write!(f, ": {code}")?;
+                violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))?;
+                times.fmt(f)
+            }
+            Self::RejectedBy { federate, code, times } => {
+                write!(f, "whoever claims to be federate {federate} refuses this RTI: {code}{times}")
+            }
+            Self::HandshakeAbandoned { federate, timed_out, times } => {
+                match federate {
+                    Some(federate) => write!(f, "federate {federate}")?,
+                    None => f.write_str("a connection")?,
+                }
+                f.write_str(if timed_out { " was silent for too long" } else { " ended" })?;
+                write!(f, " before its handshake was complete{times}")
+            }
+            Self::MadeWay(times) => write!(
+                f,
+                "a connection that had not said which federate it is was closed, because another one has come and all \
+                 places are taken{times}"
+            ),
+            Self::Resigned(federate) => write!(f, "federate {federate} has resigned"),
+            Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
+            Self::Lost { federate, cause, started: false } => {
+                write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
+            }
+            Self::Doubtful { federate, doubt } => write!(f, "federate {federate} {doubt}"),
+            Self::Waits(ref waits) => waits.fmt(f),
+            Self::Missing(federate) => {
+                write!(f, "federate {federate} is missing: the federation ends without having started")
+            }
+            Self::UnknownType { federate, found, times } => {
+                write!(f, "federate {federate} sent {found}, which begins no message and was skipped{times}")
+            }
+            Self::Dropped { from, to, times } => {
+                write!(f, "a message from federate {from} was dropped, because federate {to} has left{times}")
+            }
+            Self::Late { from, to, times } => {
+                write!(f, "a message from federate {from} is late: federate {to} has completed its tag already{times}")
+            }
+            Self::Sum { federate, unknown, late, dropped } => {
+                write!(f, "federate {federate} in all:")?;
+                write_sum(f, [unknown, late, dropped])
+            }
+            Self::InTransitFull(federate) => {
+                write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
+            }
+            Self::StopRequested(federate) => write!(f, "federate {federate} asks the federation to stop"),
+            Self::Stranger(from) => {
+                write!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
+            }
+            Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
+        }
+    }
+}
+
+/// What a federate did in all: bytes that begin no message, late and dropped messages.
+fn write_sum(f: &mut fmt::Formatter<'_>, times: [Times; 3]) -> fmt::Result {
+    let what =
+        ["bytes that begin no message", "late messages", "messages dropped, because their destinations have left"];
+    let mut separator = " ";
+    for (Times(count), what) in times.into_iter().zip(what).filter(|(Times(count), _)| *count > 0) {
+        write!(f, "{separator}{count} {what}")?;
+        separator = "; ";
+    }
+    Ok(())
+}

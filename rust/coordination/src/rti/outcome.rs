@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a federation ends.
+
+use core::fmt;
+
+use super::notice::Cause;
+use crate::FederateId;
+
+/// How a federation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// All federates have resigned.
+    Complete,
+    /// At least one federate left otherwise; this was the first.
+    Lost {
+        /// The federate.
+        federate: FederateId,
+        /// Why.
+        cause: Cause,
+    },
+    /// A federate has left before the start and has not come back in time.
+    NotStarted {
+        /// The first federate that was missing.
+        first: FederateId,
+        /// How many were missing, this one included.
+        missing: u16,
+    },
+    /// The owner ended it.
+    Aborted,
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Complete => f.write_str("all federates have resigned"),
+            Self::Lost { federate, cause } => {
+                write!(f, "the federation has failed: federate {federate} is lost: {cause}")
+            }
+            Self::NotStarted { first, missing } => {
+                write!(f, "the federation has not started: federate {first}")?;
+                if *missing > 1 {
+                    write!(f, " and {} more", missing - 1)?;
+                }
+                f.write_str(" did not come back in time after a loss")
+            }
+            Self::Aborted => f.write_str("the RTI was told to end before its federation was over"),
+        }
+    }
+}
+
+/// Whether there is still something to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Federates are to come, or are there.
+    Running,
+    /// All federates have left. Once everything pending is sent, the owner may end.
+    Finished(Outcome),
+}
+
+/// What is known of the end of a federation, beyond who has left.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct End {
+    /// The RTI has ended it.
+    pub(super) aborted: bool,
+    /// The first federate that was lost after the start.
+    pub(super) loss: Option<(FederateId, Cause)>,
+}
+
+impl End {
+    /// How the federation ended, if it has; `not_started` where the start was given up.
+    pub(super) fn status(&self, all_departed: bool, not_started: Option<Outcome>) -> Status {
+        let otherwise = match (self.aborted, all_departed) {
+            (true, _) => Outcome::Aborted,
+            (false, true) => Outcome::Complete,
+            (false, false) => return Status::Running,
+        };
+        let lost = self.loss.map(|(federate, cause)| Outcome::Lost { federate, cause });
+        Status::Finished(lost.or(not_started).unwrap_or(otherwise))
+    }
+}

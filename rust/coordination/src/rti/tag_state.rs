@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How far one federate is: what it was granted, and what it has completed.
+
+use lf_model::time::Tag;
+
+use super::in_transit::Ring;
+
+/// What the RTI knows of the tags of one federate, beside its next event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct TagState {
+    /// Latest tag completed.
+    pub(super) completed: Tag,
+    /// Latest TAG sent.
+    pub(super) granted: Tag,
+    /// Latest PTAG sent.
+    pub(super) provisional: Tag,
+    /// Latest DNET sent.
+    pub(super) dnet: Tag,
+    /// A downstream federate has been granted this tag provisionally and may wait for what this one does at it.
+    pub(super) demand: Option<(Tag, u16)>,
+    /// Messages on their way to it.
+    pub(super) in_transit: Ring,
+    /// It has left, and does nothing any more.
+    pub(super) departed: bool,
+}
+
+impl TagState {
+    /// Nothing has been granted or done.
+    pub(super) const EMPTY: Self = Self {
+        completed: Tag::NEVER,
+        granted: Tag::NEVER,
+        provisional: Tag::NEVER,
+        dnet: Tag::NEVER,
+        demand: None,
+        in_transit: Ring::EMPTY,
+        departed: false,
+    };
+
+    /// The latest tag that it was granted in whatever way.
+    pub(super) fn reach(&self) -> Tag {
+        self.granted.max(self.provisional)
+    }
+
+    /// Takes back what has been granted from `tag` on. Returns whether there was something.
+    pub(super) fn take_back(&mut self, tag: Tag) -> bool {
+        let is_granted = self.granted.max(self.provisional.before()) >= tag;
+        if is_granted {
+            self.granted = self.granted.min(tag.before());
+            self.provisional = self.provisional.min(tag.before());
+        }
+        is_granted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use lf_model::time::{Instant, Microstep};
+    use proptest::prelude::*;
+
+    fn tag() -> impl Strategy<Value = Tag> {
+        (0..9i64, 0..3u32).prop_map(|(time, microstep)| Tag::new(Instant(time), Microstep(microstep)))
+    }
+
+    proptest! {
+        /// What is before the tag stays granted, and nothing else does; a PTAG of the tag itself does not count, for it
+        /// allows no more than a new one will.
+        #[test]
+        fn what_is_taken_back_is_not_granted_any_more(granted in tag(), provisional in tag(), from in tag()) {
+            let before = TagState { granted, provisional, ..TagState::EMPTY };
+            let mut state = before;
+            if state.take_back(from) {
+                prop_assert!(state.reach() < from && (granted >= from || provisional > from));
+                prop_assert_eq!(state.granted, granted.min(from.before()));
+            } else {
+                prop_assert_eq!(state, before);
+                prop_assert!(granted < from && provisional <= from);
+            }
+        }
+    }
+}

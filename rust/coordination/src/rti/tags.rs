@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tags of all federates: what they announce, complete and were granted, the graph that they go through, and what
+//! is on its way.
+//!
+//! It knows nothing of connections and of when a grant can be sent: it is told what federates say, and that something
+//! has been granted, and says what can be (module `grants`), which next events matter to those upstream, and how far
+//! behind a receiver is.
+
+use lf_model::time::{Instant, Tag};
+
+use super::doubt::Doubt;
+use super::graph::{Graph, Node};
+use super::idle::Idle;
+use super::in_transit::InTransit;
+use super::storage::id;
+use super::tag_state::TagState;
+use crate::{Deadline, FederateId};
+
+/// The tags of all federates.
+pub(super) struct Tags<'s> {
+    pub(super) graph: Graph<'s>,
+    /// The same number of entries for each federate.
+    pub(super) in_transit: &'s mut [Tag],
+    pub(super) start: Option<Instant>,
+    pub(super) idle: Idle,
+}
+
+impl<'s> Tags<'s> {
+    /// Before the start.
+    pub(super) fn new(graph: Graph<'s>, in_transit: &'s mut [Tag]) -> Self {
+        Self { graph, in_transit, start: None, idle: Idle::default() }
+    }
+
+    /// How many federates there are.
+    pub(super) fn federates(&self) -> usize {
+        self.graph.nodes.len()
+    }
+
+    pub(super) fn state(&self, federate: usize) -> &TagState {
+        &self.graph.nodes[federate].tags
+    }
+
+    pub(super) fn state_mut(&mut self, federate: usize) -> &mut TagState {
+        &mut self.graph.nodes[federate].tags
+    }
+
+    /// The messages on their way to a federate.
+    pub(super) fn in_transit(&mut self, federate: usize) -> InTransit<'_> {
+        let share = self.in_transit.len() / self.federates();
+        InTransit {
+            ring: &mut self.graph.nodes[federate].tags.in_transit,
+            storage: &mut self.in_transit[federate * share..][..share],
+        }
+    }
+
+    /// All neighbor structures are there, and logical time begins.
+    pub(super) fn begin(&mut self, start: Instant) {
+        self.start = Some(start);
+        self.graph.find_paths();
+    }
+
+    /// The next event of a federate is at `tag`, or at that of the first message on its way to it. Returns whether it
+    /// needs a grant for it.
+    pub(super) fn set_next_event(&mut self, federate: usize, tag: Tag) -> bool {
+        let tag = tag.min(self.in_transit(federate).earliest());
+        self.graph.set_next_event(federate, tag);
+        let needs_grant = self.graph.upstreams(federate) > 0;
+        if !needs_grant {
+            // This counts as one.
+            self.state_mut(federate).granted = tag;
+        }
+        needs_grant
+    }
+
+    /// A federate has announced its next event: it is taken note of whether anybody has one.
+    pub(super) fn note_idleness(&mut self, next_event: Tag) {
+        let mut idle = self.idle;
+        idle.note(next_event, || self.is_idle());
+        self.idle = idle;
+    }
+
+    /// Somebody may have had no event for some time. Returns whether FOREVER is to be granted to all.
+    pub(super) fn tell_idleness(&mut self, now: Instant) -> bool {
+        let mut idle = self.idle;
+        let told = idle.handle_timeout(now, || self.is_idle());
+        self.idle = idle;
+        told
+    }
+
+    /// Looks at every federate once.
+    fn is_idle(&self) -> bool {
+        let none = |node: &Node| node.tags.departed || node.next_event == Tag::FOREVER;
+        self.start.is_some() && self.graph.nodes.iter().all(none)
+    }
+
+    /// A message is on its way to a federate. Returns whether that is too late, and whether not all can be remembered
+    /// one by one any more.
+    pub(super) fn message_forwarded(&mut self, to: usize, tag: Tag) -> (bool, bool) {
+        let state = self.state(to);
+        let late = state.completed >= tag;
+        let reach = state.reach();
+        (late, !late && self.in_transit(to).insert(tag, reach))
+    }
+
+    /// A federate has left: the others go on without it.
+    pub(super) fn depart(&mut self, federate: usize) {
+        self.state_mut(federate).departed = true;
+        self.graph.set_next_event(federate, Tag::FOREVER);
+        self.graph.cut_off(federate);
+    }
+
+    /// All have left.
+    pub(super) fn depart_all(&mut self) {
+        for node in self.graph.nodes.iter_mut() {
+            node.tags = TagState { departed: true, ..TagState::EMPTY };
+        }
+    }
+
+    /// All stop at `tag`: no next event is later.
+    pub(super) fn stop(&mut self, tag: Tag) {
+        self.graph.limit_next_events(tag);
+    }
+
+    /// The latest tag of a federate that can matter to those downstream of it, if that is another one than it was told,
+    /// and not past already. `because` is the downstream federate whose next event has changed, or any.
+    pub(super) fn downstream_next_event(&self, federate: usize, because: Option<usize>) -> Option<Tag> {
+        let tag = self.latest_needed(federate, because);
+        (tag != self.state(federate).dnet && self.graph.next_event(federate) <= tag).then_some(tag)
+    }
+
+    /// NEVER if all tags matter, as in a cycle without delay, and as long as the next event of one of those downstream
+    /// is unknown.
+    fn latest_needed(&self, federate: usize, because: Option<usize>) -> Tag {
+        let in_cycle = match because {
+            Some(downstream) => self.graph.in_zero_delay_cycle(downstream),
+            None => self.graph.leads_to_zero_delay_cycle(federate),
+        };
+        if in_cycle || self.graph.in_zero_delay_cycle(federate) {
+            return Tag::NEVER;
+        }
+        let earliest = self.graph.earliest_needed(federate);
+        match self.start {
+            Some(start) if earliest >= Tag::at(start) => earliest,
+            _ => Tag::NEVER,
+        }
+    }
+
+    /// Whether a receiver is too far behind a sender whose message is next (module `window`).
+    pub(super) fn is_behind(&mut self, receiver: usize, sender: usize, stop: Option<Tag>, window: usize) -> bool {
+        // Not later than the tag at which the sender has sent what is at the front of its connection.
+        let position = self.graph.next_event(sender).min(stop.unwrap_or(Tag::FOREVER));
+        self.in_transit(receiver).has_before(position, window)
+    }
+
+    /// What is doubtful in that a federate has completed this tag. Those without upstream federates need no grants, and
+    /// neither do those that announce nothing, as with decentralized coordination.
+    pub(super) fn doubt_completed(&self, federate: usize, tag: Tag) -> Option<Doubt> {
+        let asks = self.graph.upstreams(federate) > 0 && self.graph.next_event(federate) != Tag::NEVER;
+        (asks && tag > self.state(federate).reach()).then_some(Doubt::NotGranted(tag))
+    }
+
+    /// What is doubtful in that a federate announces this event.
+    pub(super) fn doubt_next_event(&self, federate: usize, next: Tag) -> Option<Doubt> {
+        let completed = self.state(federate).completed;
+        (next <= completed && completed != Tag::FOREVER).then_some(Doubt::Backwards { next, completed })
+    }
+
+    /// When the first of the federates will have an event after this time, as far as they have said.
+    pub(super) fn next_event_after(&self, now: Instant) -> Deadline {
+        let there = self.graph.nodes.iter().filter(|node| !node.tags.departed);
+        let times = there.map(|node| node.next_event.time).filter(|time| *time > now && *time < Instant::FOREVER);
+        times.min().into()
+    }
+
+    /// The tag that a federate waits for a grant of.
+    pub(super) fn awaited(&self, federate: usize) -> Option<Tag> {
+        let next = self.graph.next_event(federate);
+        let waits = self.graph.upstreams(federate) > 0 && next > self.state(federate).reach();
+        (waits && next != Tag::NEVER && next != Tag::FOREVER).then_some(next)
+    }
+
+    /// The federate because of which another one is not granted more, and its next event.
+    pub(super) fn hindrance(&self, federate: usize) -> Option<(FederateId, Tag)> {
+        let by = self.graph.earliest_source(federate)?;
+        Some((id(by), self.graph.next_event(by)))
+    }
+
+    /// Forgets what only saves work, and what has no meaning any more.
+    pub(super) fn normalize(&mut self) {
+        for federate in 0..self.federates() {
+            self.in_transit(federate).normalize();
+            self.graph.nodes[federate].hindrance = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lf_model::time::Interval;
+    use lf_wire::{DELAY_NONE, NeighborStructure};
+
+    use super::super::grants::Grant;
+    use super::super::graph::Node;
+    use super::super::path::PathWords;
+    use super::*;
+
+    const START: Instant = Instant(1_000);
+    const FEDERATES: usize = 3;
+
+    fn at(time: i64) -> Tag {
+        Tag::at(START + Interval(time))
+    }
+
+    /// Looks at the tags of three federates with these connections, after the start.
+    fn with_tags(edges: &[(u16, u16, i64)], look: impl FnOnce(&mut Tags<'_>)) {
+        let mut nodes = [Node::EMPTY; FEDERATES];
+        let mut upstream = [PathWords::default(); FEDERATES * FEDERATES];
+        let mut paths = [PathWords::default(); 2 * FEDERATES * FEDERATES];
+        let mut in_transit = [Tag::NEVER; 2 * FEDERATES];
+        let graph = Graph::new(&mut nodes, &mut upstream, &mut paths, true);
+        let mut tags = Tags::new(graph, &mut in_transit);
+        for to in 0..FEDERATES {
+            let into = edges.iter().filter(|edge| usize::from(edge.1) == to).map(|edge| (edge.0, edge.2));
+            let list: std::vec::Vec<_> = into.collect();
+            let neighbors = NeighborStructure::new(&list, &[]);
+            assert_eq!(tags.graph.set_upstream(to, neighbors.upstream()), Ok(()));
+        }
+        tags.begin(START);
+        look(&mut tags);
+    }
+
+    #[test]
+    fn a_grant_reaches_to_just_before_what_can_come() {
+        with_tags(&[(0, 1, 5)], |tags| {
+            assert!(!tags.set_next_event(0, at(10)) && tags.set_next_event(1, at(12)));
+            assert_eq!(tags.grant(1), Some(Grant::Final(at(15).before())));
+            tags.granted(1, Grant::Final(at(15).before()));
+            assert_eq!((tags.grant(1), tags.awaited(1)), (None, None));
+            tags.set_next_event(1, at(15));
+            assert_eq!((tags.grant(1), tags.awaited(1)), (None, Some(at(15))));
+            assert_eq!(tags.hindrance(1), Some((FederateId(0), at(10))));
+            // Whoever has left sends nothing any more.
+            tags.depart(0);
+            assert_eq!(tags.grant(1), Some(Grant::Final(Tag::FOREVER)));
+        });
+    }
+
+    #[test]
+    fn a_provisional_grant_calls_those_upstream_of_it_to_its_tag() {
+        with_tags(&[(0, 1, DELAY_NONE), (1, 0, DELAY_NONE)], |tags| {
+            tags.set_next_event(0, at(10));
+            tags.set_next_event(1, at(20));
+            assert_eq!(tags.grant(1), None);
+            assert_eq!(tags.grant(0), Some(Grant::Provisional(at(10))));
+            tags.granted(0, Grant::Provisional(at(10)));
+            assert_eq!((tags.graph.take_mark(), tags.graph.take_mark()), (Some(1), None));
+            assert_eq!(tags.grant(1), Some(Grant::Provisional(at(10))));
+        });
+    }
+
+    #[test]
+    fn a_message_on_its_way_counts_as_an_event_until_it_has_been_seen() {
+        with_tags(&[(0, 1, 5), (1, 2, DELAY_NONE)], |tags| {
+            tags.set_next_event(1, at(30));
+            assert_eq!(tags.message_forwarded(1, at(20)), (false, false));
+            tags.set_next_event(1, at(30));
+            assert_eq!(tags.graph.next_event(1), at(20));
+            assert!(tags.is_behind(1, 0, None, 1) == (tags.graph.next_event(0) > at(20)));
+            tags.state_mut(1).completed = at(20);
+            tags.in_transit(1).complete(at(20));
+            tags.set_next_event(1, at(30));
+            assert_eq!(tags.graph.next_event(1), at(30));
+            assert_eq!(tags.message_forwarded(1, at(20)), (true, false));
+        });
+    }
+
+    #[test]
+    fn those_upstream_are_told_what_matters_and_only_when_it_changes() {
+        with_tags(&[(0, 1, 5)], |tags| {
+            tags.set_next_event(0, at(3));
+            tags.set_next_event(1, at(20));
+            let needed = tags.downstream_next_event(0, Some(1));
+            assert!(needed.is_some_and(|tag| tag >= at(15) && tag < at(16)));
+            tags.state_mut(0).dnet = needed.unwrap_or(Tag::NEVER);
+            assert_eq!(tags.downstream_next_event(0, Some(1)), None);
+        });
+    }
+
+    #[test]
+    fn all_are_idle_when_nobody_who_is_there_has_an_event() {
+        with_tags(&[(0, 1, 5)], |tags| {
+            for federate in 0..2 {
+                tags.set_next_event(federate, Tag::FOREVER);
+                tags.note_idleness(Tag::FOREVER);
+            }
+            assert_eq!(tags.idle.deadline(), Deadline::Never);
+            tags.depart(2);
+            tags.note_idleness(Tag::FOREVER);
+            assert_eq!(tags.idle.deadline(), Deadline::Now);
+        });
+    }
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Waits that have lasted for too long, as they are told.
+
+use core::fmt;
+
+use lf_model::time::{EventTag, Interval};
+use lf_wire::MessageType;
+
+use crate::FederateId;
+
+/// How far a federate is on its way to the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// It has not connected, or not said which federate it is.
+    Absent,
+    /// It has connected, and this message of it is to come next.
+    Handshake(MessageType),
+    /// It has joined, and its clock is to come.
+    Joined,
+}
+
+impl fmt::Display for Progress {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Absent => f.write_str("has not connected"),
+            Self::Handshake(next) => write!(f, "has connected; {next} of it is to come"),
+            Self::Joined => f.write_str(
+                "has joined, but is not ready: it says so (TIMESTAMP) when it has connected to the federates to which \
+                 it sends directly",
+            ),
+        }
+    }
+}
+
+/// A wait that has lasted for too long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Waits {
+    /// The start has been waiting for some federates for a while; each of the first is named in a notice of its own.
+    Start {
+        /// How many are not ready.
+        missing: u16,
+        /// How many the federation has.
+        federates: u16,
+        /// How many connections there are that have not said which federates they are.
+        strangers: u16,
+    },
+    /// One of them.
+    StartFor {
+        /// The federate.
+        federate: FederateId,
+        /// How far it is.
+        progress: Progress,
+    },
+    /// So many more are missing.
+    StartForMore(u16),
+    /// A federate has been waiting for a grant for too long.
+    Grant {
+        /// The federate.
+        federate: FederateId,
+        /// The tag that it wants to begin.
+        tag: EventTag,
+        /// For how long.
+        lasts: Interval,
+        /// The federate that may still send something for that tag or an earlier one, however indirectly.
+        by: FederateId,
+        /// That one's next event, as far as it has said.
+        at: EventTag,
+    },
+    /// A stop has been waiting for the agreement of this federate for too long.
+    Stop(FederateId),
+    /// The messages of a federate have been waiting for another one for too long.
+    Sender {
+        /// Whose messages wait.
+        from: FederateId,
+        /// For whom.
+        to: FederateId,
+        /// For room on its connection; otherwise until it has completed some tags.
+        room: bool,
+        /// For how long.
+        lasts: Interval,
+    },
+}
+
+impl fmt::Display for Waits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Start { missing, federates, strangers } => {
+                write!(f, "the start waits for {missing} of {federates} federates")?;
+                match strangers {
+                    0 => Ok(()),
+                    _ => write!(f, "; {strangers} connections have not said which federates they are"),
+                }
+            }
+            Self::StartFor { federate, progress } => write!(f, "federate {federate} {progress}"),
+            Self::StartForMore(more) => write!(f, "and {more} more"),
+            Self::Grant { federate, tag, lasts, by, at } => write!(
+                f,
+                "federate {federate} has been waiting for {} ms for a grant of {tag}, because federate {by} may still \
+                 send something: it has not got beyond {at}",
+                millis(lasts)
+            ),
+            Self::Stop(federate) => {
+                write!(f, "the stop waits for federate {federate}, which has not answered the request")
+            }
+            Self::Sender { from, to, room, lasts } => {
+                write!(f, "messages of federate {from} have been waiting for {} ms, because ", millis(lasts))?;
+                write!(f, "federate {to} ")?;
+                f.write_str(if room { "does not take what it is sent" } else { "is too many tags behind" })
+            }
+        }
+    }
+}
+
+fn millis(interval: Interval) -> i64 {
+    interval.as_nanos() / 1_000_000
+}
