@@ -82,7 +82,7 @@ impl SourceProvider for OneFile {
 }
 
 /// Compiles a program that has to be right.
-fn check(program: String) {
+fn check(program: &str) {
     let program = program.replace('…', "");
     let compilation = compile("Example.lf", &OneFile(program.clone()));
     assert!(compilation.plan.is_some(), "{}\n{program}", compilation.diagnostics.render(Style::Plain));
@@ -91,18 +91,18 @@ fn check(program: String) {
 #[test]
 fn every_example_in_the_table_of_the_language_compiles() {
     for (_, example) in MEMBERS {
-        check(format!("target Rust\n{AROUND}{example}\n}}\nmain reactor {{ p = new Parent() }}"));
+        check(&format!("target Rust\n{AROUND}{example}\n}}\nmain reactor {{ p = new Parent() }}"));
     }
     for (_, example) in FILES {
         let main = if example.starts_with("main") { "" } else { "main reactor { }" };
-        check(format!("target Rust\n{example}\n{main}"));
+        check(&format!("target Rust\n{example}\n{main}"));
     }
     for (_, example) in FEDERATIONS {
-        check(format!("target Rust\n{AROUND}}}\n{example}"));
+        check(&format!("target Rust\n{AROUND}}}\n{example}"));
     }
     for (_, example) in DECENTRALIZED {
         let main = if example.starts_with("federated") { "" } else { "federated reactor { late = new Late() }" };
-        check(format!("target Rust {{ coordination: decentralized }}\n{AROUND}}}\n{example}\n{main}"));
+        check(&format!("target Rust {{ coordination: decentralized }}\n{AROUND}}}\n{example}\n{main}"));
     }
 }
 
@@ -111,7 +111,7 @@ fn every_target_property_takes_the_values_in_its_table() {
     let supported = supported();
     for TargetProperty { name, values, .. } in supported.coordination.iter().chain(supported.program) {
         for value in *values {
-            check(format!("target Rust {{ {name}: {value} }}\n{AROUND}}}\nfederated reactor {{ a = new Parent() }}"));
+            check(&format!("target Rust {{ {name}: {value} }}\n{AROUND}}}\nfederated reactor {{ a = new Parent() }}"));
         }
     }
 }
@@ -119,7 +119,7 @@ fn every_target_property_takes_the_values_in_its_table() {
 #[test]
 fn the_documents_have_the_tables_of_what_is_supported() {
     let supported = supported();
-    let mut language = "| part of LF | there? | how it is written, or what to do instead |\n|---|---|---|\n".to_owned();
+    let mut language = "| part of LF | supported | written so, or instead |\n|---|---|---|\n".to_owned();
     for (part, example) in FILES.iter().chain(MEMBERS).chain(FEDERATIONS).chain(DECENTRALIZED) {
         writeln!(language, "| {part} | yes | `{example}` |").expect("a text takes all");
     }
@@ -147,43 +147,40 @@ fn properties(properties: &[TargetProperty]) -> String {
 
 /// The boards that have a file of settings, with its first sentences, and what the tests do with each.
 fn boards() -> String {
-    let texts = |folders: &[&str], kinds: &[&str]| {
-        let mut files = Vec::new();
-        folders.iter().for_each(|folder| collect(&repository().join(folder), &mut files));
-        let of_kind = files.iter().filter(|file| kinds.iter().any(|kind| file.to_string_lossy().ends_with(kind)));
-        of_kind.map(|file| fs::read_to_string(file).expect("the file can be read")).collect::<String>()
-    };
     let suites = words(&texts(&["tests/zephyr", "applications"], &["testcase.yaml", "sample.yaml"]));
     let deployed = words(&texts(&["applications", "scripts/tests/programs"], &[".yaml"]));
     let mut table = "| board | what it is | what the tests do |\n|---|---|---|\n".to_owned();
-    let mut files = Vec::new();
-    collect(&repository().join("boards"), &mut files);
+    let files = files(&repository().join("boards"));
     for file in files.iter().filter(|file| file.extension().is_some_and(|kind| kind == "conf")) {
-        let in_file_names = file.file_stem().expect("the file has a name").to_string_lossy();
-        let board = deployed.get(&*in_file_names).or(suites.get(&*in_file_names)).expect("a test knows the board");
+        let name = file.file_stem().expect("the file has a name").to_string_lossy();
+        let board = deployed.get(&*name).or(suites.get(&*name)).expect("a test knows the board");
         let text = fs::read_to_string(file).expect("the file can be read");
         let about: Vec<&str> = text.lines().skip(1).map_while(|line| line.strip_prefix("# ")).collect();
-        let tests = match (suites.contains_key(&*in_file_names), Platform::Zephyr(board.clone()).is_virtual()) {
+        let tested = match (suites.contains_key(&*name), Platform::Zephyr(board.clone()).is_virtual()) {
             (true, _) => "run twister suites and federations",
             (false, true) => "run federations",
             (false, false) => "build images",
         };
-        writeln!(table, "| `{board}` | {} | {tests} |", about.join(" ")).expect("a text takes all");
+        writeln!(table, "| `{board}` | {} | {tested} |", about.join(" ")).expect("a text takes all");
     }
     table
+}
+
+/// All files in these folders whose paths end so, one behind the other.
+fn texts(folders: &[&str], ends: &[&str]) -> String {
+    let files = folders.iter().flat_map(|folder| files(&repository().join(folder)));
+    let chosen = files.filter(|file| ends.iter().any(|end| file.to_string_lossy().ends_with(end)));
+    chosen.map(|file| fs::read_to_string(file).expect("the file can be read")).collect()
 }
 
 /// What could be a board in the words of a text, by what it is called in file names: without revision.
 fn words(text: &str) -> BTreeMap<String, String> {
     let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "_/@".contains(c)));
-    words
-        .map(|word| {
-            (
-                word.split('/').map(|part| part.split('@').next().unwrap_or(part)).collect::<Vec<_>>().join("_"),
-                word.to_owned(),
-            )
-        })
-        .collect()
+    let in_file_names = |word: &str| {
+        let parts = word.split('/').map(|part| part.split('@').next().unwrap_or(part));
+        parts.collect::<Vec<_>>().join("_")
+    };
+    words.map(|word| (in_file_names(word), word.to_owned())).collect()
 }
 
 fn repository() -> PathBuf {
@@ -191,17 +188,12 @@ fn repository() -> PathBuf {
 }
 
 /// All files below a folder, but for what was built there, sorted.
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+fn files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("the folder is part of the repository");
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.expect("the folder can be listed").path()).collect();
     paths.sort();
-    for path in paths {
-        if !path.is_dir() {
-            files.push(path);
-        } else if !path.ends_with("build") {
-            collect(&path, files);
-        }
-    }
+    let kept = paths.into_iter().filter(|path| !path.ends_with("build"));
+    kept.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
 }
 
 /// Compares what stands between the marks of this table with what it should be, or writes it.

@@ -18,7 +18,8 @@ const ARCHITECTURE_LINES_MAX: usize = 200;
 /// In characters.
 const LINE_LENGTH_MAX: usize = 120;
 
-/// Checks every path in backquotes that begins with a folder of the repository, and every relative link.
+/// Checks every path in backquotes that begins with a folder of the repository, and every relative link, with the
+/// heading that it leads to.
 pub(super) fn paths_exist(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
     for name in DOCUMENTS.iter().filter(|name| !tree.files.iter().any(|file| file.path == **name)) {
@@ -26,7 +27,12 @@ pub(super) fn paths_exist(tree: &Tree) -> Vec<Finding> {
     }
     for (document, number, line) in lines(tree) {
         let quoted = quoted(line).filter(|path| names_a_file(tree, path)).map(PathBuf::from);
-        let linked = links(line).map(|link| linked_file(document, link));
+        let linked = links(line).map(|(file, _)| linked_file(document, file));
+        let lost = links(line).filter(|(file, heading)| !has_heading(tree, &linked_file(document, file), heading));
+        findings.extend(lost.map(|(file, heading)| Finding {
+            place: format!("{}:{number}", document.path),
+            what: format!("leads to `{file}#{heading}`, where no heading is called so"),
+        }));
         for path in quoted.chain(linked).filter(|path| !tree.root.join(path).exists()) {
             let place = format!("{}:{number}", document.path);
             findings.push(Finding { place, what: format!("names `{}`, which does not exist", path.display()) });
@@ -41,14 +47,14 @@ pub(super) fn pages_linked(tree: &Tree) -> Vec<Finding> {
     for (document, _, line) in lines(tree) {
         let is_chapter = |path: &Path| document.path == SUMMARY || !path.starts_with("docs/guide");
         let others =
-            links(line).map(|link| linked_file(document, link)).filter(|path| *path != Path::new(&document.path));
+            links(line).map(|(file, _)| linked_file(document, file)).filter(|path| *path != Path::new(&document.path));
         linked.extend(others.filter(|path| is_chapter(path)));
     }
     let pages = tree.files.iter().filter(|file| is_document(file) && file.path.starts_with(FOLDER));
     let lonely = pages.filter(|file| file.path != SUMMARY && !linked.contains(Path::new(&file.path)));
-    let what = |file: &File| match file.path.starts_with("docs/guide/") {
-        true => format!("is not in {SUMMARY}"),
-        false => "is linked from no other document".to_owned(),
+    let what = |file: &File| {
+        let is_chapter = file.path.starts_with("docs/guide/");
+        if is_chapter { format!("is not in {SUMMARY}") } else { "is linked from no other document".to_owned() }
     };
     lonely.map(|file| Finding { place: file.path.clone(), what: what(file) }).collect()
 }
@@ -88,15 +94,28 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
-/// The targets of Markdown links that stay in the repository, without what follows `#`.
-fn links(line: &str) -> impl Iterator<Item = &str> {
-    let targets = line.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
-    targets.filter(|target| !target.is_empty() && !target.contains("://"))
+/// The Markdown links that stay in the repository: the file, empty for the document itself, and what follows `#`.
+fn links(line: &str) -> impl Iterator<Item = (&str, &str)> {
+    let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    targets.filter(|target| !target.contains("://")).map(|target| target.split_once('#').unwrap_or((target, "")))
+}
+
+/// Whether a document has a heading of which this is the name in links; without a name, or elsewhere, all is well.
+fn has_heading(tree: &Tree, path: &Path, name: &str) -> bool {
+    let document = tree.files.iter().find(|file| Path::new(&file.path) == path);
+    let Some(text) = document.and_then(|file| file.text.as_deref()).filter(|_| !name.is_empty()) else { return true };
+    let is_kept = |c: &char| c.is_alphanumeric() || " -_".contains(*c);
+    let in_links = |heading: &str| heading.trim().to_lowercase().chars().filter(is_kept).collect::<String>();
+    let mut headings = text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#'));
+    headings.any(|heading| in_links(heading).replace(' ', "-") == name)
 }
 
 /// The file that a link in a document leads to, as seen from the repository.
 fn linked_file(document: &File, link: &str) -> PathBuf {
     let mut path = PathBuf::from(&document.path);
+    if link.is_empty() {
+        return path;
+    }
     path.pop();
     for part in Path::new(link).components() {
         match part {
@@ -135,7 +154,7 @@ mod tests {
     fn paths_are_found_in_text() {
         assert_eq!(quoted("a `b/c` d `e`").collect::<Vec<_>>(), ["b/c", "e"]);
         let line = "see [x](docs/y.md#z), [above](#a) and [w](https://example.org)";
-        assert_eq!(links(line).collect::<Vec<_>>(), ["docs/y.md"]);
+        assert_eq!(links(line).collect::<Vec<_>>(), [("docs/y.md", "z"), ("", "a")]);
         let page = &tree(&[("docs/guide/src/a.md", "")]).files[0];
         assert_eq!(linked_file(page, "../../b.md"), Path::new("docs/b.md"));
     }
@@ -150,6 +169,14 @@ mod tests {
         assert_eq!(findings.len(), 2, "{findings:?}");
         assert!(findings[0].what.contains("src/nothing.rs") && findings[1].what.contains("docs/src/main.rs"));
         assert!(!names_a_file(&tree, "src/build/x"));
+    }
+
+    #[test]
+    fn a_link_to_no_heading_is_found() {
+        let page = ("docs/page.md", "# One `page`\n[above](#one-page) [there](../src/main.rs) [not](#two)");
+        let findings = paths_exist(&tree(&[page]));
+        let lost: Vec<&str> = findings.iter().map(|one| one.what.as_str()).filter(|what| what.contains('#')).collect();
+        assert_eq!(lost, ["leads to `#two`, where no heading is called so"]);
     }
 
     #[test]
