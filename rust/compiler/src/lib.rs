@@ -21,5 +21,5 @@ mod yaml;
 pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
-pub use resolve::{SourceProvider, refused};
+pub use resolve::{SourceProvider, Supported, TargetProperty, supported};
 pub use yaml::FileError;

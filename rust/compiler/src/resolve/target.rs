@@ -9,26 +9,88 @@ use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
 use crate::syntax::nanoseconds;
 
-/// Properties that are honoured.
-const HONOURED: &[&str] = &[
-    "coordination",
-    "coordination-options",
-    "DNET",
-    "clock-sync",
-    "clock-sync-options",
-    "platform",
-    "threading",
-    "single-threaded",
-    "workers",
-    "timeout",
-    "fast",
-    "keepalive",
-    "logging",
-    "no-compile",
-    "auth",
-    "joint-rti",
-    "joint-rti-options",
+/// A target property that is honoured, as the documents describe it.
+#[derive(Clone, Copy, Debug)]
+pub struct TargetProperty {
+    /// Its name.
+    pub name: &'static str,
+    /// Values that it takes, as they are written in a program.
+    pub values: &'static [&'static str],
+    /// What it does, in Markdown.
+    pub does: &'static str,
+}
+
+const fn property(name: &'static str, values: &'static [&'static str], does: &'static str) -> TargetProperty {
+    TargetProperty { name, values, does }
+}
+
+const SWITCH: &[&str] = &["true", "false"];
+
+/// Properties that are honoured and say how federates work together.
+pub(super) const COORDINATION: &[TargetProperty] = &[
+    property(
+        "coordination",
+        &["centralized", "decentralized"],
+        "who decides when a tag begins: the RTI, or each federate when its waits are over",
+    ),
+    property(
+        "coordination-options",
+        &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
+        "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
+         progress",
+    ),
+    property("DNET", SWITCH, "whether the RTI may tell federates which progress nobody needs to know"),
+    property(
+        "clock-sync",
+        &["off", "init", "on"],
+        "when clocks are compared with the RTI's: never, before the start, all the time",
+    ),
+    property(
+        "clock-sync-options",
+        &[
+            "{ trials: 10 }",
+            "{ period: 5 ms }",
+            "{ attenuation: 10 }",
+            "{ local-federates-on: true }",
+            "{ test-offset: 1 ms }",
+            "{ collect-stats: true }",
+        ],
+        "how often they are compared, and what is made of it",
+    ),
+    property("auth", SWITCH, "whether the RTI and the federates prove to each other that they know the federation id"),
+    property(
+        "joint-rti",
+        SWITCH,
+        "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
+    ),
+    property(
+        "joint-rti-options",
+        &["{ port: 15045 }", "{ federation-id: \"grid\" }"],
+        "the port of the RTI, and the federation id",
+    ),
 ];
+
+/// All other properties that are honoured.
+pub(super) const PROGRAM: &[TargetProperty] = &[
+    property(
+        "platform",
+        &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
+        "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
+    ),
+    property("timeout", &["10 sec"], "stop when so much logical time has passed"),
+    property("fast", SWITCH, "do not wait for physical time"),
+    property("keepalive", SWITCH, "go on while there are no events"),
+    property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
+    property("threading", SWITCH, "no effect: there is one event loop without worker threads"),
+    property("single-threaded", SWITCH, "no effect, for the same reason"),
+    property("workers", &["1"], "no effect: reactions run one after the other"),
+    property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
+];
+
+/// The names of all properties that are honoured.
+fn honoured() -> impl Iterator<Item = &'static str> + Clone {
+    COORDINATION.iter().chain(PROGRAM).map(|known| known.name)
+}
 
 /// Properties of LF that are not, with what to do instead.
 pub(super) const REFUSED: &[(&str, &str)] = &[
@@ -173,13 +235,13 @@ impl Reader {
             self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(*hint));
             return;
         }
-        self.unknown(key, HONOURED.iter().copied().chain(REFUSED.iter().map(|(name, _)| *name)));
+        self.unknown(key, honoured().chain(REFUSED.iter().map(|(name, _)| *name)));
     }
 
     fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
         let message = format!("there is no property `{}` here", key.text);
         let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
-            let names: Vec<_> = known.take(HONOURED.len()).map(|name| format!("`{name}`")).collect();
+            let names: Vec<_> = known.take(honoured().count()).map(|name| format!("`{name}`")).collect();
             format!("properties are {}", names.join(", "))
         });
         self.found.push(Diagnostic::new(Code::UnknownProperty, key.span, message).hint(hint));

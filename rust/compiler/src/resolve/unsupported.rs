@@ -5,7 +5,7 @@ use super::{attributes, target};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
 
-/// Declares the features, each with what to do instead; the README's table is made of the same list.
+/// Declares the features, each with what to do instead; the README's table is made of them.
 macro_rules! features {
     ($($feature:ident: $name:literal $verb:ident, $instead:literal;)*) => {
         /// A feature that is refused.
@@ -67,17 +67,29 @@ impl Feature {
     }
 }
 
-/// All parts of LF that are refused by name, each with what to do instead, in Markdown.
-pub fn refused() -> Vec<(String, String)> {
-    let list = |names: &mut dyn Iterator<Item = &str>| names.collect::<Vec<_>>().join("`, `");
-    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead().to_owned()));
-    let attributes = list(&mut attributes::UNSUPPORTED.iter().copied());
-    let properties = list(&mut target::REFUSED.iter().map(|(name, _)| *name));
-    let removed = [
-        (format!("the attributes `@{}`", attributes.replace("`, `", "`, `@")), "remove them".to_owned()),
-        (format!("the target properties `{properties}`"), "the error says what to do instead of each".to_owned()),
-    ];
-    features.chain(removed).collect()
+/// What of LF there is and what is refused by name, for the documents. All texts are Markdown.
+#[derive(Clone, Debug)]
+pub struct Supported {
+    /// Parts of the language that are refused, each with what to do instead.
+    pub refused: Vec<(String, &'static str)>,
+    /// Target properties that say how federates work together.
+    pub coordination: &'static [target::TargetProperty],
+    /// All other target properties that are honoured.
+    pub program: &'static [target::TargetProperty],
+    /// Target properties that are refused, each with what to do instead.
+    pub refused_properties: &'static [(&'static str, &'static str)],
+}
+
+/// What of LF there is, from the tables by which programs are judged.
+pub fn supported() -> Supported {
+    let attributes = attributes::UNSUPPORTED.map(|name| format!("`@{name}`")).join(", ");
+    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
+    Supported {
+        refused: features.chain([(format!("the attributes {attributes}"), "remove them")]).collect(),
+        coordination: target::COORDINATION,
+        program: target::PROGRAM,
+        refused_properties: target::REFUSED,
+    }
 }
 
 /// Reports every unsupported feature in a reactor.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
-//! the documentation and its maps, and files that do not belong in the tree.
+//! the documentation and its map, and files that do not belong in the tree.
 
 mod circles;
 mod crates;
@@ -33,7 +33,9 @@ const RULES: &[(&str, Rule)] = &[
     ("waiting in tests", rules::waiting_in_tests),
     ("stray files", rules::stray_files),
     ("paths in documents", documents::paths_exist),
-    ("crates in the maps", crates::maps_complete),
+    ("links between documents", documents::pages_linked),
+    ("sizes of documents", documents::sizes),
+    ("crates in the map", crates::map_complete),
     ("what crates may know", crates::known_crates),
     ("circles of files", circles::no_circles),
 ];
