@@ -39,7 +39,7 @@ ALLOCATOR = re.compile(
     r"(k_|_)?(malloc|calloc|realloc|reallocarray|memalign|aligned_alloc)(_r)?|_?free(_r)?|.*__(rust|rg|rdl)_\w*alloc\w*"
 )
 # Parts of mangled names: SHA-256, and the event loop's connections past the RTI.
-UNUSED = re.compile(r"4sha2|10lf_runtime8federate5peers")
+UNUSED = re.compile(r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|8visitors|9from_peer)")
 # Images of the boards that QEMU plays. Those that are the same in several deployments are built once here.
 BOARDS = BUILD / "boards"
 COMPUTER_AND_BOARD = ("--deployment", str(PROGRAMS / "computer_and_board.yaml"))

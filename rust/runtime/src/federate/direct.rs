@@ -35,7 +35,7 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// How many messages are known not to have reached their receivers.
     pub(super) fn lost_messages(&self) -> u64 {
-        self.peers.receivers().fold(0, |sum, (_, outbound)| sum.saturating_add(outbound.lost()))
+        self.peers.receivers().fold(0, |sum, (_, outbound)| sum.saturating_add(outbound.lost))
     }
 
     /// Makes the connections to other federates, and takes those that come from them.
@@ -106,19 +106,19 @@ impl<'a, 's> Direct<'a, 's> {
         }
         let (now, to) = (execution.physical(platform.now()), self.id);
         for inbound in self.peers.inbound() {
-            let Some(from) = inbound.from() else { continue };
-            inbound.receiver().resume();
+            let Some(from) = inbound.from else { continue };
+            inbound.receiver.resume();
             let (platform, late) = (&mut *platform, &mut self.late);
             let mut policy = FromPeer { platform, execution, late, from: from.0, to, now };
-            while inbound.next(&mut policy)?.is_some() {}
+            while inbound.receiver.next(&mut policy)?.is_some() {}
             if !inbound.has_ended() {
                 continue;
             }
             // A tag that makes room for what is held may have to wait for the other inputs.
-            execution.end_inputs(from.0, |port| inbound.holds_for(port));
-            if inbound.receiver().held().bytes() == 0 {
+            execution.end_inputs(from.0, |port| inbound.receiver.holds_for(port));
+            if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
-                if inbound.has_rest() {
+                if !inbound.receiver.rest().is_empty() {
                     log::warn!("federate {from} has left in the middle of a message");
                 }
                 inbound.close(platform);
@@ -131,7 +131,7 @@ impl<'a, 's> Direct<'a, 's> {
     /// its inputs, for which this one waits for ever: then which input holds the messages.
     pub(super) fn starved(&mut self, execution: &Execution<'_, '_>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
-            let (from, input) = (inbound.from()?, inbound.choked()?);
+            let (from, input) = (inbound.from?, inbound.receiver.choked()?);
             execution.starves_for(from.0).then_some(input)
         })
     }
@@ -175,9 +175,9 @@ impl<'a, 's> Direct<'a, 's> {
         }
         self.late.sum_up();
         for (to, outbound) in self.peers.receivers() {
-            if outbound.lost() > 0 {
-                log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost());
-            } else if outbound.has_left_early() {
+            if outbound.lost > 0 {
+                log::warn!("at least {} messages to federate {to} did not reach it", outbound.lost);
+            } else if outbound.left_early {
                 log::warn!("federate {to} left before this one: messages on their way to it may be lost");
             }
         }

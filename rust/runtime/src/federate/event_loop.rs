@@ -247,7 +247,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let mut found = None;
         loop {
             let (platform, execution) = (&mut *self.platform, &mut self.execution);
-            match self.session.next(&mut FromRti { platform, execution, found: &mut found, now })? {
+            match self.session.receiver.next(&mut FromRti { platform, execution, found: &mut found, now })? {
                 // Answers to clock synchronization are as good as they are prompt.
                 Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
                 Some(_) => {}
@@ -307,7 +307,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         if is_decentralized {
             self.direct.take_held(self.platform, &mut self.execution)?;
         }
-        let (now, held) = (self.platform.now(), self.session.receiver().held().earliest());
+        let (now, held) = (self.platform.now(), self.session.receiver.held.earliest);
         let next = if is_decentralized { self.execution.engine.next_tag() } else { self.execution.announce(now, held) };
         let Some(tag) = next else {
             return Ok(Some(self.execution.idle(now, held, outside, self.direct.peers.can_receive())));
@@ -322,7 +322,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         };
         if waits.is_none() {
             self.execution.begin(tag)?;
-            self.session.receiver().look_again();
+            self.session.receiver.held.look_again();
             self.direct.peers.look_again();
         }
         Ok(waits)
@@ -371,7 +371,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Ends with an error what would last for ever, because some queue is too small for what others send.
     fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
-        let (now, choked) = (self.platform.now(), self.session.choked());
+        let (now, choked) = (self.platform.now(), self.session.receiver.choked());
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
@@ -382,7 +382,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             if let Some(input) = choked {
                 return Err(full(input));
             }
-            if let Some(input) = self.execution.overfull(self.session.receiver().held()) {
+            if let Some(input) = self.execution.overfull(&self.session.receiver.held) {
                 return Err(RunError::TagFull { input: self.execution.name_of(input) });
             }
         }

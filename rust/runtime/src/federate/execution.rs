@@ -228,11 +228,11 @@ impl<'a, 's> Execution<'a, 's> {
     /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
     /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
     pub(super) fn overfull(&self, held: &Held) -> Option<InputId> {
-        let earliest = held.earliest();
-        let granted = held.is_granted() || self.machine.granted() >= earliest;
-        let due = !held.is_stale() && granted && !self.machine.awaits_stop_tag() && !self.engine.is_in_tag();
+        let earliest = held.earliest;
+        let granted = held.granted || self.machine.granted() >= earliest;
+        let due = !held.stale && granted && !self.machine.awaits_stop_tag() && !self.engine.is_in_tag();
         let nothing_before = self.engine.next_tag().is_none_or(|next| next >= earliest);
-        held.input().filter(|_| due && nothing_before)
+        held.input.filter(|_| due && nothing_before)
     }
 
     /// The name of the connection that ends at an input.

@@ -34,7 +34,7 @@ pub(super) struct FromRti<'x, 'a, 's, P> {
 
 impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
     fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError> {
-        let (behind, earliest) = (held.bytes() > 0, held.earliest());
+        let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
             Message::TaggedMessage { port, tag, .. } => {

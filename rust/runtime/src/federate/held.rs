@@ -8,17 +8,17 @@ use lf_model::time::Tag;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Held {
     /// How many bytes they have.
-    bytes: usize,
-    /// The earliest of their tags.
-    earliest: Tag,
+    pub(super) bytes: usize,
+    /// The earliest of their tags; FOREVER if nothing is held.
+    pub(super) earliest: Tag,
     /// The input for which the first of them is.
-    input: Option<InputId>,
+    pub(super) input: Option<InputId>,
     /// Some of them are for something else.
     mixed: bool,
-    /// Some of them may have room now.
-    stale: bool,
+    /// Some of them may have room now: they are to be looked at though nothing has come.
+    pub(super) stale: bool,
     /// A grant behind them reaches their earliest tag.
-    granted: bool,
+    pub(super) granted: bool,
 }
 
 impl Held {
@@ -43,31 +43,6 @@ impl Held {
         let alike = if self.mixed { 0 } else { self.bytes };
         *self = Self::NONE;
         alike
-    }
-
-    /// The earliest tag of a message that is held; FOREVER if none is.
-    pub(super) fn earliest(&self) -> Tag {
-        self.earliest
-    }
-
-    /// The input for which the first message is that is held.
-    pub(super) fn input(&self) -> Option<InputId> {
-        self.input
-    }
-
-    /// Whether a grant behind the held messages reaches their earliest tag.
-    pub(super) fn is_granted(&self) -> bool {
-        self.granted
-    }
-
-    /// Whether what is held is to be looked at though nothing has come.
-    pub(super) fn is_stale(&self) -> bool {
-        self.stale
-    }
-
-    /// How many bytes are held.
-    pub(super) fn bytes(&self) -> usize {
-        self.bytes
     }
 
     /// The message stays where it is.

@@ -3,126 +3,79 @@
 //! buffer, and then unread, so that TCP slows the sender.
 
 use lf_coordination::{FederateId, from_wire};
-use lf_model::InputId;
 use lf_model::time::Tag;
 use lf_wire::{Limits, MessageType, tag_in_header};
 
-use super::receiver::{Policy, Receiver};
+use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::description::TAGGED_MESSAGE_HEADER_BYTES;
-use crate::error::RunError;
-use crate::platform::{Interest, Platform, SocketId};
+use crate::platform::{Platform, SocketId};
 
 /// A connection from a federate that sends to this one directly, with its memory.
 #[derive(Debug)]
 pub struct Inbound<'s> {
-    connection: Connection<'s>,
-    receiver: Receiver,
+    pub(super) receiver: Receiver<'s>,
     /// Whose it is, once that is known.
-    from: Option<FederateId>,
+    pub(super) from: Option<FederateId>,
 }
 
 impl<'s> Inbound<'s> {
     /// A place for a connection that is still to come, with a receive buffer in this memory.
     pub fn new(input: &'s mut [u8]) -> Self {
         let payload_bytes_max = input.len().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES);
-        let receiver = Receiver::new(Limits { payload_bytes_max, ..Limits::NONE });
-        Self { connection: Connection::new(input, &mut []), receiver, from: None }
-    }
-
-    /// Whose it is, once that is known.
-    pub(super) fn from(&self) -> Option<FederateId> {
-        self.from
+        let limits = Limits { payload_bytes_max, ..Limits::NONE };
+        Self { receiver: Receiver::new(Connection::new(input, &mut []), limits), from: None }
     }
 
     /// Bytes that the receive buffer can hold.
     pub(super) fn capacity(&self) -> usize {
-        self.connection.input.capacity()
-    }
-
-    /// The messages that wait for room.
-    pub(super) fn receiver(&mut self) -> &mut Receiver {
-        &mut self.receiver
+        self.receiver.connection.input.capacity()
     }
 
     /// This federate has come.
     pub(super) fn open<P: Platform>(&mut self, platform: &mut P, from: FederateId, socket: SocketId) {
         self.from = Some(from);
-        self.connection.open(socket);
+        self.receiver.connection.open(socket);
         // The first byte of a connection always finds room.
         let _ = platform.write(socket, &[MessageType::Ack.byte()]);
     }
 
     /// Reads once, if a wait has told that there is something to read.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) {
-        self.connection.fill(platform);
+        self.receiver.connection.fill(platform);
     }
 
     /// Reads once. `true` when there was something to read, or the end.
     pub(super) fn fill_now<P: Platform>(&mut self, platform: &mut P) -> bool {
-        let has_space = !self.connection.input.space().is_empty();
+        let has_space = !self.receiver.connection.input.space().is_empty();
         if has_space {
-            self.connection.look();
+            self.receiver.connection.look();
         }
-        has_space && self.connection.fill(platform) != Reading::Nothing
-    }
-
-    /// Looks at the next message. See [`Receiver::next`].
-    ///
-    /// # Errors
-    /// As the policy says.
-    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
-        self.receiver.next(&mut self.connection.input, policy)
+        has_space && self.receiver.connection.fill(platform) != Reading::Nothing
     }
 
     /// Whether nothing more comes, apart from what has come.
     pub(super) fn has_ended(&self) -> bool {
-        self.connection.has_ended()
-    }
-
-    /// Whether a message for this input is held.
-    pub(super) fn holds_for(&self, input: u16) -> bool {
-        self.receiver.holds_for(&self.connection.input, input)
-    }
-
-    /// See [`Receiver::choked`].
-    pub(super) fn choked(&mut self) -> Option<InputId> {
-        self.receiver.choked(&mut self.connection.input)
+        self.receiver.connection.has_ended()
     }
 
     /// Whether a message for an earlier tag than this has begun to come, and is not whole yet. The rest of one that
     /// finds no room in the receive buffer, behind messages that wait for room themselves, comes only when a tag has
     /// made some.
     pub(super) fn awaits_rest_before(&mut self, tag: Tag) -> bool {
-        let rest = self.receiver.rest(&self.connection.input);
+        let rest = self.receiver.rest();
         let is_earlier = tag_in_header(rest).is_some_and(|earlier| from_wire(earlier) < tag);
-        is_earlier && self.from.is_some() && !self.has_ended() && !self.connection.input.space().is_empty()
+        is_earlier && self.from.is_some() && !self.has_ended() && !self.receiver.connection.input.space().is_empty()
     }
 
     /// Whether there is something to read, and space for it.
     pub(super) fn is_due(&mut self) -> bool {
-        self.from.is_some() && self.connection.is_due()
-    }
-
-    /// Says what to wait for: messages, if they are wanted.
-    pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P, wanted: bool) {
-        self.connection.set_interest(platform, wanted);
-    }
-
-    /// A wait found this socket ready.
-    pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
-        self.connection.handle_ready(ready, interest);
+        self.from.is_some() && self.receiver.connection.is_due()
     }
 
     /// Frees the place. What is left is the beginning of a message that will not become whole.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
         self.from = None;
-        self.receiver.clear();
-        self.connection.close(platform);
-    }
-
-    /// Whether something has come that is not taken.
-    pub(super) fn has_rest(&self) -> bool {
-        !self.connection.input.bytes().is_empty()
+        self.receiver.close(platform);
     }
 }

@@ -24,14 +24,14 @@ pub struct Outbound<'s> {
     stage: Approach,
     /// When the wait for the answer of the other federate is over.
     answer_due: Instant,
-    /// Why the last attempt has failed.
-    trouble: Option<PeerFault>,
+    /// Why the last attempt to connect has failed.
+    pub(super) trouble: Option<PeerFault>,
     /// Since when a message has had no room.
-    stuck: Option<Instant>,
-    /// Messages that the other federate cannot have got, because it has left.
-    lost: u64,
-    /// The other federate has left before this one.
-    left_early: bool,
+    pub(super) stuck: Option<Instant>,
+    /// How many messages at least the other federate cannot have got, because it has left.
+    pub(super) lost: u64,
+    /// The other federate has left before this one: what was on its way then may be lost too.
+    pub(super) left_early: bool,
 }
 
 /// How far the connection is.
@@ -90,29 +90,9 @@ impl<'s> Outbound<'s> {
         self.lost == 1
     }
 
-    /// How many messages are lost at least.
-    pub(super) fn lost(&self) -> u64 {
-        self.lost
-    }
-
-    /// Whether the other federate has left before this one: what was on its way then may be lost too.
-    pub(super) fn has_left_early(&self) -> bool {
-        self.left_early
-    }
-
     /// A message has no room.
     pub(super) fn is_full(&mut self, now: Instant) {
         self.stuck = self.stuck.or(Some(now));
-    }
-
-    /// Since when a message has had no room, though nothing has gone.
-    pub(super) fn stuck(&self) -> Option<Instant> {
-        self.stuck
-    }
-
-    /// Why the last attempt to connect has failed.
-    pub(super) fn trouble(&self) -> Option<PeerFault> {
-        self.trouble
     }
 
     /// Begins to connect.

@@ -18,7 +18,7 @@ pub(super) struct Output<'x, 'a, 's, P> {
     pub(super) peers: &'x mut Peers<'a, 's>,
 }
 
-impl<'a, 's, P: Platform> Output<'_, 'a, 's, P> {
+impl<'s, P: Platform> Output<'_, '_, 's, P> {
     /// Sees to it that a message of so many bytes fits, beside what coordination may have to say.
     fn make_room(&mut self, bytes: usize) -> Result<(), SendError> {
         let needed = bytes.saturating_add(CONTROL_BYTES);

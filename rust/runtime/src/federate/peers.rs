@@ -78,7 +78,7 @@ impl<'a, 's> Peers<'a, 's> {
     pub(super) fn look_again(&mut self) {
         self.stale = true;
         for inbound in self.inbound() {
-            inbound.receiver().look_again();
+            inbound.receiver.held.look_again();
         }
     }
 
@@ -105,7 +105,7 @@ impl<'a, 's> Peers<'a, 's> {
         let introduction = Message::P2pSendingFedId { federate: self.federation.id, federation_id: self.federation_id };
         let outbound = self.outbound_mut().get_mut(index)?;
         let connected = outbound.establish(platform, &introduction)?;
-        let fault = outbound.trouble().unwrap_or(PeerFault::Unanswered);
+        let fault = outbound.trouble.unwrap_or(PeerFault::Unanswered);
         self.meeting = None;
         let federate = self.federation.peers_out.get(index).copied().unwrap_or_default();
         Some(if connected { Ok(()) } else { Err((federate, fault)) })
@@ -114,13 +114,13 @@ impl<'a, 's> Peers<'a, 's> {
     /// The federate to which a connection is being made, or else the one that is `next` among those to which this one
     /// sends, and why the last attempt has failed.
     pub(super) fn meets(&self, next: Option<usize>) -> Option<(u16, Option<PeerFault>)> {
-        self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble()))
+        self.receivers().nth(self.meeting.or(next)?).map(|(federate, outbound)| (federate, outbound.trouble))
     }
 
     /// Takes connections that wait, and lets those in that say who they are, as long as this federate has not `begun`
     /// with all of them. Bounded by the number of places.
     pub(super) fn welcome<P: Platform>(&mut self, platform: &mut P, begun: bool) {
-        if begun && self.inbound().iter().all(|inbound| inbound.from().is_some()) {
+        if begun && self.inbound().iter().all(|inbound| inbound.from.is_some()) {
             return self.visitors.close(platform);
         }
         while let Some(visitor) = self.visitors.receive(platform, self.federation_id) {
@@ -139,7 +139,7 @@ impl<'a, 's> Peers<'a, 's> {
         federate: FederateId,
         begun: bool,
     ) -> Result<&mut Inbound<'s>, RejectCode> {
-        if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from() == Some(federate)) {
+        if let Some(before) = self.inbound.iter_mut().find(|inbound| inbound.from == Some(federate)) {
             // It may have come anew, because its first connection was lost.
             before.fill_now(platform);
             if begun || !before.has_ended() {
@@ -148,7 +148,7 @@ impl<'a, 's> Peers<'a, 's> {
             before.close(platform);
         }
         let is_awaited = self.federation.peers_in.contains(&federate.0);
-        let vacant = self.inbound.iter_mut().find(|inbound| inbound.from().is_none());
+        let vacant = self.inbound.iter_mut().find(|inbound| inbound.from.is_none());
         vacant.filter(|_| is_awaited).ok_or(RejectCode::IdOutOfRange)
     }
 
@@ -180,7 +180,7 @@ impl<'a, 's> Peers<'a, 's> {
     /// The federates that can still send something directly.
     pub(super) fn senders(&self) -> impl Iterator<Item = FederateId> {
         let inbound: &[Inbound<'s>] = if PEERS { self.inbound } else { &[] };
-        inbound.iter().filter_map(Inbound::from)
+        inbound.iter().filter_map(|inbound| inbound.from)
     }
 
     /// Whether another federate can still send something directly.
@@ -195,7 +195,7 @@ impl<'a, 's> Peers<'a, 's> {
 
     /// The federate that has taken nothing for longest though this one waits for that, and since when.
     pub(super) fn stuck(&self) -> Option<(u16, Instant)> {
-        let stuck = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.stuck()?)));
+        let stuck = self.receivers().filter_map(|(federate, outbound)| Some((federate, outbound.stuck?)));
         stuck.min_by_key(|(_, since)| *since)
     }
 
@@ -206,7 +206,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
         self.visitors.set_interest(platform);
         for inbound in self.inbound.iter_mut() {
-            inbound.set_interest(platform, running);
+            inbound.receiver.connection.set_interest(platform, running);
         }
         for outbound in self.outbound.iter() {
             outbound.set_interest(platform);
@@ -220,7 +220,7 @@ impl<'a, 's> Peers<'a, 's> {
         }
         self.visitors.handle_ready(ready);
         for inbound in self.inbound.iter_mut() {
-            inbound.handle_ready(ready, interest);
+            inbound.receiver.connection.handle_ready(ready, interest);
         }
         for outbound in self.outbound.iter_mut() {
             outbound.handle_ready(ready);

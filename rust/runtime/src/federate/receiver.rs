@@ -12,10 +12,12 @@
 
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, decode, destination_in_header};
+use lf_wire::{DecodeError, Decoded, Limits, Message, decode, destination_in_header};
 
 use super::held::Held;
+use crate::connection::Connection;
 use crate::error::RunError;
+use crate::platform::Platform;
 
 /// What has become of a message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -42,29 +44,20 @@ pub(super) trait Policy {
     fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError;
 }
 
-/// Looks at the messages in a receive buffer, one by one.
+/// A connection, of which the messages that have come are looked at one by one.
 #[derive(Debug)]
-pub(super) struct Receiver {
-    held: Held,
+pub(super) struct Receiver<'s> {
+    pub(super) connection: Connection<'s>,
+    pub(super) held: Held,
     /// What belongs together was held before, and has so many bytes that have not been looked at again.
     alike: usize,
     limits: Limits,
 }
 
-impl Receiver {
+impl<'s> Receiver<'s> {
     /// Takes messages within these limits.
-    pub(super) fn new(limits: Limits) -> Self {
-        Self { held: Held::NONE, alike: 0, limits }
-    }
-
-    /// What is held.
-    pub(super) fn held(&self) -> &Held {
-        &self.held
-    }
-
-    /// A tag has been begun: there is room for messages that wait.
-    pub(super) fn look_again(&mut self) {
-        self.held.look_again();
+    pub(super) fn new(connection: Connection<'s>, limits: Limits) -> Self {
+        Self { connection, held: Held::NONE, alike: 0, limits }
     }
 
     /// Goes back to the front of what is held, if there may be room for it now.
@@ -72,23 +65,14 @@ impl Receiver {
         self.alike = self.held.release();
     }
 
-    /// The connection has ended: nothing is held.
-    pub(super) fn clear(&mut self) {
-        (self.held, self.alike) = (Held::NONE, 0);
-    }
-
     /// Looks at the next message, which is not looked at again before [`Receiver::resume`]. `None` when there is none
     /// that is whole; else whether it has been taken. Its bytes are then gone.
     ///
     /// # Errors
     /// As the policy says.
-    pub(super) fn next(
-        &mut self,
-        input: &mut InBuffer<&mut [u8]>,
-        policy: &mut impl Policy,
-    ) -> Result<Option<bool>, RunError> {
-        let rest = self.rest(input);
-        let next = match self.held.bytes() {
+    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
+        let (rest, input) = (self.rest(), &self.connection.input);
+        let next = match self.held.bytes {
             // Then it is known, too, whether the buffer can hold it.
             0 => input.next(&self.limits),
             _ => decode(rest, &self.limits).map(|decoded| match decoded {
@@ -100,33 +84,39 @@ impl Receiver {
         let fate = policy.take(message, &self.held)?;
         match fate {
             Fate::Taken | Fate::TakenForAll => {
-                input.remove(self.held.bytes(), len);
+                self.connection.input.remove(self.held.bytes, len);
                 self.alike = self.alike.saturating_sub(len);
             }
             // With those behind it that are for the same input, whose tags are later.
             Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
             Fate::HeldGrant => self.held.hold_grant(len),
         }
-        if fate == Fate::TakenForAll && self.held.input().is_some() {
-            self.clear();
+        if fate == Fate::TakenForAll && self.held.input.is_some() {
+            (self.held, self.alike) = (Held::NONE, 0);
         }
         Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))
     }
 
-    /// Whether the connection cannot be read, because all of its buffer is held: then which input holds it. While no
-    /// tag can be begun or completed either, this lasts.
-    pub(super) fn choked(&self, input: &mut InBuffer<&mut [u8]>) -> Option<InputId> {
-        self.held.input().filter(|_| !self.held.is_stale() && input.space().is_empty())
+    /// Closes the connection: nothing is held any more.
+    pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
+        (self.held, self.alike) = (Held::NONE, 0);
+        self.connection.close(platform);
     }
 
-    /// The bytes of the message that is not whole.
-    pub(super) fn rest<'b>(&self, input: &'b InBuffer<&mut [u8]>) -> &'b [u8] {
-        input.bytes().get(self.held.bytes()..).unwrap_or_default()
+    /// Whether the connection cannot be read, because all of its buffer is held: then which input holds it. While no
+    /// tag can be begun or completed either, this lasts.
+    pub(super) fn choked(&mut self) -> Option<InputId> {
+        self.held.input.filter(|_| !self.held.stale && self.connection.input.space().is_empty())
+    }
+
+    /// What has come and is not held: the message that is not whole.
+    pub(super) fn rest(&self) -> &[u8] {
+        self.connection.input.bytes().get(self.held.bytes..).unwrap_or_default()
     }
 
     /// Whether a message for this input is held.
-    pub(super) fn holds_for(&self, input: &InBuffer<&mut [u8]>, awaited: u16) -> bool {
-        let mut held = input.bytes().get(..self.held.bytes()).unwrap_or_default();
+    pub(super) fn holds_for(&self, awaited: u16) -> bool {
+        let mut held = self.connection.input.bytes().get(..self.held.bytes).unwrap_or_default();
         while let Ok(Decoded::Complete { message, len }) = decode(held, &self.limits) {
             if let Message::P2pTaggedMessage { port, .. } | Message::PortAbsent { port, .. } = message
                 && port == awaited
@@ -202,17 +192,16 @@ mod tests {
         for message in messages {
             output.push(message).expect("there is room");
         }
-        let mut input = InBuffer::new(&mut bytes[..]);
-        input.space()[..output.pending().len()].copy_from_slice(output.pending());
-        input.filled(output.pending().len());
-        let mut receiver = Receiver::new(Limits::NONE);
+        let mut receiver = Receiver::new(Connection::new(&mut bytes, &mut []), Limits::NONE);
+        receiver.connection.input.space()[..output.pending().len()].copy_from_slice(output.pending());
+        receiver.connection.input.filled(output.pending().len());
         test(&mut |again| {
             let mut inputs = Inputs { room: again.unwrap_or(room), taken: Vec::new(), looks: 0 };
             if again.is_some() {
-                receiver.look_again();
+                receiver.held.look_again();
             }
             receiver.resume();
-            while receiver.next(&mut input, &mut inputs).expect("all are messages").is_some() {}
+            while receiver.next(&mut inputs).expect("all are messages").is_some() {}
             inputs
         });
     }

@@ -11,7 +11,7 @@ use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate};
 use lf_model::time::Instant;
 use lf_wire::{Limits, OutBuffer};
 
-use super::receiver::{Policy, Receiver};
+use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
 use crate::platform::{Interest, NetError, Platform, SocketId};
@@ -19,8 +19,7 @@ use crate::platform::{Interest, NetError, Platform, SocketId};
 /// The session with the RTI.
 #[derive(Debug)]
 pub(super) struct Session<'s> {
-    connection: Connection<'s>,
-    receiver: Receiver,
+    pub(super) receiver: Receiver<'s>,
     address: SocketAddrV4,
     attempt: Attempt,
     retry: ConnectRetry,
@@ -51,18 +50,13 @@ impl<'s> Session<'s> {
             federation_id_bytes_max: 0,
             neighbors_max: 0,
         };
-        let (receiver, retry) = (Receiver::new(limits), ConnectRetry::new(now));
-        Self { connection, receiver, address, attempt: Attempt::Due(now), retry, last_error: None }
-    }
-
-    /// The messages that wait for room.
-    pub(super) fn receiver(&mut self) -> &mut Receiver {
-        &mut self.receiver
+        let (receiver, retry) = (Receiver::new(connection, limits), ConnectRetry::new(now));
+        Self { receiver, address, attempt: Attempt::Due(now), retry, last_error: None }
     }
 
     /// What is to be sent.
     pub(super) fn output(&mut self) -> &mut OutBuffer<&'s mut [u8]> {
-        &mut self.connection.output
+        &mut self.receiver.connection.output
     }
 
     /// Whether messages can be exchanged.
@@ -79,7 +73,7 @@ impl<'s> Session<'s> {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
             Attempt::UnderWay(socket, true) => match platform.connected(socket) {
                 Ok(()) => {
-                    self.connection.open(socket);
+                    self.receiver.connection.open(socket);
                     self.attempt = Attempt::Made;
                     Ok(true)
                 }
@@ -97,28 +91,14 @@ impl<'s> Session<'s> {
     /// [`Session::establish`] makes the next one.
     pub(super) fn begin_anew<P: Platform>(&mut self, platform: &mut P, reason: NetError) {
         self.close(platform);
-        self.receiver.clear();
         self.last_error = Some(reason);
         self.attempt = Attempt::Due(platform.now());
     }
 
-    /// Reads once, if there is something to read, for [`Session::next`]. `true` when the connection has ended.
+    /// Reads once, if there is something to read, for [`Receiver::next`]. `true` when the connection has ended.
     pub(super) fn fill<P: Platform>(&mut self, platform: &mut P) -> bool {
         self.receiver.resume();
-        self.connection.fill(platform) == Reading::End
-    }
-
-    /// Looks at the next message. See [`Receiver::next`].
-    ///
-    /// # Errors
-    /// As the policy says.
-    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
-        self.receiver.next(&mut self.connection.input, policy)
-    }
-
-    /// See [`Receiver::choked`].
-    pub(super) fn choked(&mut self) -> Option<lf_model::InputId> {
-        self.receiver.choked(&mut self.connection.input)
+        self.receiver.connection.fill(platform) == Reading::End
     }
 
     /// Moves what the machine has to say into the output buffer, and writes it.
@@ -137,9 +117,9 @@ impl<'s> Session<'s> {
 
     /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
     pub(super) fn collect(&mut self, machine: &mut Federate<'_>) {
-        while let Some(message) = machine.poll_transmit(self.connection.output.room()) {
+        while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
             // There is room: the machine was told how much, and gave a message that fits.
-            let _ = self.connection.output.push(&message);
+            let _ = self.receiver.connection.output.push(&message);
         }
     }
 
@@ -147,15 +127,15 @@ impl<'s> Session<'s> {
     ///
     /// A broken connection is not reported here: reading finds its end, after the peer's last words.
     pub(super) fn flush<P: Platform>(&mut self, platform: &mut P) -> bool {
-        if !self.is_open() || self.connection.output.is_empty() {
+        if !self.is_open() || self.receiver.connection.output.is_empty() {
             return false;
         }
-        if !self.connection.flush(platform) {
-            self.connection.output.clear();
-            self.connection.look();
+        if !self.receiver.connection.flush(platform) {
+            self.receiver.connection.output.clear();
+            self.receiver.connection.look();
             return false;
         }
-        self.connection.output.is_empty()
+        self.receiver.connection.output.is_empty()
     }
 
     /// Sends what is still to be said (RESIGN or FAILED), closes our direction, and awaits the RTI's end. `false` when
@@ -164,13 +144,13 @@ impl<'s> Session<'s> {
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
     /// the RTI's last words are read.
     pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> bool {
-        let Some(socket) = self.connection.socket() else { return false };
+        let Some(socket) = self.receiver.connection.socket() else { return false };
         self.transmit(platform, machine);
-        if self.connection.output.is_empty() && !machine.has_transmit() {
+        if self.receiver.connection.output.is_empty() && !machine.has_transmit() {
             platform.shut_down_writing(socket);
         }
-        self.connection.input.clear();
-        if self.connection.has_ended() || self.connection.fill(platform) == Reading::End {
+        self.receiver.connection.input.clear();
+        if self.receiver.connection.has_ended() || self.receiver.connection.fill(platform) == Reading::End {
             return false;
         }
         self.set_interest(platform);
@@ -182,7 +162,7 @@ impl<'s> Session<'s> {
         if let Attempt::UnderWay(socket, _) = self.attempt {
             platform.close(socket);
         }
-        self.connection.close(platform);
+        self.receiver.close(platform);
         self.attempt = Attempt::Over;
     }
 
@@ -191,7 +171,7 @@ impl<'s> Session<'s> {
         if let Attempt::UnderWay(socket, _) = self.attempt {
             platform.set_interest(socket, Interest::WRITE);
         }
-        self.connection.set_interest(platform, true);
+        self.receiver.connection.set_interest(platform, true);
     }
 
     /// A wait found this socket ready.
@@ -199,7 +179,7 @@ impl<'s> Session<'s> {
         if let Attempt::UnderWay(socket, has_outcome) = &mut self.attempt {
             *has_outcome |= *socket == ready;
         }
-        self.connection.handle_ready(ready, interest);
+        self.receiver.connection.handle_ready(ready, interest);
     }
 
     /// When there is something to do though no socket is ready.
@@ -208,7 +188,7 @@ impl<'s> Session<'s> {
             Attempt::Due(time) => Deadline::At(time),
             Attempt::UnderWay(..) => Deadline::At(self.retry.give_up()),
             // What is held may have room, or a write found the connection broken, and the end is to be read.
-            Attempt::Made if self.receiver.held().is_stale() || self.connection.is_due() => Deadline::Now,
+            Attempt::Made if self.receiver.held.stale || self.receiver.connection.is_due() => Deadline::Now,
             Attempt::Made | Attempt::Over => Deadline::Never,
         }
     }
