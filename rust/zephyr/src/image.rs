@@ -9,7 +9,8 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use lf_model::time::Tag;
 use lf_model::{Engine, Program, Settings, Storage, Tables};
 use lf_runtime::{
-    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, PEERS, RunError, run_federate, run_unfederated,
+    Buffers, Coordination, Description, Federation, Inbound, Join, Outbound, PEERS, RunError, run_federate,
+    run_unfederated,
 };
 
 use crate::platform::ZephyrPlatform;
@@ -232,7 +233,7 @@ pub const fn awaited_inputs(description: &Description) -> usize {
     }
 }
 
-/// Whether the crate has what its program needs: the feature `peers` for connections with other federates, past the RTI.
+/// Whether the crate has what its program needs: the feature `peers` for connections with others, past the RTI.
 pub const fn has_needed(description: &Description) -> bool {
     match &description.federation {
         Some(federation) => {

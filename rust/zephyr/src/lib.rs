@@ -60,8 +60,10 @@ pub mod prelude {
 #[macro_export]
 macro_rules! main {
     (&$module:ident::DESCRIPTION, $_1:ident::$program:ident::new() $(, $_2:ident::Storage::new())? $(,)?) => {
-        const _: () =
-            assert!($crate::image::has_needed(&$module::DESCRIPTION), "the program needs the feature `peers` of lf-zephyr");
+        const _: () = assert!(
+            $crate::image::has_needed(&$module::DESCRIPTION),
+            "the program needs the feature `peers` of lf-zephyr"
+        );
         $crate::main!(
             |platform: &mut $crate::ZephyrPlatform| {
                 static MEMORY: $crate::image::Memory<

@@ -2,8 +2,8 @@
 //! The event loop of a federate, made of parts that do not know each other's insides:
 //!
 //! - the [`session`] with the RTI: its connection, and what the machine has to say;
-//! - the [`peers`]: connections with other federates past the RTI, of which there are [`outbound`] and [`inbound`] ones,
-//!   and [`visitors`] that have not said who they are;
+//! - the [`peers`]: connections with other federates past the RTI, of which there are [`outbound`] and [`inbound`]
+//!   ones, and [`visitors`] that have not said who they are;
 //! - one [`receiver`] for what comes on any of them, with a policy for what comes [`from_rti`], and one for what comes
 //!   [`from_peer`]s, which [`direct`] does;
 //! - the [`execution`] of tags, which sends to an [`output`];

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections with other federates, past the RTI: one in each direction in which something is sent.
 //!
-//! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at by
-//! others; this part makes the connections, takes those that come, and ends them.
+//! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at
+//! by others; this part makes the connections, takes those that come, and ends them.
 
 use core::net::SocketAddrV4;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The table of the RTI's connections, with a queue of those that something is to be done for: a federate that is silent
-//! costs nothing.
+//! The table of the RTI's connections, with a queue of those that something is to be done for: a federate that is
+//! silent costs nothing.
 
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Notice, Outlet};
