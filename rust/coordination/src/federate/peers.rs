@@ -71,8 +71,8 @@ impl Meeting {
         self.give_up = None;
     }
 
-    /// The connection to the next federate could not be made, or ended before it was accepted. Gives when its address is
-    /// to be asked for again, for it may be another one.
+    /// The connection to the next federate could not be made, or ended before it was accepted. Gives when its address
+    /// is to be asked for again, for it may be another one.
     ///
     /// # Errors
     /// The federate, when the time for it is over.

@@ -280,8 +280,8 @@ impl Session {
         self.phase = Phase::Resigning;
     }
 
-    /// This federate cannot go on because of this error, or of one of its own. Without effect once it has ended: the RTI
-    /// has been told already that it has done so in order.
+    /// This federate cannot go on because of this error, or of one of its own. Without effect once it has ended: the
+    /// RTI has been told already that it has done so in order.
     pub(super) fn fail(&mut self, error: Option<FederateError>) {
         if self.phase == Phase::Ended {
             return;

@@ -188,8 +188,8 @@ impl Tags {
         self.net.message_sent();
     }
 
-    /// The next event is at `tag`: to be followed by [`Tags::announce`]. Returns false, and does nothing, while a tag is
-    /// open, which can still make another next event, and if the tag has been begun.
+    /// The next event is at `tag`: to be followed by [`Tags::announce`]. Returns false, and does nothing, while a tag
+    /// is open, which can still make another next event, and if the tag has been begun.
     pub(super) fn next_event(&mut self, tag: Tag) -> bool {
         let takes = !self.open && tag > self.current;
         if takes {

@@ -17,8 +17,8 @@ impl Federate<'_> {
 
     /// From this participant's own clock to the federation's physical time.
     ///
-    /// It makes one step, with [`Event::ClockCorrected`](super::Event::ClockCorrected), before the start. Afterwards only its rate changes, with
-    /// [`Received::corrected`](super::Received::corrected).
+    /// It makes one step, with [`Event::ClockCorrected`](super::Event::ClockCorrected), before the start. Afterwards
+    /// only its rate changes, with [`Received::corrected`](super::Received::corrected).
     pub fn clock(&self) -> ClockCorrection {
         *self.clock.correction()
     }

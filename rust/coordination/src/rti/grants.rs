@@ -22,8 +22,8 @@ pub(super) enum Grant {
 }
 
 impl Tags<'_> {
-    /// A federate has been sent this grant. Federates that may be granted more because of it are marked in the graph: by
-    /// a PTAG, those upstream of it that it may wait for.
+    /// A federate has been sent this grant. Federates that may be granted more because of it are marked in the graph:
+    /// by a PTAG, those upstream of it that it may wait for.
     ///
     /// Each PTAG is later than the one before to the same federate and is one of the tags that the federates have
     /// announced, so going on with those that are marked ends.

@@ -175,8 +175,8 @@ impl Rti<'_> {
         self.stop.awaits(&self.members.slots[federate])
     }
 
-    /// Takes a federate's answer to a stop from what it says later on. Returns whether there is one. Where there is none
-    /// and there will not be any, it agrees.
+    /// Takes a federate's answer to a stop from what it says later on. Returns whether there is one. Where there is
+    /// none and there will not be any, it agrees.
     fn find_stop_reply(&mut self, federate: usize, bytes: &[u8], ends: bool, outlet: &mut impl Outlet) -> bool {
         let reply = window::look_ahead(bytes, &self.limits).or(ends.then_some(lf_model::time::Tag::NEVER));
         if let Some(tag) = reply {

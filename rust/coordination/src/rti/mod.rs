@@ -29,7 +29,7 @@
 //! # Parts
 //!
 //! [`Rti`] is made of parts, each with a state of its own: who is there and over which connection (`members`), their
-//! tags (`tags`, with what can be granted in `grants`, the `graph` that tags go through and what is `in_transit` on it),
+//! tags (`tags`, with what can be granted in `grants`, the `graph` that they go through and what is `in_transit`),
 //! stops (`stop`), the start (`barrier`), the exchanges and rounds of clock synchronization (`exchange`, `clock_sync`)
 //! and who is waited for (`watch`). A step that concerns several is given those: `handshake` all that lets somebody in,
 //! `sending` those that are there, their tags, and where grants and messages go. What concerns all of them is in
