@@ -84,7 +84,7 @@ impl Child {
     /// The end of the program in a simulator, if this is the first line of its output that tells it.
     pub(super) fn told(&mut self, line: &[u8]) -> Option<End> {
         let before = self.status_line.as_ref().filter(|_| !self.has_told)?;
-        let line = str::from_utf8(line.trim_ascii_end()).ok()?;
+        let line = str::from_utf8(line).ok()?;
         let code = line.strip_prefix(before.as_str())?.parse().ok()?;
         self.has_told = true;
         Some(End::with_status(code))
@@ -184,8 +184,9 @@ fn read<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>
         };
         for piece in buffer[..length].split_inclusive(|byte| *byte == b'\n') {
             lines.partial.extend_from_slice(piece);
-            if lines.partial.ends_with(b"\n") {
-                lines.partial.pop();
+            if lines.partial.pop_if(|byte| *byte == b'\n').is_some() {
+                // The consoles of boards end lines with both.
+                lines.partial.pop_if(|byte| *byte == b'\r');
                 found.push(std::mem::take(&mut lines.partial));
             } else if lines.partial.len() >= LINE_LENGTH_MAX {
                 found.push(std::mem::take(&mut lines.partial));

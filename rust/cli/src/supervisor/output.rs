@@ -58,7 +58,7 @@ impl Output {
         let colour = Some(COLOURS[index % COLOURS.len()]);
         let prefix = if self.speaker.is_none() { String::new() } else { self.prefix(name, colour, stream) };
         let mut bytes = prefix.into_bytes();
-        bytes.extend_from_slice(line.strip_suffix(b"\r").unwrap_or(line));
+        bytes.extend_from_slice(line);
         bytes.push(b'\n');
         self.write(stream, &bytes);
     }

@@ -211,7 +211,7 @@ fn a_simulator_counts_as_ended_with_the_program_in_it_and_stays_until_all_have_e
 #[test]
 fn a_simulator_fails_with_the_program_in_it_or_when_it_ends_by_itself() {
     for (script, status, how) in [
-        (format!("echo status 102; {FOREVER}"), 102, "long ended with exit status 102"),
+        (format!("printf 'status 102\\r\\n'; {FOREVER}"), 102, "long ended with exit status 102"),
         ("echo hello".to_owned(), 1, "long ended before the program in it"),
         ("echo status 7; exit 0".to_owned(), 7, "long ended with exit status 7"),
     ] {
@@ -235,7 +235,8 @@ fn a_line_without_an_end_does_not_pile_up() {
 #[test]
 fn a_wanted_line_is_returned_and_not_shown() {
     let mut bench = Bench::new(limits());
-    bench.start("a", "echo first; echo port 7; echo last");
+    // Boards end their lines like this.
+    bench.start("a", "echo first; printf 'port 7\\r\\n'; echo last");
     let port = bench.supervisor.wait_for_line(|line| line.strip_prefix("port ").map(str::to_owned));
     assert_eq!(port.expect("no error").as_deref(), Some("7"));
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
