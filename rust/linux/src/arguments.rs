@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use lexopt::prelude::{Long, Short, Value, ValueExt as _};
 use lf_model::Settings;
 use lf_model::time::Interval;
-use lf_model::units::unit_ns;
+use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
 use lf_runtime::Description;
 
 /// What the user wants.
@@ -132,17 +132,13 @@ fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
 /// A number and a unit, in one argument or in two.
 fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
     let first = parser.value()?.string()?;
-    let digits = first.find(|character: char| !character.is_ascii_digit()).unwrap_or(first.len());
-    let (number, mut unit) = (&first[..digits], first[digits..].trim().to_owned());
+    let (number, unit) = number_and_unit(&first);
+    let mut unit = unit.to_owned();
     // The unit of 0 may be left out.
-    if unit.is_empty() && (number != "0" || next_is_unit(parser)) {
-        unit = parser.value()?.string()?;
+    if unit.is_empty() {
+        unit = if number == "0" && !next_is_unit(parser) { "ns".to_owned() } else { parser.value()?.string()? };
     }
-    let wrong = || UsageError(format!("\"{number} {unit}\" is no time: give a number and a unit, such as 500 msec"));
-    let count: i64 = number.parse().map_err(|_| wrong())?;
-    let unit_ns = if unit.is_empty() { Some(1) } else { unit_ns(&unit) };
-    let nanoseconds = unit_ns.and_then(|unit_ns| count.checked_mul(unit_ns)).ok_or_else(wrong)?;
-    Ok(Interval::from_nanos(nanoseconds))
+    nanoseconds(number, &unit).map(Interval::from_nanos).map_err(|error| UsageError(error.to_string()))
 }
 
 /// Whether the next argument is a unit of time.

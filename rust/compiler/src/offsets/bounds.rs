@@ -25,7 +25,7 @@ use core::fmt;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use lf_model::units::unit_ns;
+use lf_model::units::{nanoseconds, number_and_unit};
 use serde::Deserialize;
 use serde_saphyr::{Location, Spanned};
 
@@ -197,28 +197,15 @@ fn list(text: &mut String, key: &str, times: &BTreeMap<String, i64>) {
 /// # Errors
 /// A sentence about what is wrong.
 pub fn parse_time(text: &str) -> Result<i64, String> {
-    let text = text.trim();
-    let split = text.find(|c: char| c != '.' && !c.is_ascii_digit()).unwrap_or(text.len());
-    let (number, unit) = (&text[..split], text[split..].trim());
-    let wrong = || format!("\"{text}\" is no time; write a number with a unit, like `5 ms`");
-    let too_long = || format!("\"{text}\" is longer than 292 years");
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    if whole.is_empty() || fraction.contains('.') {
-        return Err(wrong());
+    match number_and_unit(text) {
+        // The unit of 0 may be left out.
+        (number, "") => match nanoseconds(number, "s") {
+            Ok(0) => Ok(0),
+            Ok(_) => Err(format!("`{number}` needs a unit of time, like `{number} ms`")),
+            Err(error) => Err(error.to_string()),
+        },
+        (number, unit) => nanoseconds(number, unit).map_err(|error| error.to_string()),
     }
-    if unit.is_empty() {
-        let is_zero = number.bytes().all(|byte| byte == b'0' || byte == b'.');
-        return if is_zero { Ok(0) } else { Err(format!("\"{text}\" needs a unit of time, like `{text} ms`")) };
-    }
-    let length = unit_ns(unit).ok_or_else(wrong)?;
-    let whole: i64 = whole.parse().map_err(|_| too_long())?;
-    let mut total = whole.checked_mul(length).ok_or_else(too_long)?;
-    let mut digit_ns = length;
-    for digit in fraction.bytes() {
-        digit_ns /= 10;
-        total = total.checked_add(i64::from(digit - b'0') * digit_ns).ok_or_else(too_long)?;
-    }
-    Ok(total)
 }
 
 #[derive(Debug, Default, Deserialize)]

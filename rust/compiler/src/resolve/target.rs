@@ -7,7 +7,7 @@ use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
-use crate::syntax::nanoseconds;
+use crate::syntax::{TimeError, nanoseconds};
 
 /// A target property that is honoured, as the documents describe it.
 #[derive(Clone, Copy, Debug)]
@@ -479,11 +479,12 @@ impl Reader {
                 match nanoseconds(digits, &unit.text) {
                     Ok(ns) if !negative || ns == 0 => return Some(ns),
                     Ok(_) => (Code::NegativeTime, "is negative", value.span, "write a time from 0 on".to_owned()),
-                    Err(crate::syntax::TimeError::TooLarge) => {
+                    // What the parser takes for a time has digits.
+                    Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                         let hint = "write `forever` for a time that never comes".to_owned();
                         (Code::NumberTooLarge, "is longer than 292 years", value.span, hint)
                     }
-                    Err(crate::syntax::TimeError::UnknownUnit) => {
+                    Err(TimeError::UnknownUnit(_)) => {
                         let units = UNITS.iter().flat_map(|(names, _)| names.iter().copied());
                         let hint = did_you_mean(&unit.text, units)
                             .unwrap_or_else(|| "units of time are ns, us, ms, s, min, h, d and wk".to_owned());

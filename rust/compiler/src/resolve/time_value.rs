@@ -92,12 +92,13 @@ impl Checker<'_> {
                     self.report(Diagnostic::new(Code::NegativeTime, span, message).hint(hint));
                 }
                 Ok(_) => {}
-                Err(TimeError::TooLarge) => {
+                // What the parser takes for a time has digits.
+                Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                     let message = format!("{what} is longer than 292 years");
                     let hint = "write `forever` for a time that never comes";
                     self.report(Diagnostic::new(Code::NumberTooLarge, span, message).hint(hint));
                 }
-                Err(TimeError::UnknownUnit) => {
+                Err(TimeError::UnknownUnit(_)) => {
                     let message = format!("there is no unit of time `{}`", unit.text);
                     let units = UNITS.iter().flat_map(|(names, _)| names.iter().copied());
                     let hint = did_you_mean(&unit.text, units)

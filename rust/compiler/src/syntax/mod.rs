@@ -10,10 +10,9 @@ mod expression;
 mod parser;
 #[cfg(test)]
 mod tests;
-mod time;
 mod token;
 mod type_text;
 pub(crate) mod words;
 
+pub(crate) use lf_model::units::{TimeError, nanoseconds};
 pub(crate) use parser::parse;
-pub(crate) use time::{TimeError, nanoseconds};
