@@ -86,7 +86,8 @@ impl Module {
     }
 
     fn name(&mut self, path: &Name) {
-        if path.first().is_some_and(|first| first == "crate" || first == "super") {
+        // A path of one word is a visibility.
+        if path.len() > 1 && (path[0] == "crate" || path[0] == "super") {
             self.named.push(path.clone());
         }
     }
