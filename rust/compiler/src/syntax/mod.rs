@@ -5,7 +5,6 @@
 //! holds the whole 0.14 grammar, also what later stages refuse. Nothing here looks at other files or at meanings.
 
 pub(crate) mod ast;
-mod code_block;
 mod expression;
 mod parser;
 #[cfg(test)]
@@ -16,4 +15,4 @@ mod type_text;
 pub(crate) mod words;
 
 pub(crate) use parser::parse;
-pub(crate) use time::{TimeError, nanoseconds};
+pub(crate) use time::{TimeError, is_zero, literal_ns, nanoseconds};

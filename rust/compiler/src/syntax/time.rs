@@ -3,6 +3,8 @@
 
 use lf_model::units::unit_ns;
 
+use super::ast::{Expression, ExpressionKind, Literal, TimeValue};
+
 /// Why a number with a unit is no time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TimeError {
@@ -17,6 +19,23 @@ pub(crate) fn nanoseconds(digits: &str, unit: &str) -> Result<i64, TimeError> {
     let length = unit_ns(unit).ok_or(TimeError::UnknownUnit)?;
     let count: i64 = digits.parse().map_err(|_| TimeError::TooLarge)?;
     count.checked_mul(length).ok_or(TimeError::TooLarge)
+}
+
+/// The nanoseconds of a value that is a correct time by itself; `forever` is the largest one.
+pub(crate) fn literal_ns(value: &Expression) -> Option<i64> {
+    match &value.kind {
+        ExpressionKind::Time(TimeValue::Interval { negative: false, digits, unit }) => {
+            nanoseconds(digits, &unit.text).ok()
+        }
+        ExpressionKind::Time(TimeValue::Forever) => Some(i64::MAX),
+        ExpressionKind::Literal(Literal::Int(text)) if is_zero(text) => Some(0),
+        _ => None,
+    }
+}
+
+/// Whether an integer needs no unit to be a time.
+pub(crate) fn is_zero(text: &str) -> bool {
+    text.trim_start_matches('-').bytes().all(|byte| byte == b'0')
 }
 
 #[cfg(test)]
