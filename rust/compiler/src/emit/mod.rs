@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a plan to text: a crate per federate in the target language and, for Zephyr, a Kconfig fragment and a devicetree
-//! overlay.
+//! From a plan to text: a crate per federate by the target language and, for Zephyr, a Kconfig fragment and a
+//! devicetree overlay.
 //!
 //! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
 

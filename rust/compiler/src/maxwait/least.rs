@@ -12,8 +12,8 @@ pub struct FederateOffset {
     pub name: String,
     /// In nanoseconds; `None` if none is long enough, because of a cycle.
     pub offset_ns: Option<i64>,
-    /// The connections that demand it, the last one into this federate; positions in [`Offsets::connections`](super::Offsets::connections). It is
-    /// empty where nothing does.
+    /// The connections that demand it, the last one into this federate; positions in
+    /// [`Offsets::connections`](super::Offsets::connections). It is empty where nothing does.
     pub path: Vec<usize>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of parameters and state variables: checked against their types as far as that can be done without asking the target
+//! Values of parameters and state variables: checked against their types as far as that can be done without the target
 //! language's own compiler.
 
 use super::checker::Checker;

@@ -339,3 +339,16 @@ impl Spacing {
         self.in_impl && member && previous == "    }"
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::indentation;
+
+    #[test]
+    fn indentation_is_left_out_where_no_literal_spans_lines() {
+        assert_eq!(indentation("\n    use a;\n\n      use b;\n  "), 4);
+        assert_eq!(indentation("use a;\n  use b;"), 2);
+        assert_eq!(indentation("\n  const TEXT: &str = \"a\n  b\";\n"), 0);
+        assert_eq!(indentation("one line"), 0);
+    }
+}
