@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::offsets::{Bounds, FederateBounds};
+use lf_compiler::maxwait::{Bounds, FederateBounds};
 use lf_compiler::plan::{Federate, Plan};
 
 use crate::failure::Failure;

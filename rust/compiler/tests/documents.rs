@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::emit::deployment::Platform;
+use lf_compiler::deployment::Platform;
 use lf_compiler::{SourceProvider, Style, TargetProperty, compile, supported};
 
 /// A reactor in which the examples below make sense.

@@ -9,45 +9,55 @@ use crate::time::Tag;
 
 /// A federate's program, as the compiler generates it: one struct that owns all state, ports and queues.
 ///
-/// Each method is one `match` over the ids that it concerns; ids it does not know are answered with `None`, or not at
-/// all. `tests/as_generated.rs` of this crate shows a whole one.
+/// Each method is one `match` over the ids that it concerns; ids it does not know are answered as the methods here do,
+/// which are those of a program without such parts. `tests/as_generated.rs` of this crate shows a whole one.
 pub trait Program {
     /// The program's constant part.
     fn tables(&self) -> &'static Tables;
 
     /// Runs the body of a reaction. Never called for reactions that send.
-    fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>);
+    fn react(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     /// Runs the deadline's handler in place of the body. Never called for reactions without a deadline.
-    fn miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>);
+    fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     /// Runs the handler of a tardy input in place of the body. Never called for reactions without one.
     fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     /// The port, to clear it at the end of a tag.
-    fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell>;
+    fn port(&mut self, _port: PortId) -> Option<&mut dyn PortCell> {
+        None
+    }
 
     /// The trigger, to move its event's value to where reactions see it. Startup and shutdown have no cell.
-    fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>;
+    fn trigger(&mut self, _trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
+        None
+    }
 
     /// Copies the value of a delayed connection's source port to the connection's queue:
     /// `self.QUEUED_PORT.capture(tag, &self.SOURCE_PORT)`.
     ///
     /// # Errors
     /// When the queue is full.
-    fn capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full>;
+    fn capture(&mut self, _trigger: TriggerId, _tag: Tag) -> Result<(), Full> {
+        Ok(())
+    }
 
     /// Writes the value of an output's source port as bytes: `self.SOURCE_PORT.encode(bytes)`. Gives their number.
     ///
     /// # Errors
     /// When there is no value, or it does not fit.
-    fn encode(&self, output: OutputId, bytes: &mut [u8]) -> Result<usize, PayloadError>;
+    fn encode(&self, _output: OutputId, _bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        Err(PayloadError::Absent)
+    }
 
     /// Puts a message into an input's queue: `self.QUEUED_PORT.deliver(tag, bytes)`.
     ///
     /// # Errors
     /// When the queue is full, or the bytes are not a value.
-    fn deliver(&mut self, input: InputId, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
+    fn deliver(&mut self, _input: InputId, _tag: Tag, _bytes: &[u8]) -> Result<(), Undelivered> {
+        Err(Undelivered::NoSuchPort)
+    }
 
     /// Puts a message into the queue of an input with [`NetworkInput::tardy`](crate::NetworkInput::tardy), to happen at
     /// `tag`; if it was intended for an earlier one, it is tardy: `self.TARDY_INPUT.deliver_tardy(tag, intended,

@@ -2,7 +2,7 @@
 //! How long the federates of a scenario wait: as long as all that can delay a message there, or not.
 //!
 //! The bounds are those of the scenario's world, and what reactions take is known from a run of the unfederated
-//! program. The waits follow as in `lf_compiler::offsets`, but for how long a federate with much to do is behind.
+//! program. The waits follow as in `lf_compiler::maxwait`, but for how long a federate with much to do is behind.
 
 use std::collections::BTreeMap;
 

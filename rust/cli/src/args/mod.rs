@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::time;
-use lf_compiler::offsets::parse_time;
+use lf_compiler::maxwait::parse_time;
 
 pub use rti::{PORT_DEFAULT, RtiArgs};
 

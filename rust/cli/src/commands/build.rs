@@ -5,7 +5,7 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::emit::deployment::Place;
+use lf_compiler::deployment::Place;
 use lf_compiler::emit::{Artifact, Role};
 use serde_json::{Value, json};
 

@@ -15,7 +15,7 @@ mod stored;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
+use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 

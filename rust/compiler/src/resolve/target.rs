@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target declaration: `target Rust`, and each property honoured or refused by name.
+//! The target declaration: the language, and each property honoured or refused by name.
 
 use lf_model::units::UNITS;
 
 use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use crate::languages;
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
 use crate::syntax::{TimeError, nanoseconds};
@@ -134,33 +135,36 @@ pub(super) const REFUSED: &[(&str, &str)] = &[
 ///
 /// Properties of imported files have no effect, as in LF: they belong to the programs in those files.
 pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::Target {
-    let mut reader = Reader { target: plan::Target::default(), found: Vec::new() };
+    let language = languages::default().name().to_owned();
+    let mut reader = Reader { target: plan::Target { language, ..plan::Target::default() }, found: Vec::new() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
             let span = Span::new(FileId::default(), 0, 0);
             let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
-            reader.found.push(diagnostic.hint("write `target Rust` in the first line"));
+            reader
+                .found
+                .push(diagnostic.hint(format!("write `target {}` in the first line", languages::default().name())));
         }
-        Some(target) if !is_rust(target) => reader.wrong_target(target),
-        Some(target) => {
-            reader.unique(&target.properties);
-            for property in &target.properties {
-                reader.property(property);
+        Some(target) => match languages::named(&target.name.text) {
+            None => reader.wrong_target(target),
+            Some(language) => {
+                language.name().clone_into(&mut reader.target.language);
+                reader.unique(&target.properties);
+                for property in &target.properties {
+                    reader.property(property);
+                }
+                reader.idle_options(&target.properties);
             }
-            reader.idle_options(&target.properties);
-        }
+        },
     }
+    let language = reader.target.language.clone();
     let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
-    for target in targets.filter(|target| !is_rust(target)) {
+    for target in targets.filter(|target| !target.name.text.eq_ignore_ascii_case(&language)) {
         reader.wrong_target(target);
     }
     diagnostics.extend(reader.found);
     reader.target
-}
-
-fn is_rust(target: &Target) -> bool {
-    target.name.text.eq_ignore_ascii_case("Rust")
 }
 
 /// What can be in `clock-sync-options`.
@@ -174,8 +178,12 @@ struct Reader {
 
 impl Reader {
     fn wrong_target(&mut self, target: &Target) {
-        let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
-        let hint = "write `target Rust`, and the reaction bodies in Rust";
+        let language = &self.target.language;
+        let message = match languages::named(&target.name.text) {
+            None => format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names()),
+            Some(_) => format!("the target is `{}`, and that of the program is `{language}`", target.name.text),
+        };
+        let hint = format!("write `target {language}`, and the reaction bodies in {language}");
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 

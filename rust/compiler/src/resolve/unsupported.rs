@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
-use super::{attributes, target};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
 
@@ -15,9 +14,9 @@ macro_rules! features {
         }
 
         impl Feature {
-            const ALL: &[Self] = &[$(Self::$feature,)*];
+            pub(super) const ALL: &[Self] = &[$(Self::$feature,)*];
 
-            const fn name(self) -> &'static str {
+            pub(super) const fn name(self) -> &'static str {
                 match self {
                     $(Self::$feature => $name,)*
                 }
@@ -29,7 +28,7 @@ macro_rules! features {
                 }
             }
 
-            const fn instead(self) -> &'static str {
+            pub(super) const fn instead(self) -> &'static str {
                 match self {
                     $(Self::$feature => $instead,)*
                 }
@@ -64,31 +63,6 @@ impl Feature {
     pub(super) fn refused(self, span: Span) -> Diagnostic {
         let message = format!("{} {} not supported yet", self.name(), self.verb());
         Diagnostic::new(Code::Unsupported, span, message).hint(self.instead())
-    }
-}
-
-/// What of LF there is and what is refused by name, for the documents. All texts are Markdown.
-#[derive(Clone, Debug)]
-pub struct Supported {
-    /// Parts of the language that are refused, each with what to do instead.
-    pub refused: Vec<(String, &'static str)>,
-    /// Target properties that say how federates work together.
-    pub coordination: &'static [target::TargetProperty],
-    /// All other target properties that are honoured.
-    pub program: &'static [target::TargetProperty],
-    /// Target properties that are refused, each with what to do instead.
-    pub refused_properties: &'static [(&'static str, &'static str)],
-}
-
-/// What of LF there is, from the tables by which programs are judged.
-pub fn supported() -> Supported {
-    let attributes = attributes::UNSUPPORTED.map(|name| format!("`@{name}`")).join(", ");
-    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
-    Supported {
-        refused: features.chain([(format!("the attributes {attributes}"), "remove them")]).collect(),
-        coordination: target::COORDINATION,
-        program: target::PROGRAM,
-        refused_properties: target::REFUSED,
     }
 }
 

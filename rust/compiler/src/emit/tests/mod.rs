@@ -7,8 +7,8 @@ mod fixture;
 
 use std::path::Path;
 
-use super::deployment::{Deployment, Platform};
 use super::{Emitted, File, Settings, emit};
+use crate::deployment::{Deployment, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
 fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
@@ -255,11 +255,7 @@ fn an_instance_without_reactions_gets_no_variable() {
         federate.text.lines().map(str::trim).filter(|line| line.starts_with("let ") && line.contains('(')).collect();
     assert_eq!(
         locals,
-        [
-            "let main = crate::quiet::quiet::Quiet::new();",
-            "let around = main.new_around();",
-            "let _ = around.new_silent();"
-        ]
+        ["let main = quiet::Quiet::new();", "let around = main.new_around();", "let _ = around.new_silent();"]
     );
 }
 
@@ -273,7 +269,7 @@ fn authentication_asks_zephyr_for_random_numbers() {
         );
         let sources = std::collections::BTreeMap::from([("Quiet.lf".to_owned(), text)]);
         let plan = crate::compile("Quiet.lf", &sources).plan.expect("the program is right");
-        let deployment = Deployment::all_on(&plan, &super::deployment::Platform::Zephyr("some_board".to_owned()));
+        let deployment = Deployment::all_on(&plan, &crate::deployment::Platform::Zephyr("some_board".to_owned()));
         let emitted = emit_on(&plan, &deployment);
         let fragment =
             emitted.files.iter().find(|file| file.text.contains("CONFIG_LF_SOCKETS")).expect("it is emitted");
