@@ -10,7 +10,7 @@ use lf_bench::{
     clock, forwarder_latency, program_latency,
 };
 
-use crate::{Arguments, Part};
+use crate::arguments::{Arguments, Part};
 
 /// In nanoseconds of logical time.
 const PERIOD_NS: i64 = 1_000_000;

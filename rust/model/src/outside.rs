@@ -32,7 +32,8 @@ impl Mailbox {
         Self { links: AtomicUsize::new(0), stop: Mutex::new(Cell::new(None)) }
     }
 
-    /// How many [`PhysicalLink`](crate::PhysicalLink)s live: as long as one does, an unfederated program without events does not end.
+    /// How many [`PhysicalLink`](crate::PhysicalLink)s live: as long as one does, an unfederated program without
+    /// events does not end.
     pub fn links(&self) -> usize {
         self.links.load(Ordering::Acquire)
     }

@@ -9,11 +9,19 @@ use std::process::{Child as Process, ChildStderr, ChildStdout, Command, ExitStat
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open};
 
-use super::Role;
 use super::output::Stream;
 
 /// A line that does not end is shown in pieces of this size, in bytes, so that it does not pile up here.
 const LINE_LENGTH_MAX: usize = 64 * 1024;
+
+/// What a participant is for, which decides whether the run waits for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// A part of the program.
+    Federate,
+    /// It serves the federates, and is expected to end soon after the last one has.
+    Rti,
+}
 
 /// A started process.
 pub(super) struct Child {

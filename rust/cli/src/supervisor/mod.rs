@@ -21,18 +21,10 @@ pub(crate) use ending::{Ending, Limits};
 pub(crate) use interrupts::Interrupts;
 pub(crate) use output::Output;
 
+pub(crate) use child::Role;
 use child::{Child, End};
 use ending::{Action, Plan};
 use output::Stream;
-
-/// What a participant is for, which decides whether the run waits for it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// A part of the program.
-    Federate,
-    /// It serves the federates, and is expected to end soon after the last one has.
-    Rti,
-}
 
 /// The participants of one run.
 pub(crate) struct Supervisor {

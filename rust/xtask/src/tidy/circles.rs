@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use syn::visit::{self, Visit};
 use syn::{Item, ItemMod, ItemUse, UseTree, Visibility};
 
-use super::Finding;
+use super::finding::Finding;
 use super::tree::Tree;
 
 /// The path of a module within its crate.
@@ -55,7 +55,7 @@ struct Module {
     defined: BTreeSet<String>,
     /// What `use` brings in: the name here, and where it comes from.
     imported: BTreeMap<String, Name>,
-    /// What is named by way of `crate` or `super`, and is no re-export.
+    /// What is named by a path, and is no re-export.
     named: Vec<Name>,
 }
 
@@ -86,8 +86,8 @@ impl Module {
     }
 
     fn name(&mut self, path: &Name) {
-        // A path of one word is a visibility.
-        if path.len() > 1 && (path[0] == "crate" || path[0] == "super") {
+        // A path of one word is an item of this file.
+        if path.len() > 1 {
             self.named.push(path.clone());
         }
     }
@@ -104,6 +104,9 @@ impl<'ast> Visit<'ast> for Module {
     fn visit_item_use(&mut self, item: &'ast ItemUse) {
         self.take_use(&item.tree, &Name::new(), !matches!(item.vis, Visibility::Inherited));
     }
+
+    // `pub(in crate::a)` names nothing.
+    fn visit_visibility(&mut self, _: &'ast Visibility) {}
 
     fn visit_path(&mut self, path: &'ast syn::Path) {
         self.name(&path.segments.iter().map(|segment| segment.ident.to_string()).collect());

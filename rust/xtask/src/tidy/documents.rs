@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-use super::Finding;
+use super::finding::Finding;
 use super::tree::{File, Tree};
 
 /// The documents at the top level that describe the repository as it is.

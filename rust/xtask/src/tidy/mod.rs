@@ -5,6 +5,7 @@
 mod circles;
 mod crates;
 mod documents;
+mod finding;
 mod rules;
 mod tree;
 
@@ -12,15 +13,7 @@ use std::path::Path;
 
 use crate::counts::Counts;
 use crate::report::Report;
-
-/// One thing that is not tidy.
-#[derive(Debug, PartialEq, Eq)]
-struct Finding {
-    /// The file, relative to the repository, with `:LINE` where there is one.
-    place: String,
-    /// What is wrong, and what to do.
-    what: String,
-}
+use finding::Finding;
 
 /// A rule looks at the whole tree and reports what breaks it.
 type Rule = fn(&tree::Tree) -> Vec<Finding>;

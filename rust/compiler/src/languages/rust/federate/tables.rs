@@ -117,7 +117,7 @@ fn trigger_kind(kind: &TriggerKind) -> String {
         fields.set_if(timing.min_spacing.is_some(), "min_spacing", optional(timing.min_spacing));
         let policy = format!("Policy::{:?}", timing.policy);
         fields.set_if(timing.policy != Policy::Defer, "policy", policy);
-        if *timing == ActionTiming::NONE { "ActionTiming::DEFAULT".to_owned() } else { fields.row() }
+        if *timing == ActionTiming::NONE { "ActionTiming::NONE".to_owned() } else { fields.row() }
     };
     match kind {
         TriggerKind::Startup => "TriggerKind::Startup".to_owned(),
