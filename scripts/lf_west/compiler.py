@@ -7,9 +7,12 @@ import json
 import os
 import shutil
 import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NoReturn
 
 from lf_west import description
 from lf_west.description import Description
@@ -64,14 +67,6 @@ class Compiler:
         board = json.loads(result.stdout)["target"]["board"]
         return None if board is None else str(board)
 
-    def explain_codes(self, text: str) -> str:
-        """A line with sentences in place of the codes that an image without texts has logged."""
-        command = [str(self.path), "explain"]
-        result = subprocess.run(
-            command, input=text, capture_output=True, text=True, check=False, env=dict(self.environment)
-        )
-        return result.stdout if result.returncode == 0 else text
-
     def explain(self, messages: Sequence[Path]) -> str:
         """What cargo's messages in these files say, as said about the LF program."""
         result = _run([str(self.path), "explain-errors", *map(str, messages)], self.environment)
@@ -82,6 +77,26 @@ class Compiler:
                 status=_status(result.returncode),
             )
         return result.stdout
+
+    def nanoseconds(self, text: str, option: str) -> int:
+        """How long the time is that an option names; lfz itself says what is wrong with it."""
+        result = _run([str(self.path), "nanoseconds", "--", text], self.environment)
+        if result.returncode != 0:
+            raise LfError(f"{option}: {text!r} is no time.", "Write it like 30, 30s or 1.5min.", status=2)
+        return int(result.stdout)
+
+    def supervise(self, federation: dict[str, Any]) -> NoReturn:
+        """Become the program that runs these processes: nobody is left behind it then, whatever happens to it."""
+        with tempfile.TemporaryFile("w+", encoding="utf-8") as file:
+            json.dump(federation, file, indent=2)
+            file.seek(0)
+            os.dup2(file.fileno(), 0)
+            sys.stdout.flush()
+            sys.stderr.flush()
+            try:
+                os.execve(self.path, [str(self.path), "supervise", "-"], dict(self.environment))
+            except OSError as error:
+                raise _not_run(str(self.path), error) from error
 
 
 def find(option: str | None, environment: Mapping[str, str], say: Callable[[str], None] = lambda _: None) -> Compiler:
@@ -156,10 +171,14 @@ def _run(
             check=False,
         )
     except OSError as error:
-        raise LfError(
-            f"{arguments[0]} cannot be run: {error.strerror}.",
-            "Name another compiler: --lfc PATH, or LFZ=PATH in the environment.",
-        ) from error
+        raise _not_run(arguments[0], error) from error
+
+
+def _not_run(program: str, error: OSError) -> LfError:
+    return LfError(
+        f"{program} cannot be run: {error.strerror}.",
+        "Name another compiler: --lfc PATH, or LFZ=PATH in the environment.",
+    )
 
 
 def _status(returncode: int) -> int:

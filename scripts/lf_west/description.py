@@ -26,15 +26,8 @@ class Rti:
     port: int
     federation_id: str
     federates: int
-    clock_sync: str
-    clock_sync_trials: int
-    clock_sync_period_ns: int
-    # Whether the RTI tells federates which of their next event tags nobody waits for.
-    dnet: bool
-    # Whether the federates authenticate.
-    auth: bool
-    # After how long the RTI logs what a federate waits for, if at all.
-    log_waits_ns: int | None
+    # What the program asks of it, as options of `lfz rti`; its id and its port come besides.
+    options: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -203,12 +196,7 @@ def _rti(item: Any) -> Rti:
         port=_number(item["port"]),
         federation_id=_text(item["federation_id"]),
         federates=_number(item["federates"]),
-        clock_sync=_text(item["clock_sync"]),
-        clock_sync_trials=_number(item["clock_sync_trials"]),
-        clock_sync_period_ns=_number(item["clock_sync_period_ns"]),
-        dnet=_truth(item["dnet"]),
-        auth=_truth(item["auth"]),
-        log_waits_ns=None if item["log_waits_ns"] is None else _number(item["log_waits_ns"]),
+        options=tuple(_text(word) for word in item["options"]),
     )
 
 

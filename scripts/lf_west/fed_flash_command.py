@@ -15,7 +15,6 @@ from lf_west.command import LfCommand
 from lf_west.description import Description, Participant
 from lf_west.errors import LfError
 from lf_west.fed_build_command import federation_of
-from lf_west.federation import rti_words
 from lf_west.flash import Flash
 from lf_west.options import add_build_options, positive
 from lf_west.runners import zephyr_runners
@@ -122,6 +121,7 @@ def _afterwards(application: Application, described: Description) -> str:
         command = flash.run_command(here, application.file)
         return f"on this computer, start {', '.join(names)}: {command} --no-build"
     if described.rti is not None and not described.has_rti_image:
-        words = rti_words(described.rti, "lfz", described.rti.federation_id, described.rti.port)
+        rti = described.rti
+        words = ["lfz", "rti", "--id", rti.federation_id, "--port", str(rti.port), *rti.options]
         return f"on this computer, start the RTI: {shlex.join(words)}"
     return "the boards start by themselves"

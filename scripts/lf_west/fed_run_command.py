@@ -5,25 +5,15 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from lf_west import compiler, description
 from lf_west.application import open_application
-from lf_west.children import Children
 from lf_west.command import LfCommand
-from lf_west.durations import seconds
 from lf_west.fed_build_command import federation_of
-from lf_west.federation import Federation, listening_port, plan_federation
+from lf_west.federation import plan_federation
 from lf_west.options import add_build_options
-from lf_west.output import Output
-from lf_west.supervisor import Limits, Supervisor
-
-# How long virtual boards have to end with the others. What tells a board that a connection has ended may be lost where
-# the computer is busy, and TCP repeats it after pauses that become longer.
-_BOARDS_GRACE_S = 30.0
 
 _DESCRIPTION = """\
 Build a federated Lingua Franca program as `lf-fed-build` does, then run its RTI and its federates on this computer:
@@ -63,9 +53,7 @@ class LfFedRun(LfCommand):
             type=Path,
             help="run the images in these build folders of `west build`, one for each federate; nothing is built",
         )
-        parser.add_argument(
-            "--timeout", metavar="TIME", type=seconds, help="stop all after this time: 90, 90s, 500ms, 2min"
-        )
+        parser.add_argument("--timeout", metavar="TIME", help="stop all after this time: 90, 90s, 500ms, 2min")
         parser.add_argument(
             "--rti-port",
             metavar="PORT",
@@ -74,44 +62,20 @@ class LfFedRun(LfCommand):
         )
 
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
-        """Build, run, and end with the status of the run."""
+        """Build, then become the program that runs all and ends with the status of the run."""
         application = open_application(file, args.build_dir)
         lfz = compiler.find(args.lfc, os.environ, self.inf)
         args.lfc = str(lfz.path)
+        timeout_ns = None if args.timeout is None else lfz.nanoseconds(args.timeout, "--timeout")
         if args.images:
             described, folders = description.in_image_folders(args.images)
             application = replace(application, elsewhere=folders)
         else:
             described = federation_of(self, application, args, cmake_arguments)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
-        limits = Limits(run_s=args.timeout)
         if federation.network is not None:
-            limits = replace(limits, grace_s=_BOARDS_GRACE_S)
-        status = run(federation, limits, lfz.explain_codes)
-        if status != 0:
-            # What happened has been said.
-            sys.exit(status)
-
-
-def run(federation: Federation, limits: Limits, explain: Callable[[str], str]) -> int:
-    """Start the RTI, then the federates, and wait for all; the exit status."""
-    if federation.network is not None:
-        federation.network.enter()
-    output = Output("west", federation.names(), explain=explain)
-    with Children() as children:
-        supervisor = Supervisor(children, output, limits)
-        image = federation.rti_image
-        if image is None:
-            port = supervisor.start_rti("RTI", federation.rti_command(), listening_port)
-        else:
-            command = federation.command(image, federation.port)
-            port = supervisor.start_rti(image.name, command, listening_port, status_in=federation.status_in(image))
-        if port is not None:
-            for participant in federation.participants:
-                if participant is not image:
-                    command = federation.command(participant, port)
-                    supervisor.start(participant.name, command, status_in=federation.status_in(participant))
-        return supervisor.finish()
+            federation.network.enter()
+        lfz.supervise(federation.description(timeout_ns))
 
 
 def _port(text: str) -> int:

@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-import os
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from ipaddress import AddressValueError, IPv4Address
 from pathlib import Path
+from typing import Any
 
 from lf_west import qemu
 from lf_west.application import Application
@@ -19,10 +18,12 @@ from lf_west.private_network import PrivateNetwork, plan_network
 
 # Where the RTI is reached by what has this computer's network.
 _ADDRESS = "127.0.0.1"
-# What stands before the port in the line with which `lfz rti` says that it listens.
-_LISTENING = "listening on TCP port "
-# In characters; with what is added to it, a federation id has to fit into 255 bytes.
-_NAME_LENGTH_MAX = 40
+# How long virtual boards have to end with the others. What tells a board that a connection has ended may be lost where
+# the computer is busy, and TCP repeats it after pauses that become longer.
+_BOARDS_GRACE_NS = 30_000_000_000
+
+# A word of a command line: a text, or one and behind it what `lfz supervise` knows when it starts the process.
+Word = str | dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,8 @@ class Federation:
 
     lfz: Path
     rti: Rti
-    federation_id: str
+    # Whether this run has a federation id of its own, and not the one that federates elsewhere were built with.
+    is_own: bool
     # 0 for any free one.
     port: int
     participants: tuple[Participant, ...]
@@ -44,62 +46,49 @@ class Federation:
         """The image with the RTI in it: one of its own or that of a federate. None where `lfz rti` is to run."""
         return next((item for item in self.participants if item.has_rti), None)
 
-    def names(self) -> list[str]:
-        """The participants' names, the RTI's first."""
-        rti = [] if self.rti_image is not None else ["RTI"]
-        return [*rti, *(participant.name for participant in self.participants)]
-
-    def rti_command(self) -> list[str]:
+    def rti_command(self) -> list[Word]:
         """The RTI, with the options that the program asks for."""
-        return self._guarded(rti_words(self.rti, str(self.lfz), self.federation_id, self.port))
+        return [str(self.lfz), "rti", "--id", self._id(), "--port", str(self.port), *self.rti.options]
 
-    def command(self, participant: Participant, port: int) -> list[str]:
-        """A federate that joins this federation, whatever it was built for."""
+    def command(self, participant: Participant) -> list[Word]:
+        """A federate that joins this federation, or the image with its RTI, whatever it was built for."""
         address = _ADDRESS if self.network is None else self.rti.host
         if participant.program is not None:
-            return self._guarded([str(participant.program), "--rti", f"{address}:{port}", "--id", self.federation_id])
+            return [str(participant.program), "--rti", self._port(f"{address}:", participant), "--id", self._id()]
         image, board = image_file(self.application, participant), participant.board or ""
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
         if not is_native_sim(board):
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
-            return self._guarded(qemu.command(board, image, interface or "", mac))
-        options = {"lf-federation-id": self.federation_id, "lf-rti-address": address, "lf-rti-port": port}
-        if interface is not None:
-            options["eth-if"] = interface
-        return self._guarded([str(image), *(f"-{name}={value}" for name, value in options.items())])
+            return [*qemu.command(board, image, interface or "", mac)]
+        words = [str(image), self._id("-lf-federation-id="), f"-lf-rti-address={address}"]
+        words.append(self._port("-lf-rti-port=", participant))
+        return words if interface is None else [*words, f"-eth-if={interface}"]
 
-    def status_in(self, participant: Participant) -> Callable[[str], int | None] | None:
-        """How a federate tells its exit status, where it does not end with it."""
-        return qemu.status_in if participant.board is not None and qemu.is_played(participant.board) else None
+    def description(self, timeout_ns: int | None) -> dict[str, Any]:
+        """What `lfz supervise` is to run; the RTI says itself where it listens."""
+        image = self.rti_image
+        return {
+            "version": 1,
+            "speaker": "west",
+            "id": {"begins_with" if self.is_own else "exactly": self.rti.federation_id},
+            "timeout_ns": timeout_ns,
+            "grace_ns": None if self.network is None else _BOARDS_GRACE_NS,
+            "rti": {"name": "RTI", "words": self.rti_command()} if image is None else self._process(image),
+            "federates": [self._process(item) for item in self.participants if item is not image],
+        }
 
-    def _guarded(self, words: list[str]) -> list[str]:
-        """Lets the kernel end the program when this one is killed, which no code here could do."""
-        return [str(self.lfz), "guard", "--parent", str(os.getpid()), "--", *words]
+    def _process(self, participant: Participant) -> dict[str, Any]:
+        is_played = participant.board is not None and qemu.is_played(participant.board)
+        status_line = qemu.STATUS_LINE if is_played else None
+        return {"name": participant.name, "words": self.command(participant), "status_line": status_line}
 
+    def _id(self, before: str = "") -> Word:
+        return {"before": before, "known": "federation_id"} if self.is_own else before + self.rti.federation_id
 
-def rti_words(rti: Rti, lfz: str, federation_id: str, port: int) -> list[str]:
-    """The command line of an RTI on this computer, with the options that the program asks for."""
-    words = [lfz, "rti", "--id", federation_id, "--port", str(port)]
-    words += ["--number_of_federates", str(rti.federates)]
-    if not rti.dnet:
-        words.append("--dnet_disabled")
-    if rti.auth:
-        words.append("--auth")
-    if rti.log_waits_ns is not None:
-        words += ["--log-waits", f"{rti.log_waits_ns} ns"]
-    words += ["--clock_sync", rti.clock_sync]
-    if rti.clock_sync == "on":
-        words += ["period", str(rti.clock_sync_period_ns)]
-    if rti.clock_sync != "off":
-        words += ["exchanges-per-interval", str(rti.clock_sync_trials)]
-    return words
-
-
-def listening_port(line: str) -> int | None:
-    """The port in the line that says where the RTI listens."""
-    text = line.removeprefix(_LISTENING)
-    return int(text) if text != line and text.isdigit() else None
+    def _port(self, before: str, participant: Participant) -> Word:
+        is_known = self.port != 0 or participant.has_rti
+        return f"{before}{self.port}" if is_known else {"before": before, "known": "rti_port"}
 
 
 def image_file(application: Application, participant: Participant) -> Path:
@@ -164,7 +153,7 @@ def plan_federation(
     return Federation(
         lfz=lfz,
         rti=rti,
-        federation_id=_unique_id(rti.federation_id) if is_own else rti.federation_id,
+        is_own=is_own,
         port=port if port is not None else (0 if is_own else rti.port),
         participants=tuple(participants),
         application=application,
@@ -211,8 +200,3 @@ def _network(participants: Sequence[Participant], rti: Rti) -> PrivateNetwork | 
             "Say it in the deployment file: rti: { ip: ADDRESS }",
         ) from error
     return plan_network(boards, address)
-
-
-def _unique_id(name: str) -> str:
-    """An id that no other run has, so that a federate which outlives its federation cannot join another one."""
-    return f"{name[:_NAME_LENGTH_MAX]} {os.getpid()}-{time.time_ns():x}"

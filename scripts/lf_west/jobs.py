@@ -4,19 +4,26 @@
 from __future__ import annotations
 
 import collections
+import contextlib
+import os
 import re
 import signal
+import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, TextIO
+from types import FrameType
+from typing import TextIO
 
-from lf_west.children import Child, Children, Ended, Line, Signalled
+from lf_west.errors import LfError
 
 # How much of the log of a failed build is shown, in lines.
 TAIL_LINES = 40
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 # How ninja counts: [17/203] Building C object …
 _STEP = re.compile(r"^\[(\d+)/(\d+)\] ")
 
@@ -44,64 +51,94 @@ class Jobs:
         self._environment = environment
         self._parallel = parallel
         self._screen = screen
-        self._logs: dict[Child, IO[str]] = {}
-        self._jobs: dict[Child, Job] = {}
-        self._started: dict[Child, float] = {}
+        # Around the screen and what is shown there.
+        self._lock = threading.Lock()
+        self._running: dict[str, Job] = {}
+        self._processes: list[subprocess.Popen[str]] = []
+        # Of the first that failed, or 128 + n after signal n.
+        self._status = 0
+        self._is_interrupted = False
 
     def run(self, jobs: Iterable[Job]) -> int:
         """Run all; 0, or the status of the first that failed, or 128 + n after signal n."""
-        waiting = collections.deque(jobs)
-        status = 0
-        with Children() as children:
-            try:
-                while waiting or self._jobs:
-                    while waiting and len(self._jobs) < self._parallel:
-                        self._begin(children, waiting.popleft())
-                    for event in children.wait(None):
-                        ending = self._react(event)
-                        if ending is not None and status == 0:
-                            status = ending
-                        if isinstance(event, Signalled):
-                            return 128 + event.number
-                    if status != 0:
-                        waiting.clear()
-                    self._screen.show(self._jobs.values())
-            finally:
-                for child in children.running():
-                    # West and ninja pass it on, and end without leaving half a file behind.
-                    child.send(signal.SIGTERM)
-                for log in self._logs.values():
-                    log.close()
-                self._screen.clear()
-        return status
+        heard = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+        before = {number: signal.signal(number, self._interrupt) for number in heard}
+        try:
+            with ThreadPoolExecutor(self._parallel) as pool:
+                for _ in pool.map(self._build, jobs):
+                    pass
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            self._screen.clear()
+        return self._status
 
-    def _begin(self, children: Children, job: Job) -> None:
+    def _interrupt(self, number: int, _frame: FrameType | None) -> None:
+        """End all. West and ninja leave no half files behind when they are asked; the second time they are not."""
+        request = signal.SIGKILL if self._is_interrupted else signal.SIGTERM
+        self._is_interrupted, self._status = True, self._status or 128 + number
+        for process in self._processes:
+            _send(process, request)
+
+    def _build(self, job: Job) -> None:
+        if self._status != 0:
+            return
         job.log.parent.mkdir(parents=True, exist_ok=True)
-        child = children.start(job.name, job.command, environment=self._environment, folder=job.folder)
-        self._logs[child] = job.log.open("w", encoding="utf-8")
-        self._jobs[child] = job
-        self._started[child] = time.monotonic()
-        self._screen.say(f"{job.name}: building; log: {job.log}")
+        begin = time.monotonic()
+        with job.log.open("w", encoding="utf-8") as log, self._started(job) as process:
+            self._processes.append(process)
+            if self._is_interrupted:
+                _send(process, signal.SIGTERM)
+            with self._lock:
+                self._running[job.name] = job
+                self._screen.say(f"{job.name}: building; log: {job.log}")
+                self._screen.show(self._running.values())
+            for line in process.stdout or ():
+                log.write(line)
+                job.tail.append(line.rstrip("\n"))
+                step = _STEP.match(line)
+                if step:
+                    job.step = f"{step[1]}/{step[2]}"
+                    with self._lock:
+                        self._screen.show(self._running.values())
+        job.seconds = time.monotonic() - begin
+        with self._lock:
+            del self._running[job.name]
+            if not self._is_interrupted:
+                self._end(job, process.returncode)
 
-    def _react(self, event: Line | Ended | Signalled) -> int | None:
-        """Deal with an event; the status of a job that has failed."""
-        if isinstance(event, Line):
-            job = self._jobs[event.child]
-            self._logs[event.child].write(event.text + "\n")
-            job.tail.append(event.text)
-            step = _STEP.match(event.text)
-            if step:
-                job.step = f"{step[1]}/{step[2]}"
-        elif isinstance(event, Ended):
-            job = self._jobs.pop(event.child)
-            self._logs.pop(event.child).close()
-            job.status = event.status
-            job.seconds = time.monotonic() - self._started.pop(event.child)
-            if event.status != 0:
-                self._screen.say(f"{job.name}: failed after {job.seconds:.0f} s: the build {event.how}")
-                return event.status
+    def _started(self, job: Job) -> subprocess.Popen[str]:
+        """In a process group of its own, so that all that it starts can be told to end."""
+        try:
+            return subprocess.Popen(
+                job.command,
+                cwd=job.folder,
+                env=dict(self._environment),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                encoding="utf-8",
+                errors="replace",
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise LfError(f"{job.name} cannot be built: {job.command[0]}: {error.strerror}.") from error
+
+    def _end(self, job: Job, returncode: int) -> None:
+        job.status = returncode if returncode >= 0 else 128 - returncode
+        if returncode == 0:
             self._screen.say(f"{job.name}: built in {job.seconds:.0f} s")
-        return None
+        else:
+            how = f"ended with exit status {returncode}" if returncode > 0 else f"was ended by signal {-returncode}"
+            self._screen.say(f"{job.name}: failed after {job.seconds:.0f} s: the build {how}")
+        self._status = self._status or job.status
+
+
+def _send(process: subprocess.Popen[str], request: signal.Signals) -> None:
+    """Signal the whole process group of a build that has not ended."""
+    with contextlib.suppress(ProcessLookupError):
+        if process.returncode is None:
+            os.killpg(process.pid, request)
 
 
 class Screen:

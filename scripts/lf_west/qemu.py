@@ -13,7 +13,7 @@ from pathlib import Path
 
 PROGRAM = "qemu-system-arm"
 # What `end` in zephyr/src/fatal.c prints before the status, after the end of the program and after a fault.
-_ENDED = "lf: the program ended with status "
+STATUS_LINE = "lf: the program ended with status "
 
 
 @dataclass(frozen=True)
@@ -56,12 +56,6 @@ def command(board: str, image: Path, interface: str, mac: str | None) -> list[st
     network += f",mac={mac}" if mac is not None else ""
     words = [PROGRAM, "-machine", machine.name, "-cpu", machine.cpu, "-nic", network]
     return [*words, "-display", "none", "-monitor", "none", "-serial", "stdio", "-kernel", str(image)]
-
-
-def status_in(line: str) -> int | None:
-    """The exit status of the program, if this line of the console tells it."""
-    text = line.removeprefix(_ENDED)
-    return int(text) if text != line and text.isdigit() else None
 
 
 def _machine(board: str) -> _Machine | None:

@@ -10,7 +10,9 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
+import re
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -20,13 +22,13 @@ from typing import Any
 
 import pytest
 
+from lf_west import compiler
 from lf_west.errors import LfError
 from lf_west.workspace import REPOSITORY, find_workspace
 
 LFZ = """
-if words[0] == "guard":
-    program = words[words.index("--") + 1:]
-    os.execvp(program[0], program)
+if words[0] in ("supervise", "nanoseconds"):
+    os.execv(os.environ["LFZ_ITSELF"], ["lfz", *words])
 if words[0] == "rti":
     print("listening on TCP port 4242", flush=True)
     exec(os.environ.get("STAND_IN_RTI", ""))
@@ -75,6 +77,7 @@ print("[2/2] linking")
 """
 
 
+LF = REPOSITORY / "scripts" / "lf"
 # Where the tests that need Zephyr build. Kept, so that only what has changed is built the next time.
 BUILD = REPOSITORY / "target" / "west-tests"
 
@@ -86,6 +89,18 @@ def is_gone(pid: int) -> bool:
     except OSError:
         return True
     return stat.rpartition(")")[2].split()[0] in "ZX"
+
+
+def listening_port(line: str) -> int | None:
+    """The port in the line that says where an RTI listens."""
+    found = re.fullmatch(r"listening on TCP port ([0-9]+)", line)
+    return int(found[1]) if found else None
+
+
+@pytest.fixture(scope="session")
+def lfz_itself() -> Path:
+    """The compiler of this repository, for what nothing can stand in for."""
+    return compiler.find(None, os.environ).path
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -161,8 +176,7 @@ class World:
         for item in participants:
             item["joint_rti"] = item["name"] == rti
         said = {"host": "localhost", "port": 15045, "federation_id": "Grid", "federates": len(participants)}
-        said |= {"clock_sync": "init", "clock_sync_trials": 10, "clock_sync_period_ns": 5_000_000}
-        said |= {"dnet": True, "auth": False, "log_waits_ns": None}
+        said["options"] = ["--number_of_federates", str(len(participants)), "--clock_sync", "off"]
         if rti is not None and rti not in platforms:
             image = self.participant(0, rti, "native_sim/native/64")
             del image["id"], image["joint_rti"]
@@ -199,6 +213,11 @@ class World:
                 item["network"] = {"ip": ip, "netmask": netmask, "gateway": gateway or None, "mac": mac}
         self.write(described)
 
+    def run(self, *options: str) -> subprocess.CompletedProcess[str]:
+        """Run `lf-fed-run`, which becomes another program, and give what it printed."""
+        command = [sys.executable, str(LF), "lf-fed-run", self.file, *options]
+        return subprocess.run(command, capture_output=True, text=True, check=False)
+
     def touch(self, path: str) -> Path:
         """A file of the application."""
         file = self.application / path
@@ -208,7 +227,7 @@ class World:
 
 
 @pytest.fixture
-def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
+def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lfz_itself: Path) -> Iterator[World]:
     top = tmp_path / "top"
     zephyr = top / "workspace" / "zephyr"
     made = World(top, top / "bin", top / "grid", zephyr, top / "description.json", monkeypatch)
@@ -226,6 +245,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
         "PATH": f"{made.bin}:{os.environ['PATH']}",
         "ZEPHYR_BASE": str(zephyr),
         "LFZ": str(lfz),
+        "LFZ_ITSELF": str(lfz_itself),
         "STAND_IN_DESCRIPTION": str(made.description),
         # West reads no configuration of the person who runs the tests.
         "WEST_CONFIG_SYSTEM": str(top / "no-config"),

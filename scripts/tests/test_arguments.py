@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import argparse
-import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +10,6 @@ import yaml
 from conftest import World
 
 from lf_west import west_arguments
-from lf_west.durations import _UNITS, seconds
 from lf_west.errors import LfError
 from lf_west.main import all_commands, main
 
@@ -69,28 +66,6 @@ def test_the_board_is_looked_for_where_west_build_looks() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "expected"), [("90", 90.0), ("500ms", 0.5), ("1.5 min", 90.0), ("2sec", 2.0), ("0", 0.0)]
-)
-def test_times_are_read_with_units(text: str, expected: float) -> None:
-    assert seconds(text) == pytest.approx(expected)
-
-
-def test_the_units_of_time_are_those_of_the_programs() -> None:
-    table = (SCRIPTS.parent / "rust/model/src/units.rs").read_text()
-    rows = re.findall(r"\(&\[([^]]+)\], ([0-9_]+)\)", table)
-    expected = {word: int(length) for words, length in rows for word in re.findall(r'"([a-z]+)"', words)}
-    assert {word: round(seconds(f"1 {word}") * 1e9) for word in expected} == expected
-    # And there are no others; a number without a unit is in seconds.
-    assert {word for words in _UNITS for word in words} == {*expected, ""}
-
-
-@pytest.mark.parametrize("text", ["", "s", "-1", "1.2.3", "1e9", "5 parsec", "9999999 weeks"])
-def test_what_is_no_time_is_refused(text: str) -> None:
-    with pytest.raises(argparse.ArgumentTypeError):
-        seconds(text)
-
-
-@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["lf-fed-build"], "one LF file is needed, and it is missing"),
@@ -100,7 +75,6 @@ def test_what_is_no_time_is_refused(text: str) -> None:
         (["lf-fed-build", "-f", "a", "x.lf"], "x.lf looks like the LF file; write it before -f"),
         (["lf-fed-build", "-c", "a.conf", "x.lf"], "x.lf looks like the LF file; write it before -c"),
         (["lf-build", "a.lf", "--federate", "x"], "unknown option: --federate"),
-        (["lf-fed-run", "a.lf", "--timeout", "soon"], "'soon' is no time"),
         (["lf-fed-run", "a.lf", "--rti-port", "65536"], "'65536' is not a port"),
         (["lf-fed-flash", "a.lf", "-n"], "-n/--number: expected one argument"),
         (["lf-fed-flash", "a.lf", "-n", "all"], "'all' is not a number from 1 on"),

@@ -18,14 +18,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from conftest import BUILD
+from conftest import BUILD, listening_port
 from test_private_networks import _allowed
 from test_virtual_boards import _qemu
 from test_zephyr import BOARDS, PROGRAMS, _arm, lf, started
 
 from lf_west import compiler, description, qemu
 from lf_west.application import Application, open_application
-from lf_west.federation import Federation, listening_port, plan_federation
+from lf_west.federation import Federation, Word, plan_federation
 from lf_west.workspace import REPOSITORY
 
 __all__ = ["_allowed", "_arm", "_qemu"]
@@ -79,7 +79,7 @@ class Cables:
         if build is not None:
             federation = replace(federation, application=application_in(build))
         participant = next(item for item in federation.participants if item.name == name)
-        return self._start(federation.command(participant, federation.port))
+        return self._start(federation.command(participant))
 
     def begin(self) -> tuple[Process, Process, Process]:
         """Start the RTI, the sender and the receiver; they have begun, but nothing has been sent yet."""
@@ -117,8 +117,9 @@ class Cables:
         user = [] if os.getuid() == 0 else ["--user", "--preserve-credentials"]
         return ["nsenter", "--target", str(self._keeper), "--net", *user, "--"]
 
-    def _start(self, command: list[str]) -> Process:
-        return self._stack.enter_context(started([*self._inside(), *command]))
+    def _start(self, command: list[Word]) -> Process:
+        # In a private network all is known from the beginning, so each word is a text.
+        return self._stack.enter_context(started([*self._inside(), *map(str, command)]))
 
 
 def read_until(process: Process, text: str) -> str:
@@ -136,9 +137,8 @@ def end_of(process: Process) -> tuple[str, int]:
     lines = []
     for line in process.stdout or ():
         lines.append(line)
-        status = qemu.status_in(line.strip())
-        if status is not None:
-            return "".join(lines), status
+        if line.startswith(qemu.STATUS_LINE):
+            return "".join(lines), int(line.removeprefix(qemu.STATUS_LINE))
     return "".join(lines), process.wait()
 
 

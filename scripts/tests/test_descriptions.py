@@ -24,7 +24,8 @@ def test_a_description_survives_being_kept(world: World) -> None:
     first = described(world)
     first.save(world.top / "new" / "kept.json")
     assert description.load(world.top / "new" / "kept.json") == first
-    assert first.rti == description.Rti("localhost", 15045, "Grid", 2, "init", 10, 5_000_000, True, False, None)
+    options = ("--number_of_federates", "2", "--clock_sync", "off")
+    assert first.rti == description.Rti("localhost", 15045, "Grid", 2, options)
     assert [item.is_image for item in first.participants] == [False, True]
 
 

@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from ipaddress import IPv4Address, IPv4Interface
 from pathlib import Path
 
 import pytest
-from conftest import World
-from test_runs import BOARD, LF, planned
+from conftest import LF, World
+from test_runs import BOARD, planned
 
 from lf_west import private_network, qemu
-from lf_west.children import Children, Ended
 from lf_west.description import Network
 from lf_west.errors import LfError
 from lf_west.private_network import PrivateNetwork, plan_network
@@ -76,8 +74,13 @@ def test_programs_reach_an_rti_on_a_board_from_a_free_address() -> None:
 
 def test_what_runs_in_a_private_network_knows_the_deployed_rti(grid: World) -> None:
     federation = planned(grid)
-    assert (federation.port, federation.federation_id) == (15045, "Grid")
-    commands = {item.name: federation.command(item, 15045)[5:] for item in federation.participants}
+    described = federation.description(None)
+    assert described["id"] == {"exactly": "Grid"}
+    assert described["grace_ns"] == 30_000_000_000
+    assert described["rti"]["words"][2:6] == ["--id", "Grid", "--port", "15045"]
+    statuses = {item["name"]: item["status_line"] for item in described["federates"]}
+    assert statuses == {"a": None, "b": None, "c": qemu.STATUS_LINE, "d": None}
+    commands = {item["name"]: item["words"] for item in described["federates"]}
     assert commands["a"][1:] == ["--rti", "10.0.0.1:15045", "--id", "Grid"]
     options = ["-lf-federation-id=Grid", "-lf-rti-address=10.0.0.1", "-lf-rti-port=15045"]
     assert commands["b"][1:] == [*options, "-eth-if=lf0"]
@@ -115,58 +118,6 @@ def test_the_rti_needs_an_address_and_not_a_name(world: World) -> None:
 )
 def test_boards_that_qemu_plays(name: str, is_played: bool) -> None:
     assert qemu.is_played(name) == is_played
-
-
-@pytest.mark.parametrize(
-    ("line", "status"),
-    [("lf: the program ended with status 0", 0), ("lf: the program ended with status 12", 12), ("lf: hello", None)],
-)
-def test_the_status_of_a_program_on_a_board_is_read_from_its_line(line: str, status: int | None) -> None:
-    assert qemu.status_in(line) == status
-
-
-def ending_of(body: str) -> Ended:
-    """How a simulator with this program in it ends."""
-    with Children() as children:
-        children.start("board", [sys.executable, "-c", body], status_in=qemu.status_in)
-        while True:
-            for event in children.wait(None):
-                if isinstance(event, Ended):
-                    return event
-
-
-def test_a_simulator_counts_as_ended_with_the_program_in_it() -> None:
-    wait = "import signal; print('lf: the program ended with status 3', flush=True); signal.pause()"
-    assert (ending_of(wait).status, ending_of(wait).how) == (3, "ended with exit status 3")
-
-
-def test_a_simulator_is_left_until_all_have_ended_because_its_connections_may_not_be_closed() -> None:
-    wait = "import signal; print('lf: the program ended with status 0', flush=True); signal.pause()"
-    with Children() as children:
-        board = children.start("board", [sys.executable, "-c", wait], status_in=qemu.status_in)
-        while children.running():
-            list(children.wait(None))
-        assert board.process.poll() is None
-    assert board.process.poll() == -signal.SIGKILL
-
-
-# What a board's console says of a fault, as `lf_fault` in zephyr/src/fatal.c ends it; the board then stands still.
-HALTED = """
-import signal
-print("E: >>> ZEPHYR FATAL ERROR 2: Stack overflow on CPU 0")
-print("lf: a stack has overflowed; raise CONFIG_MAIN_STACK_SIZE if reactions ran")
-print("lf: the program ended with status 102", flush=True)
-signal.pause()
-"""
-
-
-def test_a_board_that_halts_after_a_fault_has_ended() -> None:
-    assert (ending_of(HALTED).status, ending_of(HALTED).how) == (102, "ended with exit status 102")
-
-
-def test_a_simulator_that_ends_by_itself_has_failed() -> None:
-    ended = ending_of("print('hello')")
-    assert (ended.status, ended.how) == (1, "ended before the program in it")
 
 
 def not_permitted(_flags: int) -> int:
@@ -245,12 +196,11 @@ print("addresses", *words("-4", "address", "show", "lfbridge")[0][2:])
 def test_a_run_has_a_network_that_is_gone_with_it(grid: World) -> None:
     grid.program("grid-a", SHOW_NETWORK)
     before = own_networks()
-    command = [sys.executable, str(LF), "lf-fed-run", grid.file]
-    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    assert result.returncode == 0, result.stdout
+    result = grid.run()
+    assert result.returncode == 0, result.stderr
     assert "a    | devices lf0 lf1 lfbridge lo\n" in result.stdout
     assert "a    | addresses 10.0.0.1/24\n" in result.stdout
-    assert "b    | -lf-federation-id=Grid -lf-rti-address=10.0.0.1 -lf-rti-port=4242 -eth-if=lf0\n" in result.stdout
+    assert "b    | -lf-federation-id=Grid -lf-rti-address=10.0.0.1 -lf-rti-port=15045 -eth-if=lf0\n" in result.stdout
     assert "c    | lf: the program ended with status 0\n" in result.stdout
     namespace = result.stdout.split("a    | namespace ")[1].split("\n")[0]
     assert namespace != str(Path("/proc/self/ns/net").readlink())
@@ -262,7 +212,6 @@ def test_a_run_has_a_network_that_is_gone_with_it(grid: World) -> None:
 def test_a_program_that_fails_on_a_board_fails_the_run(grid: World) -> None:
     fail = "print('lf: the program ended with status 7', flush=True)\nsignal.pause()\n"
     grid.program("qemu-system-arm", fail)
-    command = [sys.executable, str(LF), "lf-fed-run", grid.file]
-    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
-    assert result.returncode == 7, result.stdout
-    assert "west | c ended with exit status 7" in result.stdout
+    result = grid.run()
+    assert result.returncode == 7, result.stderr
+    assert "west | c ended with exit status 7" in result.stderr

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -13,17 +12,16 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import World, is_gone
+from conftest import LF, World, is_gone
 
 from lf_west import description
 from lf_west.application import open_application
 from lf_west.errors import LfError
-from lf_west.federation import Federation, image_file, listening_port, plan_federation
+from lf_west.federation import Federation, image_file, plan_federation
 from lf_west.main import main
 
 BOARD = "native_sim/native/64"
 SAY = "print(*sys.argv[1:], flush=True)"
-LF = Path(__file__).resolve().parents[1] / "lf"
 
 
 @pytest.fixture
@@ -48,37 +46,36 @@ def planned(
     return plan_federation(application, described, lfz=Path("/lfz"), federates=federates, port=port)
 
 
-def status_of(arguments: list[str]) -> int | str | None:
-    """The exit status of a command that ends the program."""
-    with pytest.raises(SystemExit) as raised:
-        main(arguments)
-    return raised.value.code
-
-
-def test_a_federation_is_built_and_run(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(["lf-fed-run", grid.file, "--timeout", "10min"]) == 0
-    output = capfd.readouterr().out
-    guard, rti = [call for call in grid.calls("lfz") if call[0] in ("guard", "rti") and "rti" in call[:6]]
-    assert guard[:4] == ["guard", "--parent", str(os.getpid()), "--"]
+def test_a_federation_is_built_and_run(grid: World) -> None:
+    result = grid.run("--timeout", "10min")
+    assert result.returncode == 0, result.stderr
+    (rti,) = [call for call in grid.calls("lfz") if call[0] == "rti"]
     federation_id = rti[rti.index("--id") + 1]
     assert federation_id.startswith("Grid ")
-    clock_sync = ["--clock_sync", "init", "exchanges-per-interval", "10"]
-    assert rti == ["rti", "--id", federation_id, "--port", "0", "--number_of_federates", "2", *clock_sync]
-    assert f"a    | --rti 127.0.0.1:4242 --id {federation_id}\n" in output
-    options = f"-lf-federation-id={federation_id} -lf-rti-address=127.0.0.1 -lf-rti-port=4242"
-    assert f"b    | {options}\n" in output
-    assert "listening" not in output
+    options = ["--number_of_federates", "2", "--clock_sync", "off"]
+    assert rti == ["rti", "--id", federation_id, "--port", "0", *options]
+    assert f"a    | --rti 127.0.0.1:4242 --id {federation_id}\n" in result.stdout
+    options = [f"-lf-federation-id={federation_id}", "-lf-rti-address=127.0.0.1", "-lf-rti-port=4242"]
+    assert f"b    | {' '.join(options)}\n" in result.stdout
+    assert "listening" not in result.stdout
+
+
+@pytest.mark.parametrize("text", ["soon", "-5 s", "5 parsec", "9999999 weeks"])
+def test_a_time_limit_that_is_no_time_is_refused_before_anything_is_built(text: str, grid: World) -> None:
+    result = grid.run(f"--timeout={text}")
+    assert result.returncode == 2
+    assert f"--timeout: {text!r} is no time" in result.stderr
+    assert [call[0] for call in grid.calls("lfz")] == ["nanoseconds"]
 
 
 @pytest.mark.parametrize("rti", ["rti", "b"])
-def test_the_image_with_the_rti_is_started_first_and_says_the_port(
-    rti: str, grid: World, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_the_image_with_the_rti_is_started_first_and_says_the_port(rti: str, grid: World) -> None:
     grid.describe(rti=rti, a="host", b=BOARD, c=BOARD)
     grid.set("STAND_IN_IMAGE", f"import sys\n{SAY}\nif sys.argv[-1][-2:] == '=0': print('listening on TCP port 4711')")
-    assert main(["lf-fed-run", grid.file, "--timeout", "10min"]) == 0
-    assert not any(call[0] == "rti" or "rti" in call[4:6] for call in grid.calls("lfz"))
-    lines = capfd.readouterr().out.split("\n")
+    result = grid.run("--timeout", "10min")
+    assert result.returncode == 0, result.stderr
+    assert not any(call[0] == "rti" for call in grid.calls("lfz"))
+    lines = result.stdout.split("\n")
     runs = [line for line in lines if "-lf-rti-port=" in line or "--rti " in line]
     assert runs[0].split()[0] == rti
     assert runs[0].endswith("-lf-rti-port=0")
@@ -93,13 +90,13 @@ def test_the_image_with_the_rti_cannot_be_left_out(grid: World) -> None:
         planned(grid, federates=("a",))
     assert "-f b a" in str(raised.value)
     grid.describe(rti="rti", a="host", b=BOARD)
-    assert planned(grid, federates=("rti", "a")).names() == ["rti", "a"]
+    assert [item.name for item in planned(grid, federates=("rti", "a")).participants] == ["rti", "a"]
 
 
 def test_what_was_built_is_run_without_building(grid: World) -> None:
     assert main(["lf-fed-build", grid.file]) == 0
     grid.forget_calls()
-    assert main(["lf-fed-run", grid.file, "--no-build"]) == 0
+    assert grid.run("--no-build").returncode == 0
     assert grid.calls("west") == []
     assert not any(call[0] == "build" for call in grid.calls("lfz"))
 
@@ -118,11 +115,12 @@ def image_folder(world: World, name: str, place: str | None = None) -> str:
     return str(folder)
 
 
-def test_images_that_were_built_apart_are_run_together(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
+def test_images_that_were_built_apart_are_run_together(grid: World) -> None:
     grid.describe(a=BOARD, b=BOARD)
     folders = [image_folder(grid, "b"), image_folder(grid, "a")]
-    assert main(["lf-fed-run", grid.file, "--images", *folders]) == 0
-    output = capfd.readouterr().out
+    result = grid.run("--images", *folders)
+    assert result.returncode == 0, result.stderr
+    output = result.stdout
     assert re.search(r"^a    \| -lf-federation-id=.* -lf-rti-port=4242$", output, re.MULTILINE)
     assert re.search(r"^b    \| -lf-federation-id=.* -lf-rti-port=4242$", output, re.MULTILINE)
     assert grid.calls("west") == []
@@ -143,33 +141,34 @@ def test_images_of_different_builds_are_not_run_together(grid: World) -> None:
         description.in_image_folders([grid.top])
 
 
-def test_options_for_a_build_that_is_not_made_are_warned_of(grid: World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_for_a_build_that_is_not_made_are_warned_of(grid: World) -> None:
     assert main(["lf-fed-build", grid.file]) == 0
-    assert main(["lf-fed-run", grid.file, "--no-build", "--deployment", "x.yaml", "-w", "-b y"]) == 0
-    assert "without effect beside --no-build: --west-commands, --deployment" in capsys.readouterr().err
+    result = grid.run("--no-build", "--deployment", "x.yaml", "-w", "-b y")
+    assert result.returncode == 0
+    assert "without effect beside --no-build: --west-commands, --deployment" in result.stderr
 
 
-def test_a_failing_federate_decides_the_status(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
-    grid.set("STAND_IN_IMAGE", "import sys; sys.exit('lost it')")
-    assert status_of(["lf-fed-run", grid.file]) == 1
-    error = capfd.readouterr().err
-    assert "b    | lost it" in error
-    assert "west | b ended with exit status 1" in error
+def test_a_failing_federate_decides_the_status(grid: World) -> None:
+    grid.set("STAND_IN_IMAGE", "import sys; print('lost it', file=sys.stderr); sys.exit(5)")
+    result = grid.run()
+    assert result.returncode == 5
+    assert "b    | lost it" in result.stderr
+    assert "west | b ended with exit status 5" in result.stderr
 
 
-def test_an_rti_that_cannot_listen_ends_the_run(grid: World, capfd: pytest.CaptureFixture[str]) -> None:
-    body = "if words[0] == 'guard': os.execv(words[4], words[4:])\n"
+def test_an_rti_that_cannot_listen_ends_the_run(grid: World) -> None:
     assert main(["lf-fed-build", grid.file]) == 0
-    grid.program("lfz", body + "sys.exit('the port 15045 is in use')")
-    assert status_of(["lf-fed-run", grid.file, "--no-build", "--rti-port", "15045"]) == 1
-    captured = capfd.readouterr()
-    assert "RTI  | the port 15045 is in use" in captured.err
-    assert "a    |" not in captured.out
+    supervise = "if words[0] == 'supervise': os.execv(os.environ['LFZ_ITSELF'], ['lfz', *words])\n"
+    grid.program("lfz", f"{supervise}sys.exit('the port 15045 is in use')")
+    result = grid.run("--no-build", "--rti-port", "15045")
+    assert result.returncode == 1
+    assert "RTI  | the port 15045 is in use" in result.stderr
+    assert "a    |" not in result.stdout
 
 
 def test_the_time_limit_ends_the_run(grid: World) -> None:
     grid.program("grid-a", "while True: signal.pause()")
-    assert status_of(["lf-fed-run", grid.file, "--timeout", "0"]) == 124
+    assert grid.run("--timeout", "0").returncode == 124
 
 
 def test_a_chosen_port_is_the_rtis(world: World) -> None:
@@ -182,9 +181,11 @@ def test_federates_that_run_elsewhere_find_the_rti_as_they_were_built(world: Wor
     world.describe(a="host", b="qemu_cortex_m3")
     world.program("grid-a", "")
     federation = planned(world, federates=("a",))
-    assert (federation.port, federation.federation_id) == (15045, "Grid")
-    assert [item.name for item in federation.participants] == ["a"]
-    assert federation.rti_command()[federation.rti_command().index("--number_of_federates") + 1] == "2"
+    described = federation.description(None)
+    assert described["id"] == {"exactly": "Grid"}
+    (a,) = described["federates"]
+    assert (a["name"], a["words"][1:]) == ("a", ["--rti", "127.0.0.1:15045", "--id", "Grid"])
+    assert described["rti"]["words"][2:8] == ["--id", "Grid", "--port", "15045", "--number_of_federates", "2"]
 
 
 def test_boards_are_refused_by_name(world: World) -> None:
@@ -212,68 +213,13 @@ def test_a_federation_that_is_not_complete_is_refused(world: World) -> None:
         planned(world)
 
 
-def test_a_program_without_federates_is_refused(world: World, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_program_without_federates_is_refused(world: World) -> None:
     world.describe_unfederated()
     with pytest.raises(LfError, match="Grid is not federated"):
         planned(world)
-    assert status_of(["lf-fed-run", world.file, "-w", f"-b {BOARD}"]) == 1
-    assert "west lf-build" in capsys.readouterr().err
-
-
-def test_clock_sync_can_be_off(world: World) -> None:
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    world.write({**source, "rti": {**source["rti"], "clock_sync": "off"}})
-    assert planned(world).rti_command()[-2:] == ["--clock_sync", "off"]
-
-
-def test_clock_sync_can_go_on(world: World) -> None:
-    """The RTI is told the period that the program asks for."""
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    world.write({**source, "rti": {**source["rti"], "clock_sync": "on", "clock_sync_period_ns": 7_000_000}})
-    words = ["--clock_sync", "on", "period", "7000000", "exchanges-per-interval", "10"]
-    assert planned(world).rti_command()[-6:] == words
-
-
-def test_waits_are_logged_where_the_program_asks_for_it(world: World) -> None:
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    assert "--log-waits" not in planned(world).rti_command()
-    world.write({**source, "rti": {**source["rti"], "log_waits_ns": 500_000_000}})
-    words = planned(world).rti_command()
-    assert words[words.index("--log-waits") + 1] == "500000000 ns"
-
-
-def test_dnet_can_be_off(world: World) -> None:
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    world.write({**source, "rti": {**source["rti"], "dnet": False}})
-    assert "--dnet_disabled" in planned(world).rti_command()
-
-
-def test_the_rti_authenticates_the_federates_that_authenticate(world: World) -> None:
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    world.write({**source, "rti": {**source["rti"], "auth": True}})
-    assert "--auth" in planned(world).rti_command()
-
-
-def test_federation_ids_differ_and_fit_on_the_wire(world: World) -> None:
-    world.program("grid-a", "")
-    source = description.load(world.description).source
-    world.write({**source, "rti": {**source["rti"], "federation_id": "é" * 300}})
-    first, second = planned(world).federation_id, planned(world).federation_id
-    assert first != second
-    assert len(first.encode()) <= 255
-
-
-@pytest.mark.parametrize(
-    ("line", "port"),
-    [("listening on TCP port 15045", 15045), ("listening on TCP port x", None), ("15045", None), ("", None)],
-)
-def test_the_rtis_port_is_read_from_its_line(line: str, port: int | None) -> None:
-    assert listening_port(line) == port
+    result = world.run("-w", f"-b {BOARD}")
+    assert result.returncode == 1
+    assert "west lf-build" in result.stderr
 
 
 @pytest.fixture

@@ -23,10 +23,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from conftest import BUILD
+from conftest import BUILD, listening_port
 
 from lf_west import compiler, description
-from lf_west.federation import listening_port
 from lf_west.workspace import REPOSITORY
 
 pytestmark = pytest.mark.zephyr

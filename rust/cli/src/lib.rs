@@ -2,13 +2,15 @@
 //! The parts of the `lfz` program.
 //!
 //! `args` is the command line, `commands` what each command does, `compile` the way from an LF file to executables,
-//! and `supervisor` what runs these together and ends them together.
+//! `federation` what of them is to be run, and `supervisor` what runs all of that together and ends it together.
 #![forbid(unsafe_code)]
 
 pub mod args;
+mod codes;
 mod commands;
 mod compile;
 mod failure;
+mod federation;
 mod guard;
 mod measure;
 mod supervisor;

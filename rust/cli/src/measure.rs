@@ -2,14 +2,14 @@
 //! `lfz run --measure`: bounds from what federates have observed in a run.
 //!
 //! Each federate writes down when it begins tags, sends and receives, in the federation's physical time (see
-//! `lf_host`). A message is the same at both ends by its receiver, its input and its tag, so the latencies contain what
-//! the clocks differ by. A lag is the time from where a tag could begin to a message of it; a wait within the tag
+//! `lf_linux`). A message is the same at both ends by its receiver, its input and its tag, so the latencies contain
+//! what the clocks differ by. A lag is the time from where a tag could begin to a message of it; a wait within the tag
 //! counts as part of it, which is on the safe side.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::offsets::{Bounds, FederateBounds};
+use lf_compiler::maxwait::{Bounds, FederateBounds};
 use lf_compiler::plan::{Federate, Plan};
 
 use crate::failure::Failure;

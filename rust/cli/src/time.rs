@@ -3,17 +3,15 @@
 
 use std::time::Duration;
 
-use lf_host::model::units::unit_ns;
+use lf_linux::model::units::{nanoseconds, number_and_unit};
 
 /// Reads `30`, `30s`, `1.5 min`; a number without a unit is in seconds.
 ///
 /// # Errors
 /// A sentence for the user.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
-    let text = text.trim();
-    let split = text.find(|c: char| c != '.' && !c.is_ascii_digit()).unwrap_or(text.len());
-    let (number, unit) = text.split_at(split);
-    of_unit(number, if unit.trim().is_empty() { "s" } else { unit.trim() })
+    let (number, unit) = number_and_unit(text);
+    of_unit(number, if unit.is_empty() { "s" } else { unit })
 }
 
 /// Reads a number and its unit, which are given apart.
@@ -21,25 +19,8 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// A sentence for the user.
 pub(crate) fn of_unit(number: &str, unit: &str) -> Result<Duration, String> {
-    let length_ns = unit_ns(unit).and_then(|length_ns| u64::try_from(length_ns).ok());
-    let length_ns =
-        length_ns.ok_or_else(|| format!("`{unit}` is no unit of time; try ns, us, ms, s, min, h, d or wk"))?;
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    let wrong = || format!("`{number}` is no number");
-    let too_long = || format!("`{number} {unit}` is longer than 292 years");
-    if whole.is_empty() || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
-        return Err(wrong());
-    }
-    let whole: u64 =
-        whole.parse().map_err(|_| if whole.bytes().all(|b| b.is_ascii_digit()) { too_long() } else { wrong() })?;
-    let mut total_ns = whole.checked_mul(length_ns).ok_or_else(too_long)?;
-    let mut digit_ns = length_ns;
-    for digit in fraction.bytes() {
-        digit_ns /= 10;
-        total_ns = total_ns.checked_add(u64::from(digit - b'0') * digit_ns).ok_or_else(too_long)?;
-    }
-    i64::try_from(total_ns).map_err(|_| too_long())?;
-    Ok(Duration::from_nanos(total_ns))
+    let time_ns = nanoseconds(number, unit).map_err(|error| error.to_string())?;
+    Ok(Duration::from_nanos(time_ns.unsigned_abs()))
 }
 
 #[cfg(test)]

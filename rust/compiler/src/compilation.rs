@@ -4,7 +4,7 @@
 use crate::diagnostics::{Code, Diagnostics};
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
-use crate::{analysis, federates, instances};
+use crate::{analysis, federates, instances, languages};
 
 /// What came of a program.
 #[derive(Debug)]
@@ -34,14 +34,15 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     if incomplete {
         return None;
     }
-    let (classes, main) = resolve::check(&program, diagnostics);
+    let language = languages::named(&target.language)?;
+    let (classes, main) = resolve::check(&program, language, diagnostics);
     let main = main?;
     if diagnostics.has_errors() {
         return None;
     }
     let tree = instances::build(&classes, main, diagnostics)?;
     let parts = federates::cut(&tree, &classes, diagnostics);
-    analysis::analyse(&program, &classes, &tree, &parts, target, diagnostics)
+    analysis::analyse(&program, &classes, &tree, &parts, language, target, diagnostics)
 }
 
 /// Whether text was skipped at an error of this kind.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The tree of instances, with the time parameters worked out.
 //!
-//! Other parameters stay as they are written: Rust evaluates them when the program starts.
+//! Other parameters stay as they are written: the target language evaluates them when the program starts.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::resolve::{Class, ClassId, literal_ns};
+use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::{Expression, ExpressionKind};
+use crate::syntax::literal_ns;
 
 /// How many instances a program may have.
 const INSTANCES_MAX: usize = 10_000;

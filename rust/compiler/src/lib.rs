@@ -8,18 +8,22 @@
 
 mod analysis;
 mod compilation;
+pub mod deployment;
 pub mod diagnostics;
 pub mod emit;
 mod federates;
 mod instances;
-pub mod offsets;
+mod languages;
+pub mod maxwait;
 pub mod plan;
 mod resolve;
 mod syntax;
+pub mod tables;
 mod yaml;
+mod zephyr;
 
 pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
-pub use resolve::{SourceProvider, refused};
+pub use resolve::{SourceProvider, Supported, TargetProperty, supported};
 pub use yaml::FileError;

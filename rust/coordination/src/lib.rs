@@ -7,7 +7,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-#[cfg(test)]
+#[cfg(any(test, feature = "heap"))]
 extern crate std;
 
 pub mod auth;
@@ -15,6 +15,8 @@ pub mod clock_sync;
 pub mod code;
 mod deadline;
 pub mod federate;
+#[cfg(feature = "heap")]
+pub mod heap;
 mod id;
 pub mod peer;
 pub mod rti;

@@ -9,7 +9,7 @@ use lf_coordination::auth::{AUTHENTICATOR, Answer, answer_rti};
 use lf_coordination::federate::{ClockSync, Config, Disconnected, Event, Federate, FederateError, Phase};
 use lf_coordination::rti::{self, CONNECTION_TIME_OUT, ConnectionId};
 use lf_model::time::Instant;
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, RejectCode, decode};
 use rti_support::{Sizes, World};
 

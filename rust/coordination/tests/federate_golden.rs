@@ -20,8 +20,8 @@ use lf_coordination::FederateId;
 use lf_coordination::auth::answer_rti;
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
-use lf_golden::{Fill, Frame, Recording, Step};
 use lf_model::time::{Instant, Interval};
+use lf_testkit::golden::{Fill, Frame, Recording, Step};
 use lf_wire::{DELAY_NONE, MessageType, RejectCode};
 
 /// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
@@ -154,7 +154,7 @@ impl Replay<'_> {
             // Over the type of the message, federate 0 and its nonce.
             Some(Fill::Hmac { key }) => {
                 let proven = [&[frame.bytes.fill_with([])[0], 0, 0][..], &NONCE].concat();
-                frame.bytes.fill_with(lf_golden::hmac(key, &proven))
+                frame.bytes.fill_with(lf_testkit::golden::hmac(key, &proven))
             }
             Some(other) => panic!("not for a centralized federate: {other:?}"),
         };
@@ -184,7 +184,7 @@ impl Replay<'_> {
 
 /// Replays a recording; returns the driver as it is in the end.
 fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnce(&Driver<'_>)) {
-    let recording = lf_golden::load(name).unwrap();
+    let recording = lf_testkit::golden::load(name).unwrap();
     let setup = recording.federate().unwrap();
     let upstream: Vec<_> = setup.upstream.iter().map(|id| (*id, DELAY_NONE)).collect();
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
@@ -296,7 +296,7 @@ fn a_source_without_clock_synchronization() {
 #[test]
 #[allow(clippy::doc_markdown, reason = "the message's name in the protocol is no code")]
 fn a_rejection_is_final() {
-    let recording = lf_golden::load("55-rejected").unwrap();
+    let recording = lf_testkit::golden::load("55-rejected").unwrap();
     let setup = recording.federate().unwrap();
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
     config.downstream = &setup.downstream;

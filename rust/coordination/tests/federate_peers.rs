@@ -8,9 +8,9 @@ use lf_coordination::federate::{
     ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, Event, Federate, FederateError, Phase,
 };
 use lf_coordination::{Deadline, FederateId};
-use lf_golden::Step;
 use lf_model::time::{Instant, Interval};
-use lf_owned_messages::encoded;
+use lf_testkit::golden::Step;
+use lf_testkit::messages::encoded;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Decoded, Limits, Message, RejectCode, decode};
 
 const NOW: Instant = Instant(1_000_000);
@@ -74,7 +74,7 @@ fn the_time_is_told_when_all_connections_are_there() {
 /// again 250 ms after the answer.
 #[test]
 fn the_questions_are_those_of_the_recording() {
-    let recording = lf_golden::load("52-decentralized-source").unwrap();
+    let recording = lf_testkit::golden::load("52-decentralized-source").unwrap();
     let mut federate = federate(None, &[1]);
     skip_in_turn(&mut federate);
     let (mut now, mut asked) = (NOW, 0);

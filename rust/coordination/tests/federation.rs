@@ -14,7 +14,7 @@ use federation_support::participant::Participant;
 use lf_coordination::federate::{Disconnected, Phase};
 use lf_coordination::rti::{ClockSync as RtiClockSync, Config as RtiConfig, Outcome, Status, WINDOW};
 use lf_model::time::Interval;
-use lf_random::Random;
+use lf_testkit::random::Random;
 use proptest::prelude::*;
 use rti_support::{Sizes, World};
 

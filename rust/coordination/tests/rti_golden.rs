@@ -4,11 +4,11 @@
 mod rti_support;
 
 use lf_coordination::rti::{Outcome, Status};
-use lf_golden::replay::replay;
+use lf_testkit::golden::replay::replay;
 use rti_support::Recorded;
 
 fn play(name: &str) {
-    let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
+    let recording = lf_testkit::golden::load(name).unwrap_or_else(|error| panic!("{error}"));
     let setup = recording.rti().expect("it is the recording of an RTI");
     // Whole, and in pieces that cut every message.
     for piece in [usize::MAX, 1, 7] {
@@ -24,7 +24,7 @@ fn play(name: &str) {
     }
 }
 
-lf_golden::recordings! {
+lf_testkit::recordings! {
     play;
     handshake: "01-handshake",
     reject_federation_id: "02-reject-federation-id",

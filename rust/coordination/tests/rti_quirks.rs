@@ -4,15 +4,15 @@
 
 mod rti_support;
 
-use lf_golden::replay::replay;
-use lf_golden::{Frame, Recording, Step};
+use lf_testkit::golden::replay::replay;
+use lf_testkit::golden::{Frame, Recording, Step};
 use rti_support::Recorded;
 
 /// `FED_IDS` of federate 0 of the default federation.
 const IDS_0: &str = "01000017556e6964656e7469666965642046656465726174696f6e";
 
 fn load(name: &str) -> Recording {
-    let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
+    let recording = lf_testkit::golden::load(name).unwrap_or_else(|error| panic!("{error}"));
     assert!(recording.quirk.is_some(), "{name} is marked as accidental");
     recording
 }
@@ -99,7 +99,7 @@ fn a_ptag_reaches_upstream_federates_as_soon_as_they_can_follow() {
 #[test]
 fn a_wrong_key_is_rejected_and_the_right_one_is_accepted_afterwards() {
     let mut recording = load("29-auth-rejected");
-    let accepted = lf_golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
+    let accepted = lf_testkit::golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
     let acknowledged = received_again(&accepted, 0);
     recording.steps.extend_from_slice(&accepted.steps[..=acknowledged]);
     let rti = play(&recording);
@@ -112,7 +112,7 @@ fn a_wrong_key_is_rejected_and_the_right_one_is_accepted_afterwards() {
 #[test]
 fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
     let mut recording = load("29b-auth-missing");
-    let accepted = lf_golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
+    let accepted = lf_testkit::golden::load("28-auth-accepted").unwrap_or_else(|error| panic!("{error}"));
     let closed = Step::ClosedByPeer(100);
     let at = recording.steps.iter().position(|step| *step == closed).expect("the RTI closes the connection");
     recording.steps.insert(at, Step::Recv(frame(100, "0004")));

@@ -4,10 +4,10 @@
 
 mod rti_support;
 
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Rti, Suspended, Verdict};
 use lf_model::time::Instant;
-use lf_owned_messages::encoded;
-use lf_rti_memory::{Memory, Sizes};
+use lf_testkit::messages::encoded;
 use lf_wire::{DELAY_NONE, Message, NeighborStructure};
 use proptest::prelude::*;
 use rti_support::{Wire, Wires};

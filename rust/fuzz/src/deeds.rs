@@ -4,7 +4,7 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::federate::Federate;
 use lf_model::time::{Instant, Tag};
-use lf_owned_messages::Parts;
+use lf_testkit::messages::Parts;
 use lf_wire::MessageType;
 
 use crate::parts::{self, tag};

@@ -4,7 +4,7 @@
 use arbitrary::{Arbitrary, Result, Unstructured};
 use lf_coordination::to_wire;
 use lf_model::time::{Instant, Microstep, Tag};
-use lf_owned_messages::Parts;
+use lf_testkit::messages::Parts;
 use lf_wire::MessageType;
 
 /// Any message: most numbers are small, times are around `start`.

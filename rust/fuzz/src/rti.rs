@@ -3,10 +3,10 @@
 //! for, and grants nothing that a message on its way contradicts.
 
 use lf_coordination::auth::AUTHENTICATOR;
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, FEDERATION_ID_DEFAULT, Rti, Verdict};
 use lf_model::time::{Instant, Interval};
-use lf_owned_messages::encoded;
-use lf_rti_memory::{Memory, Sizes};
+use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, decode, message_bytes_max};
 
 use crate::rti_oracle::{Oracle, Peer};

@@ -3,7 +3,7 @@
 //! for more than the limits allow.
 
 use arbitrary::Unstructured;
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{DecodeError, Decoded, InBuffer, Limits, decode, message_bytes_max};
 
 use crate::parts;

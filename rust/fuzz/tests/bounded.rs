@@ -2,8 +2,8 @@
 //! Every target with a fixed number of inputs: recorded ones, changed ones, and random ones, always the same.
 
 use lf_fuzz::{RawStep, TARGETS, Target};
-use lf_golden::{Fill, Recording, Step};
-use lf_random::Random;
+use lf_testkit::golden::{Fill, Recording, Step};
+use lf_testkit::random::Random;
 
 /// Inputs of each target.
 const RUNS: u64 = 60_000;
@@ -72,7 +72,7 @@ fn mutate(random: &mut Random, input: &mut Vec<u8>, other: &[u8]) {
 }
 
 fn run(name: &str, target: Target) {
-    let recordings = lf_golden::load_all().unwrap_or_else(|error| panic!("{error}"));
+    let recordings = lf_testkit::golden::load_all().unwrap_or_else(|error| panic!("{error}"));
     let corpus: Vec<_> = recordings.iter().flat_map(corpus).filter(|(wanted, _)| *wanted == name).collect();
     for (_, input) in &corpus {
         target(input);

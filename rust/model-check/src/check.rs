@@ -7,7 +7,8 @@ use stateright::{Checker, Model as _};
 
 use crate::bounds::Bounds;
 use crate::graph::{Graph, permutations};
-use crate::model::{Action, LIVENESS, Model};
+use crate::model::{LIVENESS, Model};
+use crate::step::Action;
 
 /// What was looked at.
 #[derive(Clone, Debug, Default)]

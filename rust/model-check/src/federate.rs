@@ -7,10 +7,9 @@ use lf_model::time::Tag;
 
 use crate::bounds::Fault;
 use crate::graph::FEDERATES_MAX;
-use crate::model::World;
-use crate::moment::{Moment, Moments, Short};
-use crate::rti::next_tag;
-use crate::state::{Broken, Down, Up};
+use crate::moment::{Moment, Moments, Short, next_tag};
+use crate::words::{Broken, Down, Up};
+use crate::world::World;
 
 /// The state of one federate.
 #[derive(Clone, PartialEq, Eq, Hash)]

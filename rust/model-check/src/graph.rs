@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use lf_random::combine;
+use lf_testkit::random::combine;
 use lf_wire::DELAY_NONE;
 
 use crate::moment::Moment;

@@ -23,10 +23,15 @@ mod moment;
 mod reduction;
 mod rti;
 mod state;
+mod step;
+mod words;
+mod world;
 
 pub use bounds::{Bounds, Fault};
 pub use check::{Finding, Report, check};
 pub use graph::{Delay, FEDERATES_MAX, Graph, all_graphs, some_graphs};
-pub use model::{Action, Model};
+pub use model::Model;
 pub use moment::Moment;
-pub use state::{Broken, State};
+pub use state::State;
+pub use step::Action;
+pub use words::Broken;

@@ -93,3 +93,8 @@ impl std::fmt::Debug for Moments {
         f.debug_list().entries((0..16).map(Moment).filter(|moment| self.0 & moment.bit() != 0)).finish()
     }
 }
+
+/// Where a federate's next event is that has none: NEVER would be unknown.
+pub(crate) fn next_tag(next: Option<Moment>) -> Tag {
+    next.map_or(Tag::FOREVER, Moment::tag)
+}

@@ -16,21 +16,22 @@
 //! A message that the RTI leaves for later changes nothing about that: whether it is heard depends on what the RTI has
 //! heard, and on nothing that a federate does by itself.
 
-use crate::model::{Action, Model, number};
 use crate::state::State;
+use crate::step::{Action, number, runs};
+use crate::world::World;
 
-pub(crate) fn actions(model: &Model, state: &State, steps: &mut Vec<Action>) {
-    let federates = model.world().graph.federates();
+pub(crate) fn actions(world: &World, state: &State, steps: &mut Vec<Action>) {
+    let federates = world.graph.federates();
     let all = 0..federates;
     let heard = |id: usize, steps: &mut Vec<Action>| {
         if !state.down[id].is_empty() {
             steps.push(Action::Hear(number(id)));
         }
     };
-    if !model.world().bounds.reduced || state.losses_left > 0 {
+    if !world.bounds.reduced || state.losses_left > 0 {
         for id in all {
             heard(id, steps);
-            model.runs(state, id, steps);
+            runs(world, state, id, steps);
             rti(state, id, steps);
             if state.losses_left > 0 && !state.federates[id].gone {
                 steps.push(Action::Lose(number(id)));
@@ -38,7 +39,7 @@ pub(crate) fn actions(model: &Model, state: &State, steps: &mut Vec<Action>) {
         }
         return;
     }
-    let can_run = |id: &usize| state.federates[*id].can_run(*id, model.world()).is_some();
+    let can_run = |id: &usize| state.federates[*id].can_run(*id, world).is_some();
     let is_told = |id: &usize| !state.down[*id].is_empty();
     if let Some(id) = all.clone().find(|id| is_told(id) && !can_run(id)) {
         heard(id, steps);
@@ -46,13 +47,13 @@ pub(crate) fn actions(model: &Model, state: &State, steps: &mut Vec<Action>) {
     }
     if let Some(id) = all.clone().find(|id| is_told(id) && state.up[*id].is_empty()) {
         heard(id, steps);
-        model.runs(state, id, steps);
+        runs(world, state, id, steps);
         return;
     }
     for id in all {
         rti(state, id, steps);
         if state.up[id].is_empty() {
-            model.runs(state, id, steps);
+            runs(world, state, id, steps);
         }
     }
 }

@@ -5,17 +5,17 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use ahash::RandomState;
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Notice, Outlet, Rti, Suspended, Verdict};
 use lf_coordination::{from_wire, to_wire};
-use lf_model::time::{Instant, Tag};
-use lf_owned_messages::encoded;
-use lf_rti_memory::{Memory, Sizes};
+use lf_model::time::Instant;
+use lf_testkit::messages::encoded;
 use lf_wire::{Message, NeighborStructure, UDP_PORT_CLOCK_SYNC_OFF};
 
 use crate::bounds::{Bounds, Fault};
 use crate::graph::{Delay, Graph};
-use crate::moment::{Moment, START};
-use crate::state::{Broken, Down, Up};
+use crate::moment::START;
+use crate::words::{Broken, Down, Up};
 
 const FEDERATION_ID: &[u8] = b"model";
 /// Messages carry nothing: the RTI does not look at what they carry.
@@ -206,9 +206,4 @@ impl Outlet for Collected {
 
 fn number(federate: usize) -> u16 {
     federate.try_into().unwrap_or(u16::MAX)
-}
-
-/// Where a federate's next event is that has none: NEVER would be unknown.
-pub(crate) fn next_tag(next: Option<Moment>) -> Tag {
-    next.map_or(Tag::FOREVER, Moment::tag)
 }

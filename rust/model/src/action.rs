@@ -4,8 +4,7 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::context::{Moment, Readable, Schedulable, schedule_by_view};
-use crate::program::{Bounds, TriggerCell, cell_by_view};
+use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, schedule_by_view};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::{ActionTiming, Policy, TriggerId};
 use crate::time::{Instant, Tag};

@@ -3,80 +3,16 @@
 use core::time::Duration;
 
 use crate::bits::Bits;
-use crate::engine::{Settings, State, Tardy};
+use crate::cell::{Moment, Readable, Schedulable};
+use crate::env::Env;
 use crate::error::{ModelError, ScheduleError};
 use crate::events::Events;
-use crate::physical::{Outside, PhysicalActionRef, PhysicalLink};
+use crate::physical::{PhysicalActionRef, PhysicalLink};
 use crate::port::Port;
-use crate::program::{Bounds, Env};
 use crate::queue::Full;
-use crate::tables::{ActionTiming, Tables, TriggerId, TriggerKind};
-use crate::time::{EventTag, Instant, Interval, Offset, Tag};
-
-/// What a body can read: ports, actions, timers.
-pub trait Readable {
-    /// The type of its values.
-    type Value;
-
-    /// Whether it has an event at the current tag.
-    fn is_present(&self) -> bool;
-
-    /// The event's value, if there is an event and it has one.
-    fn value(&self) -> Option<&Self::Value>;
-}
-
-/// What a body can schedule: logical and physical actions.
-pub trait Schedulable {
-    /// The type of its values.
-    type Value;
-
-    /// Which trigger it is.
-    fn id(&self) -> TriggerId;
-
-    /// Adds an event to its queue.
-    ///
-    /// # Errors
-    /// When the queue is full.
-    fn schedule(&mut self, value: Option<Self::Value>, moment: &Moment<'_>) -> Result<(), Full>;
-
-    /// The tag of its earliest pending event.
-    fn pending(&self) -> Option<Tag>;
-
-    /// How many events its queue holds.
-    fn capacity(&self) -> usize;
-}
-
-/// Implements [`Schedulable`] for an action with a capacity by way of its view, so that the code exists once per type
-/// of value, not once per capacity.
-macro_rules! schedule_by_view {
-    ($owned:ident, $view:ident, T $($bound:tt)*) => {
-        impl<T $($bound)*, const N: usize> Schedulable for $owned<T, N> {
-            type Value = T;
-            fn id(&self) -> TriggerId {
-                Schedulable::id(self as &$view<T>)
-            }
-            fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
-                Schedulable::schedule(self as &mut $view<T>, value, moment)
-            }
-            fn pending(&self) -> Option<Tag> {
-                Schedulable::pending(self as &$view<T>)
-            }
-            fn capacity(&self) -> usize {
-                N
-            }
-        }
-    };
-}
-pub(crate) use schedule_by_view;
-
-/// When something is scheduled.
-#[allow(missing_debug_implementations)]
-pub struct Moment<'a> {
-    pub(crate) timing: &'a ActionTiming,
-    pub(crate) offset: Interval,
-    pub(crate) bounds: Bounds,
-    pub(crate) outside: &'a dyn Outside,
-}
+use crate::state::{Settings, State, Tardy};
+use crate::tables::{Tables, TriggerKind};
+use crate::time::{EventTag, Instant, Offset};
 
 /// The `ctx` of a reaction's body.
 #[allow(missing_debug_implementations)]

@@ -26,16 +26,20 @@ extern crate std;
 
 mod action;
 mod bits;
+mod cell;
 mod context;
 mod engine;
+mod env;
 mod error;
 mod events;
 mod macros;
+mod outside;
 mod payload;
 mod physical;
 mod port;
 mod program;
 mod queue;
+mod state;
 mod storage;
 mod tables;
 mod tardy;
@@ -43,19 +47,22 @@ pub mod time;
 pub mod units;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
-pub use context::{Moment, ReactionContext, Readable, Schedulable};
-pub use engine::{Delivery, Engine, Progress, Settings};
+pub use cell::{Bounds, Moment, Placed, PortCell, Readable, Schedulable, TriggerCell, Undelivered};
+pub use context::ReactionContext;
+pub use engine::{Delivery, Engine, Progress};
+pub use env::{Env, Outgoing, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
 #[doc(hidden)]
 pub use macros::__private;
+pub use outside::{Mailbox, Outside};
 pub use payload::{FixedPayload, Payload, PayloadError};
 pub use physical::{
-    Inbox, Mailbox, Outside, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink,
-    Posted,
+    Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
 };
 pub use port::{Port, QueuedPort, QueuedPortInner};
-pub use program::{Bounds, Env, Outgoing, Placed, PortCell, Program, SendError, TriggerCell, Undelivered};
+pub use program::Program;
 pub use queue::{Event, Full, Owned, View};
+pub use state::Settings;
 pub use storage::Storage;
 pub use tables::{
     ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,

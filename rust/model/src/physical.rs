@@ -7,10 +7,10 @@
 //! `spawn_physical_thread` is an extension trait of the host's and Zephyr's crates over
 //! [`ReactionContext::physical_link`](crate::ReactionContext::physical_link), which can be generic over the thread's
 //! closure and so need neither a heap nor type erasure; it is in their `prelude`, where bodies find it.
-use core::cell::{Cell, RefCell};
+use core::cell::RefCell;
 use core::fmt;
 use core::ops::Deref;
-use core::sync::atomic::{AtomicUsize, Ordering};
+use core::sync::atomic::Ordering;
 use core::time::Duration;
 
 use critical_section::Mutex;
@@ -18,61 +18,12 @@ use heapless::Deque;
 use heapless::vec::VecStorage;
 
 use crate::action::{LogicalAction, LogicalActionQueue, physical_tag};
-use crate::context::{Moment, Readable, Schedulable, schedule_by_view};
+use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, schedule_by_view};
 use crate::error::ScheduleError;
-use crate::program::{Bounds, TriggerCell, cell_by_view};
+use crate::outside::Outside;
 use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
 use crate::time::{Instant, Offset, Tag};
-
-/// What other threads may use of a participant: its clock and the wake-up of its event loop. One static per program.
-pub trait Outside: Sync {
-    /// Physical time on the federation's clock. It never runs backwards.
-    fn physical_time(&self) -> Instant;
-
-    /// Makes the event loop look for new events, now or when it next waits. Callable from interrupts on Zephyr.
-    fn wake(&self);
-
-    /// Where threads leave what concerns the whole program.
-    fn mailbox(&self) -> &Mailbox;
-}
-
-/// What threads leave for the event loop besides events, and how many could still leave something.
-#[derive(Debug)]
-pub struct Mailbox {
-    links: AtomicUsize,
-    stop: Mutex<Cell<Option<Instant>>>,
-}
-
-impl Mailbox {
-    /// An empty one.
-    pub const fn new() -> Self {
-        Self { links: AtomicUsize::new(0), stop: Mutex::new(Cell::new(None)) }
-    }
-
-    /// How many [`PhysicalLink`]s live: as long as one does, an unfederated program without events does not end.
-    pub fn links(&self) -> usize {
-        self.links.load(Ordering::Acquire)
-    }
-
-    /// The time at which a thread asked the program to stop, if one did since the last call.
-    pub(crate) fn take_stop(&self) -> Option<Instant> {
-        critical_section::with(|cs| self.stop.borrow(cs).take())
-    }
-
-    fn request_stop(&self, time: Instant) {
-        critical_section::with(|cs| {
-            let stop = self.stop.borrow(cs);
-            stop.set(Some(stop.get().map_or(time, |other| other.min(time))));
-        });
-    }
-}
-
-impl Default for Mailbox {
-    fn default() -> Self {
-        Self::new()
-    }
-}
 
 /// An event on its way from a thread to the event loop.
 #[derive(Debug)]

@@ -4,9 +4,8 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::context::Readable;
+use crate::cell::{PortCell, Readable, TriggerCell, Undelivered, cell_by_view};
 use crate::payload::{Payload, PayloadError};
-use crate::program::{PortCell, TriggerCell, Undelivered, cell_by_view};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
 use crate::time::Tag;

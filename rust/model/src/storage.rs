@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory that an engine borrows, of the size that its program's tables need.
-use crate::engine::Last;
+use crate::state::Last;
 use crate::time::Tag;
 
 /// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.

@@ -42,6 +42,12 @@ pub struct Tables {
     pub absence: &'static [ReactionId],
 }
 
+impl Tables {
+    /// Those of a program without anything, for what generated ones leave out.
+    pub const DEFAULT: Self =
+        Self { reactions: &[], triggers: &[], ports: &[], outputs: &[], inputs: &[], absence: &[] };
+}
+
 /// A reaction in its place in the order of execution.
 #[derive(Clone, Copy, Debug)]
 pub struct ReactionInfo {
@@ -55,6 +61,11 @@ pub struct ReactionInfo {
     pub tardy: bool,
     /// What it runs.
     pub kind: ReactionKind,
+}
+
+impl ReactionInfo {
+    /// A body of level 0 with neither a deadline nor a handler, for what generated tables leave out.
+    pub const DEFAULT: Self = Self { name: "", level: 0, deadline: None, tardy: false, kind: ReactionKind::Body };
 }
 
 /// What a reaction runs.
@@ -189,6 +200,20 @@ pub struct NetworkOutput {
     pub physical: bool,
 }
 
+impl NetworkOutput {
+    /// A logical connection without a delay, for what generated tables leave out.
+    pub const DEFAULT: Self = Self {
+        name: "",
+        source: PortId(0),
+        federate: 0,
+        port: 0,
+        delay: None,
+        max_len: 0,
+        tells_absence: false,
+        physical: false,
+    };
+}
+
 /// A connection from another federate, at its destination.
 #[derive(Clone, Copy, Debug)]
 pub struct NetworkInput {
@@ -221,6 +246,24 @@ pub struct NetworkInput {
     pub absent_after: Interval,
     /// The reactions that see the port that it fills, but are not triggered by it: they too are tardy with it.
     pub readers: &'static [ReactionId],
+}
+
+impl NetworkInput {
+    /// A logical connection without a delay that nobody reads, for what generated tables leave out.
+    pub const DEFAULT: Self = Self {
+        name: "",
+        trigger: TriggerId(0),
+        federate: 0,
+        delay: None,
+        max_len: 0,
+        level: u16::MAX,
+        awaited: false,
+        physical: false,
+        tardy: false,
+        max_wait: Interval::ZERO,
+        absent_after: Interval::ZERO,
+        readers: &[],
+    };
 }
 
 /// How many 32-bit words hold `bits` bits.

@@ -2,9 +2,9 @@
 //! Inputs whose messages can come after their tag. A tardy message happens later than it was meant to, and says so.
 use heapless::vec::VecStorage;
 
+use crate::cell::{Placed, TriggerCell, Undelivered, cell_by_view};
 use crate::payload::Payload;
 use crate::port::Port;
-use crate::program::{Placed, TriggerCell, Undelivered, cell_by_view};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
 use crate::time::Tag;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! LF's units of time: the one table for programs, command lines and files of bounds.
+//! LF's units of time: the one table, and the one reader, for programs, command lines and files of bounds.
+
+use core::fmt;
 
 /// All spellings of the units, shortest unit first, with their lengths in nanoseconds.
 pub const UNITS: &[(&[&str], i64)] = &[
@@ -30,6 +32,59 @@ pub const fn unit_ns(unit: &str) -> Option<i64> {
     None
 }
 
+/// Why a number with a unit is no time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimeError<'a> {
+    /// These are no digits, with a dot among them or without.
+    NotANumber(&'a str),
+    /// There is no such unit.
+    UnknownUnit(&'a str),
+    /// A number and its unit, which are more than 292 years together.
+    TooLarge(&'a str, &'a str),
+}
+
+impl fmt::Display for TimeError<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotANumber(number) => write!(f, "`{number}` is no number; write a time like `1.5 s`"),
+            Self::UnknownUnit(unit) => {
+                write!(f, "`{unit}` is no unit of time; try ns, us, ms, s, min, h, d or wk")
+            }
+            Self::TooLarge(number, unit) => write!(f, "`{number} {unit}` is longer than 292 years"),
+        }
+    }
+}
+
+/// A number of units in nanoseconds, `("1.5", "ms")`; what is less than a nanosecond is cut off.
+///
+/// # Errors
+/// What is wrong with one of the two, or with both together.
+pub fn nanoseconds<'a>(number: &'a str, unit: &'a str) -> Result<i64, TimeError<'a>> {
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    if whole.is_empty() || !whole.bytes().chain(fraction.bytes()).all(|byte| byte.is_ascii_digit()) {
+        return Err(TimeError::NotANumber(number));
+    }
+    let length_ns = unit_ns(unit).ok_or(TimeError::UnknownUnit(unit))?;
+    let too_large = TimeError::TooLarge(number, unit);
+    let whole: i64 = whole.parse().map_err(|_| too_large)?;
+    let mut total_ns = whole.checked_mul(length_ns).ok_or(too_large)?;
+    let mut digit_ns = length_ns;
+    for digit in fraction.bytes() {
+        digit_ns /= 10;
+        total_ns = total_ns.checked_add(i64::from(digit - b'0') * digit_ns).ok_or(too_large)?;
+    }
+    Ok(total_ns)
+}
+
+/// Takes a text like `1.5 min` apart into its number and its unit, which may be empty. What does not begin with a
+/// number is not taken apart.
+pub fn number_and_unit(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let end = text.find(|character: char| character != '.' && !character.is_ascii_digit());
+    let (number, unit) = text.split_at(end.filter(|end| *end > 0).unwrap_or(text.len()));
+    (number, unit.trim_start())
+}
+
 /// As `==`, which constants cannot be worked out with.
 const fn is_same(one: &[u8], other: &[u8]) -> bool {
     let mut index = 0;
@@ -52,6 +107,27 @@ mod tests {
         }
         for other in ["", "m", "n", "nsecss", "S", "fortnight"] {
             assert_eq!(unit_ns(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn numbers_may_have_fractions() {
+        assert_eq!(nanoseconds("3", "usec"), Ok(3_000));
+        assert_eq!(nanoseconds("1.5", "min"), Ok(90_000_000_000));
+        assert_eq!(nanoseconds("0.0000000019", "s"), Ok(1));
+        assert_eq!(number_and_unit(" 1.5 min "), ("1.5", "min"));
+        assert_eq!(number_and_unit("30"), ("30", ""));
+        assert_eq!(number_and_unit("-1 ms"), ("-1 ms", ""));
+    }
+
+    #[test]
+    fn what_is_no_time_is_named() {
+        for number in ["", "-5", ".5", "1.2.3", "1,5", "5e3"] {
+            assert_eq!(nanoseconds(number, "s"), Err(TimeError::NotANumber(number)));
+        }
+        assert_eq!(nanoseconds("3", "fortnight"), Err(TimeError::UnknownUnit("fortnight")));
+        for (number, unit) in [("99999", "weeks"), ("99999999999999999999", "ns"), ("9223372036.9", "s")] {
+            assert_eq!(nanoseconds(number, unit), Err(TimeError::TooLarge(number, unit)));
         }
     }
 

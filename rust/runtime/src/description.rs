@@ -5,8 +5,8 @@ use crate::remark::{Remark, tell};
 use lf_coordination::auth::Answer;
 use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
 use lf_coordination::rti::FEDERATION_ID_DEFAULT;
-use lf_model::Settings;
 use lf_model::time::Interval;
+use lf_model::{Settings, Tables};
 use lf_wire::MessageType;
 use log::{Level, LevelFilter};
 
@@ -34,6 +34,17 @@ pub struct Description {
 }
 
 impl Description {
+    /// A program of no name without anything particular, for what generated code leaves out.
+    pub const DEFAULT: Self = Self {
+        program: "",
+        name: "",
+        timeout: None,
+        keepalive: false,
+        fast: false,
+        logging: LevelFilter::Info,
+        federation: None,
+    };
+
     /// What the engine is told of it.
     pub const fn settings(&self) -> Settings {
         Settings {
@@ -108,6 +119,60 @@ pub struct Federation {
     pub peer_output_bytes: usize,
 }
 
+impl Federation {
+    /// A federate without neighbors, clock synchronization and options, for what generated code leaves out.
+    pub const DEFAULT: Self = Self {
+        id: 0,
+        federation_id: "",
+        authentication: None,
+        coordination: Coordination::Centralized,
+        federates: 0,
+        rti_host: "",
+        rti_port: 0,
+        upstream: &[],
+        downstream: &[],
+        awaited: &[],
+        peers_in: &[],
+        peers_out: &[],
+        clock_sync: ClockSync::Off,
+        local_clock_sync: false,
+        test_offset: Interval::ZERO,
+        physical_delay: None,
+        advance_interval: Interval::FOREVER,
+        log_waits: None,
+        input_bytes: 0,
+        output_bytes: 0,
+        peer_input_bytes: 0,
+        peer_output_bytes: 0,
+    };
+
+    /// The same with the smallest buffers that carry the payloads of these tables: past the RTI go those of physical
+    /// connections, and with decentralized coordination all.
+    #[must_use]
+    pub const fn with_buffers(mut self, tables: &Tables) -> Self {
+        let all_direct = matches!(self.coordination, Coordination::Decentralized);
+        let (mut input, mut output) = ([0; 2], [0; 2]);
+        let mut i = 0;
+        while i < tables.inputs.len() {
+            let direct = (all_direct || tables.inputs[i].physical) as usize;
+            input[direct] = larger(input[direct], tables.inputs[i].max_len);
+            i += 1;
+        }
+        i = 0;
+        while i < tables.outputs.len() {
+            let direct = (all_direct || tables.outputs[i].physical) as usize;
+            output[direct] = larger(output[direct], tables.outputs[i].max_len);
+            i += 1;
+        }
+        let neighbors = self.upstream.len() + self.downstream.len();
+        self.input_bytes = buffer_bytes(input[0], neighbors);
+        self.output_bytes = buffer_bytes(output[0], neighbors);
+        self.peer_input_bytes = peer_buffer_bytes(input[1]);
+        self.peer_output_bytes = peer_buffer_bytes(output[1]);
+        self
+    }
+}
+
 /// Bytes kept free in a send buffer for messages of coordination, so that data never blocks them.
 ///
 /// The longest such message of a running federation is 13 bytes; a federate owes at most a handful at a time. The
@@ -124,7 +189,7 @@ pub const fn buffer_bytes(payload_bytes_max: usize, neighbors: usize) -> usize {
     const FEDERATION_ID_MAX: usize = 255;
     let message = TAGGED_MESSAGE_HEADER_BYTES + payload_bytes_max;
     let handshake = FEDERATION_ID_MAX + NEIGHBOR * neighbors;
-    CONTROL_BYTES + if message > handshake { message } else { handshake }
+    CONTROL_BYTES + larger(message, handshake)
 }
 
 /// The smallest buffer of a connection between two federates, for payloads up to `payload_bytes_max`; it has room for
@@ -133,5 +198,9 @@ pub const fn peer_buffer_bytes(payload_bytes_max: usize) -> usize {
     const FEDERATION_ID_MAX: usize = 255;
     let (messages, introduction) =
         (2 * (TAGGED_MESSAGE_HEADER_BYTES + payload_bytes_max), CONTROL_BYTES + FEDERATION_ID_MAX);
-    if messages > introduction { messages } else { introduction }
+    larger(messages, introduction)
+}
+
+const fn larger(one: usize, other: usize) -> usize {
+    if one > other { one } else { other }
 }

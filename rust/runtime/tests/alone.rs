@@ -9,7 +9,7 @@ use std::net::SocketAddrV4;
 use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::{Buffers, Join, RunError, run_federate, run_unfederated};
-use lf_virtual_network::address_of;
+use lf_testkit::network::address_of;
 use support::federation::{Edge, PORT, Plan, RTI, federation_of};
 use support::network::Conditions;
 use support::node::{Behavior, Node, NodeStorage};

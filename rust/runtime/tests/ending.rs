@@ -14,7 +14,7 @@ use lf_coordination::rti::{AfterLoss, Cause, Outcome};
 use lf_model::time::{EventTag, Interval};
 use lf_runtime::RunError;
 use lf_runtime::platform::NetError;
-use lf_virtual_network::address_of;
+use lf_testkit::network::address_of;
 use lf_wire::RejectCode;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, RTI, Report, run};

@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
-use lf_golden::{Fill, Frame, Step};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
-use lf_virtual_network::address_of;
+use lf_testkit::golden::{Fill, Frame, Step};
+use lf_testkit::network::address_of;
 use support::federation::{Edge, PORT, Plan, RTI, Ran, run_node};
 use support::network::Conditions;
 use support::node::Behavior;
@@ -180,7 +180,7 @@ impl Tester {
 
 /// Plays a recording of this federate; gives how it ran.
 fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64) -> Ran {
-    let recording = lf_golden::load(name).unwrap();
+    let recording = lf_testkit::golden::load(name).unwrap();
     let mut nodes = vec![Behavior::default(); 2];
     nodes[usize::from(id)] = behavior;
     let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (MS(50), Interval::ZERO) };

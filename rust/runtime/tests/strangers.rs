@@ -6,8 +6,8 @@ mod support;
 
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
-use lf_owned_messages::encoded;
 use lf_runtime::{Coordination, PeerFault, RunError};
+use lf_testkit::messages::encoded;
 use lf_wire::{Message, RejectCode};
 use proptest::prelude::*;
 use support::federation::{Edge, INTRUSION, Intruder, Plan, run};

@@ -6,8 +6,8 @@ mod support;
 
 use lf_coordination::Deadline;
 use lf_model::time::Interval;
-use lf_owned_messages::encoded;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_testkit::messages::encoded;
 use lf_wire::{Message, MessageType, Tag};
 use support::federation::{Edge, PORT, Plan, run_node};
 use support::network::Conditions;

@@ -11,7 +11,7 @@ use lf_runtime::Coordination;
 use crate::scenario::{Scenario, source};
 use crate::shrink::{cut, shrink};
 use crate::trial::{Trial, print_messages, try_scenario};
-use crate::workers::{all, try_safely, worker};
+use crate::workers::{all, option, try_safely, worker};
 
 /// So many violations are made smaller at most.
 const SHRUNK_MAX: usize = 3;
@@ -50,14 +50,6 @@ struct Arguments {
 impl Arguments {
     fn coordination(&self) -> Coordination {
         if self.decentralized { Coordination::Decentralized } else { Coordination::Centralized }
-    }
-}
-
-/// The option, with a space before it, that makes the scenarios have this coordination.
-pub(crate) fn option(coordination: Coordination) -> &'static str {
-    match coordination {
-        Coordination::Centralized => "",
-        Coordination::Decentralized => " --decentralized",
     }
 }
 

@@ -10,12 +10,19 @@
 //! `main` for `federated`, run by the same engine; what chance decided (when physical actions happened, and which stop
 //! was granted) is taken over from the federated run.
 //!
+//! The tables that both runs interpret are the compiler's own derivation ([`lf_compiler::tables`]), the same that
+//! generated code is printed from: so they are not a reference for each other. The oracle is the run alone. It has no
+//! federates, so none of what the derivation says of the network (inputs, outputs, levels across federates, readers,
+//! what can be tardy) takes part in it, and a mistake there shows as another trace. What the text means otherwise,
+//! `check` takes from the scenario and from the bytes on the wire.
+//!
 //! One seed is one run, bit for bit. A run that violates something is made smaller, and printed with the command that
 //! repeats it.
 #![forbid(unsafe_code)]
 
 mod check;
 mod command;
+mod compile;
 mod coverage;
 mod program;
 mod run;
@@ -40,7 +47,7 @@ pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Res
             match trial.violation {
                 None => Ok(trial.digest),
                 Some(violation) => {
-                    let option = command::option(coordination);
+                    let option = workers::option(coordination);
                     Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
                 }
             }

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A trial: a scenario is compiled, run, run unfederated, and judged.
 
-use std::collections::BTreeMap;
-
 use lf_compiler::plan::Plan;
-use lf_compiler::{Code, Style, compile};
 use lf_model::time::Tag;
 use lf_runtime::Coordination;
 
 use crate::check::{self, Expected, Violation};
+use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::run::{Decided, End, Report, run, run_alone};
 use crate::scenario::{Decentralized, Scenario, source};
@@ -77,16 +75,6 @@ fn compiled(scenario: &mut Scenario) -> Result<Plan, String> {
             Err((false, error)) => return Err(error),
         }
     }
-}
-
-/// The plan, or whether the reason why there is none is a loop, and what was said.
-pub(crate) fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
-    let files = BTreeMap::from([("Simulated.lf".to_owned(), text.to_owned())]);
-    let compilation = compile("Simulated.lf", &files);
-    compilation.plan.ok_or_else(|| {
-        let is_loop = compilation.diagnostics.iter().any(|entry| entry.code == Code::CausalityLoop);
-        (is_loop, compilation.diagnostics.render(Style::Plain))
-    })
 }
 
 fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {

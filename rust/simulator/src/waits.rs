@@ -2,17 +2,17 @@
 //! How long the federates of a scenario wait: as long as all that can delay a message there, or not.
 //!
 //! The bounds are those of the scenario's world, and what reactions take is known from a run of the unfederated
-//! program. The waits follow as in `lf_compiler::offsets`, but for how long a federate with much to do is behind.
+//! program. The waits follow as in `lf_compiler::maxwait`, but for how long a federate with much to do is behind.
 
 use std::collections::BTreeMap;
 
 use lf_model::time::Instant;
-use lf_random::{Random, combine};
+use lf_testkit::random::{Random, combine};
 
+use crate::compile::compile_text;
 use crate::program::{CAPACITY_MAX, Played};
 use crate::run::{Report, run, work_alone};
 use crate::scenario::{Connection, Host, MS, Nanos, SEC, Scenario, US};
-use crate::trial::compile_text;
 
 /// No scenario takes longer than this, in virtual time.
 const LONGEST: Nanos = 5 * SEC;

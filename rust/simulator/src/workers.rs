@@ -11,7 +11,6 @@ use std::time::Instant;
 use lf_runtime::Coordination;
 
 use crate::check::Violation;
-use crate::command::option;
 use crate::coverage::Coverage;
 use crate::scenario::Scenario;
 use crate::trial::{Trial, made, try_seed};
@@ -46,6 +45,14 @@ pub(crate) fn worker(coordination: Coordination, seeds: Range<u64>) {
         println!("coverage {count} {name}");
     }
     println!("done {} {events} {messages}", seeds.end - seeds.start);
+}
+
+/// The option, with a space before it, that makes the scenarios have this coordination.
+pub(crate) fn option(coordination: Coordination) -> &'static str {
+    match coordination {
+        Coordination::Centralized => "",
+        Coordination::Decentralized => " --decentralized",
+    }
 }
 
 /// Runs the scenario of a seed; a panic is a violation too.

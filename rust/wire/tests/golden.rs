@@ -8,7 +8,7 @@ mod describe;
 use std::collections::BTreeMap;
 
 use describe::describe;
-use lf_golden::{Fill, Frame, Recording, Step, load_all};
+use lf_testkit::golden::{Fill, Frame, Recording, Step, load_all};
 use lf_wire::{DecodeError, Decoded, InBuffer, Limits, Message, MessageType, Tag, decode};
 
 /// What the recordings send on purpose that is not one message: recording, step and what it is.

@@ -6,7 +6,7 @@
 mod common;
 
 use common::parts;
-use lf_owned_messages::Parts;
+use lf_testkit::messages::Parts;
 use lf_wire::{
     Decoded, InBuffer, Limits, Message, MessageType, NeighborStructure, NoRoom, OutBuffer, PushError, RejectCode, Tag,
     decode,

@@ -13,7 +13,7 @@ pub(crate) fn run(repository: &Path) -> ExitCode {
     cargo.env("INSTA_UPDATE", "always");
     let passed = process::succeeds(&mut cargo);
     let mut git = std::process::Command::new("git");
-    git.current_dir(repository).args(["status", "--short", "--", "*.snap", "tests", "README.md"]);
+    git.current_dir(repository).args(["status", "--short", "--", "*.snap", "tests", "README.md", "docs"]);
     match process::captured(&mut git) {
         Some(changes) if changes.is_empty() => println!("\nno expected output changed"),
         Some(changes) => println!("\nread the difference of these files before you commit them:\n{changes}"),

@@ -6,15 +6,15 @@ use std::process::ExitCode;
 
 use crate::{process, zephyr};
 
-/// Measures RTIs and applications; `arguments` are those of `lf-evaluate`.
+/// Measures RTIs and applications; `arguments` are those of `lf-bench`.
 pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
     let mut cargo = process::cargo(repository);
-    cargo.args(["build", "--release", "--quiet", "--package", "lfz", "--package", "lf-evaluate"]);
+    cargo.args(["build", "--release", "--quiet", "--package", "lfz", "--package", "lf-bench"]);
     if !process::succeeds(&mut cargo) {
         return ExitCode::FAILURE;
     }
     let folder = target_folder(repository).join("release");
-    let mut evaluate = zephyr::command_in_workspace(repository, &folder.join("lf-evaluate"));
+    let mut evaluate = zephyr::command_in_workspace(repository, &folder.join("lf-bench"));
     evaluate.arg("--repository").arg(repository).arg("--lfz").arg(folder.join("lfz")).args(arguments);
     if process::succeeds(&mut evaluate) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -67,7 +67,7 @@ enum Command {
     /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
     #[command(disable_help_flag = true)]
     Evaluate {
-        /// The arguments of `lf-evaluate`.
+        /// The arguments of `lf-bench`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },

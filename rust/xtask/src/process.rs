@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Running the tools: their output is shown as it comes, and kept where it has to be read.
 
-use std::io::{self, BufRead, BufReader, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -23,7 +23,7 @@ pub(crate) fn succeeds(command: &mut Command) -> bool {
     }
 }
 
-/// Runs a tool, shows its standard output line by line, and returns whether it succeeded and what it printed there.
+/// Runs a tool, shows its standard output as it comes, and returns whether it succeeded and what it printed there.
 /// When it has printed nothing for [`SILENCE_MAX`], what it has started is killed: a test that waits for ever fails
 /// alone.
 pub(crate) fn teed(command: &mut Command) -> (bool, String) {
@@ -36,25 +36,25 @@ pub(crate) fn teed(command: &mut Command) -> (bool, String) {
             return (false, String::new());
         }
     };
-    let mut kept = String::new();
-    let (sender, lines) = mpsc::channel();
-    if let Some(output) = child.stdout.take() {
+    let mut kept = Vec::new();
+    let (sender, pieces) = mpsc::channel();
+    if let Some(mut output) = child.stdout.take() {
         thread::spawn(move || {
-            let mut reader = BufReader::new(output);
-            let mut line = Vec::new();
-            while reader.read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
-                if sender.send(std::mem::take(&mut line)).is_err() {
+            let mut piece = [0; 4096];
+            while let Ok(length @ 1..) = output.read(&mut piece) {
+                if sender.send(piece[..length].to_vec()).is_err() {
                     return;
                 }
             }
         });
     }
     loop {
-        match lines.recv_timeout(SILENCE_MAX) {
-            Ok(line) => {
+        match pieces.recv_timeout(SILENCE_MAX) {
+            Ok(piece) => {
                 // A closed terminal is no reason to lose the results.
-                let _ = io::stdout().lock().write_all(&line);
-                kept.push_str(&String::from_utf8_lossy(&line));
+                let mut output = io::stdout().lock();
+                let _ = output.write_all(&piece).and_then(|()| output.flush());
+                kept.extend(piece);
             }
             Err(RecvTimeoutError::Timeout) => {
                 eprintln!("error: nothing printed for {} s: what runs there is killed", SILENCE_MAX.as_secs());
@@ -63,7 +63,7 @@ pub(crate) fn teed(command: &mut Command) -> (bool, String) {
             Err(RecvTimeoutError::Disconnected) => break,
         }
     }
-    (child.wait().is_ok_and(|status| status.success()), kept)
+    (child.wait().is_ok_and(|status| status.success()), String::from_utf8_lossy(&kept).into_owned())
 }
 
 /// What a tool prints, or `None` when it cannot be started or fails. Nothing is shown.

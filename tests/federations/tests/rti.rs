@@ -10,7 +10,7 @@ use std::net::{Shutdown, SocketAddr, TcpStream, UdpSocket};
 use std::path::Path;
 
 use lf_federations::{Lfz, PATIENCE};
-use lf_golden::replay::{Received, Rti, replay};
+use lf_testkit::golden::replay::{Received, Rti, replay};
 use lf_wire::{Decoded, Limits, Message, decode};
 
 /// Nothing in the recordings is longer.
@@ -148,7 +148,7 @@ fn play(name: &str) {
 
 /// Plays a recording, with an RTI that leaves a trace in this folder if one is given.
 fn play_with(name: &str, trace: Option<&Path>) {
-    let recording = lf_golden::load(name).unwrap_or_else(|error| panic!("{error}"));
+    let recording = lf_testkit::golden::load(name).unwrap_or_else(|error| panic!("{error}"));
     let setup = recording.rti().expect("it is the recording of an RTI");
     let federates = setup.federates.to_string();
     // The recorded RTI lets the others go on when a federate fails.
@@ -169,7 +169,7 @@ fn play_with(name: &str, trace: Option<&Path>) {
     assert_eq!(finished.code(), setup.exit_code.expect("the recorded RTI ended"), "{finished}");
 }
 
-lf_golden::recordings! {
+lf_testkit::recordings! {
     play;
     handshake: "01-handshake",
     reject_federation_id: "02-reject-federation-id",

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 
 use lf_federations::{Finished, Lfz, PATIENCE, Run};
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{
     DELAY_NONE, Decoded, Limits, Message, MessageType, NeighborStructure, RejectCode, Tag, UDP_PORT_CLOCK_SYNC_OFF,
     decode,

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::time;
-use lf_compiler::offsets::parse_time;
+use lf_compiler::maxwait::parse_time;
 
 pub use rti::{PORT_DEFAULT, RtiArgs};
 
@@ -96,6 +96,31 @@ come: `lfz explain < /dev/ttyACM0` shows the console of a board.")]
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
     },
+    /// Run the processes of a description; what `west lf-fed-run` ends with.
+    #[command(
+        hide = true,
+        long_about = "\
+Run the processes of a description, as `lfz run` runs those of a program: the RTI first, then the federates when it
+listens, their output prefixed. All end together: the first failure, ^C or the time limit gives the others a while, then
+SIGTERM, then SIGKILL.
+
+The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
+grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...] }. A PROCESS is { name, words: [WORD, ...],
+environment: { NAME: TEXT }, folder, status_line }, a WORD a text or { before: TEXT, known: rti_port or federation_id }.
+
+Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
+    )]
+    Supervise {
+        /// The description; `-` is standard input.
+        file: PathBuf,
+    },
+    /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.
+    #[command(hide = true)]
+    Nanoseconds {
+        /// `90`, `90s`, `1.5 min`
+        #[arg(value_parser = time::parse)]
+        time: Duration,
+    },
     /// Print what rustc says about crates for Zephyr as said about the LF program; what the west commands show.
     #[command(hide = true)]
     ExplainErrors {
@@ -103,7 +128,7 @@ come: `lfz explain < /dev/ttyACM0` shows the console of a board.")]
         #[arg(required = true, value_name = "MESSAGES")]
         messages: Vec<PathBuf>,
     },
-    /// Run a program that is killed when its parent ends; what `lfz run` starts its participants with.
+    /// Run a program that is killed when its parent ends; what participants are started with.
     #[command(hide = true)]
     Guard {
         /// The process that has to be the parent.

@@ -5,10 +5,11 @@ use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::emit::deployment::Place;
+use lf_compiler::deployment::Place;
 use lf_compiler::emit::{Artifact, Role};
 use serde_json::{Value, json};
 
+use super::rti::options_for;
 use crate::args::BuildArgs;
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
@@ -53,14 +54,10 @@ fn print_for_people(built: &Built) -> io::Result<()> {
 
 /// The same for other programs, such as the west commands. Paths are absolute.
 fn description(built: &Built) -> Value {
-    let target = &built.plan.target;
     let rti = built.plan.rti.as_ref().map(|rti| {
         json!({ "host": built.rti.ip.map_or_else(|| rti.host.clone(), |ip| ip.to_string()),
             "port": built.rti.port.unwrap_or(rti.port), "federation_id": rti.federation_id,
-            "federates": built.plan.federates.len(), "clock_sync": target.clock_sync,
-            "log_waits_ns": target.log_waits_ns,
-            "clock_sync_trials": target.clock_sync_trials,
-            "clock_sync_period_ns": target.clock_sync_period_ns, "dnet": target.dnet, "auth": target.authentication })
+            "federates": built.plan.federates.len(), "options": options_for(&built.plan, true) })
     });
     let participants: Vec<Value> = built
         .participants
@@ -135,9 +132,9 @@ federated reactor at example.com:4242 {
 ";
 
     /// The description of the program for a board, in a folder.
-    fn described(folder: &Path, deployment: Option<&Path>) -> Value {
+    fn described(folder: &Path, text: &str, deployment: Option<&Path>) -> Value {
         let file = folder.join("Pair.lf");
-        fs::write(&file, TEXT).expect("it can be written");
+        fs::write(&file, text).expect("it can be written");
         let places = Places { release: false, out: Some(folder.join("out")), target_dir: None, home: None };
         let platform = Some(Platform::Zephyr);
         let request =
@@ -149,15 +146,15 @@ federated reactor at example.com:4242 {
     #[test]
     fn the_west_commands_find_what_they_read() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let value = described(folder.path(), None);
+        let value = described(folder.path(), TEXT, None);
         let out = folder.path().join("out");
         assert_eq!(value["program"], "Pair");
         assert_eq!(value["out"], json!(out));
         assert_eq!(
             value["rti"],
             json!({ "host": "example.com", "port": 4242, "federation_id": "Pair",
-                "federates": 2, "clock_sync": "init", "clock_sync_trials": 7,
-                "clock_sync_period_ns": 5_000_000, "dnet": true, "auth": true, "log_waits_ns": null })
+                "federates": 2, "options": ["--number_of_federates", "2", "--auth",
+                    "--clock_sync", "init", "exchanges-per-interval", "7"] })
         );
         let first = &value["participants"][0];
         assert_eq!((&first["id"], &first["name"]), (&json!(0), &json!("first")));
@@ -170,6 +167,30 @@ federated reactor at example.com:4242 {
         }
         assert!(out.join("first/Cargo.toml").is_file());
         assert_eq!(value["participants"][1]["name"], "second");
+    }
+
+    #[test]
+    fn the_rti_is_told_what_the_program_asks_of_it() {
+        let options_of = |target: &str| {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let text = TEXT.replace("clock-sync: init,", target).replace("  auth: true\n", "");
+            let options = described(folder.path(), &text, None)["rti"]["options"].take();
+            options
+                .as_array()
+                .expect("a list")
+                .iter()
+                .skip(2)
+                .map(|word| word.as_str().expect("words").to_owned())
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        assert_eq!(options_of("clock-sync: off,"), "--clock_sync off");
+        let on = "--clock_sync on period 5000000 exchanges-per-interval 7";
+        assert_eq!(options_of("clock-sync: on,"), on);
+        let dnet = options_of("clock-sync: on, DNET: false,");
+        assert_eq!(dnet, format!("--dnet_disabled {on}"));
+        let waits = options_of("clock-sync: on, coordination-options: { log-waits: 500 ms },");
+        assert_eq!(waits, format!("--log-waits 500000000 ns {on}"));
     }
 
     /// The command line comes first, then the program, then the board that every computer can build for.
@@ -199,7 +220,7 @@ federated reactor at example.com:4242 {
         let text = "rti: { ip: 10.0.0.1, port: 15099 }\n\
                     federates:\n  first: { platform: some_board, ip: 10.0.0.2, runner: pyocd, probe: a1 }\n";
         fs::write(&deployment, text).expect("it can be written");
-        let value = described(folder.path(), Some(&deployment));
+        let value = described(folder.path(), TEXT, Some(&deployment));
         assert_eq!((&value["rti"]["host"], &value["rti"]["port"]), (&json!("10.0.0.1"), &json!(15099)));
         let participants = value["participants"].as_array().expect("it is a list");
         assert_eq!(participants.len(), 1, "the other federate is for this computer");
@@ -214,7 +235,7 @@ federated reactor at example.com:4242 {
         let deployment = folder.path().join("deployment.yaml");
         let participants_of = |text: &str| {
             fs::write(&deployment, text).expect("it can be written");
-            let value = described(folder.path(), Some(&deployment));
+            let value = described(folder.path(), TEXT, Some(&deployment));
             (value["participants"].as_array().expect("it is a list").clone(), value["rti"]["host"].clone())
         };
         let (alone, host) = participants_of("rti: { platform: some_board, ip: 10.0.0.9, probe: a1 }\n");

@@ -8,6 +8,7 @@ mod explain;
 mod plan;
 mod rti;
 mod run;
+mod supervise;
 
 use std::process::ExitCode;
 
@@ -15,6 +16,8 @@ use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::guard;
 use crate::terminal;
+
+pub(crate) use rti::listening_port;
 
 /// Runs the command and gives this program's exit status.
 pub fn execute(cli: Cli) -> ExitCode {
@@ -25,6 +28,10 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Explain { codes } => codes::explain(&codes),
+        Command::Supervise { file } => supervise::supervise(&file),
+        Command::Nanoseconds { time } => {
+            terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
+        }
         Command::ExplainErrors { messages } => explain::explain(&messages),
         Command::Guard { parent, program } => {
             let error = guard::become_program(parent, &program);

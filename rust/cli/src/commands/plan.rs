@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use lf_compiler::offsets::{Bounds, Offsets};
+use lf_compiler::maxwait::{Bounds, Offsets};
 use lf_compiler::plan::Plan;
 use serde::Serialize;
 

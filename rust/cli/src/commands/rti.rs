@@ -3,14 +3,15 @@
 
 use std::process::ExitCode;
 
-use lf_host::log::LevelFilter;
-use lf_host::rti::{Outcome, serve};
+use lf_compiler::plan::{ClockSync, Plan};
+use lf_linux::log::LevelFilter;
+use lf_linux::rti::{Outcome, serve};
 
 use crate::args::RtiArgs;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What stands before the port in the line that says where the RTI listens, which `lfz run` reads.
+/// What stands before the port in the line that says where the RTI listens, which the supervisor reads.
 const LISTENING: &str = "listening on TCP port ";
 
 /// Runs the RTI until its federation is over.
@@ -24,7 +25,7 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     for warning in warnings {
         terminal::remark(format_args!("warning: {warning}"));
     }
-    lf_host::install_logger(LevelFilter::Info);
+    lf_linux::install_logger(LevelFilter::Info);
     let outcome = serve(&options, |port| {
         // An RTI whose output nobody reads serves its federates all the same.
         let _ = terminal::print(format_args!("{LISTENING}{port}"));
@@ -37,12 +38,32 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
         ))),
         outcome @ Outcome::Aborted => {
             terminal::remark(format_args!("error: {outcome}"));
-            Ok(ExitCode::from(lf_host::interruption_status()))
+            Ok(ExitCode::from(lf_linux::interruption_status()))
         }
     }
 }
 
+/// What a program asks of its RTI, in the stock RTI's words, and where it is ours also what that one does not know.
+pub(super) fn options_for(plan: &Plan, is_ours: bool) -> Vec<String> {
+    let target = &plan.target;
+    let mut options = vec!["--number_of_federates".to_owned(), plan.federates.len().to_string()];
+    if let Some(ns) = target.log_waits_ns.filter(|_| is_ours) {
+        options.extend(["--log-waits".to_owned(), format!("{ns} ns")]);
+    }
+    options.extend((!target.dnet).then(|| "--dnet_disabled".to_owned()));
+    options.extend(target.authentication.then(|| "--auth".to_owned()));
+    // These come last, because the stock RTI does not read the word behind them.
+    let (trials, period) = (target.clock_sync_trials.to_string(), target.clock_sync_period_ns.to_string());
+    let clock_sync: &[&str] = match target.clock_sync {
+        ClockSync::Off => &["off"],
+        ClockSync::Init => &["init", "exchanges-per-interval", &trials],
+        ClockSync::On => &["on", "period", &period, "exchanges-per-interval", &trials],
+    };
+    options.extend(["--clock_sync"].iter().chain(clock_sync).map(|word| (*word).to_owned()));
+    options
+}
+
 /// The port in the line that says where the RTI listens.
-pub(super) fn listening_port(line: &str) -> Option<u16> {
+pub(crate) fn listening_port(line: &str) -> Option<u16> {
     line.strip_prefix(LISTENING)?.parse().ok()
 }

@@ -135,8 +135,8 @@ mod tests {
         let artifact = r#"{"reason":"compiler-artifact","package_id":"path+file:///w/a#0.1.0","manifest_path":
             "/w/a/Cargo.toml","target":{"kind":["bin"],"name":"a"},"profile":{},"features":[],"filenames":["/t/a"],
             "executable":"/t/debug/a","fresh":true}"#;
-        let library = r#"{"reason":"compiler-artifact","manifest_path":"/home/rust/host/Cargo.toml",
-            "target":{"kind":["lib"],"name":"lf_host"},"executable":null,"fresh":true}"#;
+        let library = r#"{"reason":"compiler-artifact","manifest_path":"/home/rust/linux/Cargo.toml",
+            "target":{"kind":["lib"],"name":"lf_linux"},"executable":null,"fresh":true}"#;
         let outcome = understood(&[artifact, library, r#"{"reason":"build-finished","success":true}"#, "hello"]);
         assert_eq!(outcome.executables.len(), 1);
         assert_eq!(outcome.executables["a"], Path::new("/t/debug/a"));

@@ -15,7 +15,7 @@ mod stored;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lf_compiler::emit::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
+use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiHome, RtiPlace};
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 
@@ -190,9 +190,9 @@ fn generate(program: &Program, deployment: &Deployment, folders: &Folders) -> Re
         let path = folders.home.join("rust").join(folder);
         path.to_str().map(str::to_owned).ok_or_else(|| Failure::message(format!("{} is no UTF-8 text", path.display())))
     };
-    let (lf_host, lf_zephyr) = (path("host")?, path("zephyr")?);
+    let (lf_linux, lf_zephyr) = (path("linux")?, path("zephyr")?);
     let version = folders.version();
-    let settings = Settings { lf_host: &lf_host, lf_zephyr: &lf_zephyr, version: &version, deployment };
+    let settings = Settings { lf_linux: &lf_linux, lf_zephyr: &lf_zephyr, version: &version, deployment };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
     let images = emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
     let maps = images.map(|participant| stored::file(program, &emitted, &participant.folder));

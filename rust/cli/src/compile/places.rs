@@ -73,7 +73,7 @@ fn home(places: &Places) -> io::Result<PathBuf> {
         Some(home) => absolute(home)?,
         None => Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("/")).to_path_buf(),
     };
-    if home.join("rust/host/Cargo.toml").is_file() {
+    if home.join("rust/linux/Cargo.toml").is_file() {
         return Ok(home);
     }
     let place = home.display();

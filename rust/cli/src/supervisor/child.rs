@@ -9,11 +9,19 @@ use std::process::{Child as Process, ChildStderr, ChildStdout, Command, ExitStat
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open};
 
-use super::Role;
 use super::output::Stream;
 
 /// A line that does not end is shown in pieces of this size, in bytes, so that it does not pile up here.
 const LINE_LENGTH_MAX: usize = 64 * 1024;
+
+/// What a participant is for, which decides whether the run waits for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// A part of the program.
+    Federate,
+    /// It serves the federates, and is expected to end soon after the last one has.
+    Rti,
+}
 
 /// A started process.
 pub(super) struct Child {
@@ -24,6 +32,11 @@ pub(super) struct Child {
     running: Option<Running>,
     standard: Option<Lines<ChildStdout>>,
     error: Option<Lines<ChildStderr>>,
+    /// For a simulator: what stands before the status of the program in it.
+    status_line: Option<String>,
+    /// Whether that has come. It counts as ended then, but is left until all others have ended too, as a board would
+    /// be: it may still have to tell its peers that it closes its connections.
+    has_told: bool,
 }
 
 struct Running {
@@ -42,7 +55,7 @@ pub(super) struct End {
 }
 
 impl Child {
-    pub(super) fn start(name: &str, role: Role, command: &mut Command) -> io::Result<Self> {
+    pub(super) fn start(name: &str, role: Role, status_line: Option<&str>, command: &mut Command) -> io::Result<Self> {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
         let mut process = command.spawn()?;
         let pid = Pid::from_child(&process);
@@ -57,11 +70,32 @@ impl Child {
         let standard = process.stdout.take().map(Lines::new).transpose()?;
         let error = process.stderr.take().map(Lines::new).transpose()?;
         let running = Some(Running { pid, end });
-        Ok(Self { name: name.to_owned(), role, process, running, standard, error })
+        let (name, status_line) = (name.to_owned(), status_line.map(str::to_owned));
+        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false })
     }
 
+    /// Whether the run waits for it.
     pub(super) fn is_running(&self) -> bool {
+        self.is_there() && !self.has_told
+    }
+
+    /// Whether a line of its output has told its end.
+    pub(super) fn has_told(&self) -> bool {
+        self.has_told
+    }
+
+    /// Whether there is a process.
+    pub(super) fn is_there(&self) -> bool {
         self.running.is_some()
+    }
+
+    /// The end of the program in a simulator, if this is the first line of its output that tells it.
+    pub(super) fn told(&mut self, line: &[u8]) -> Option<End> {
+        let before = self.status_line.as_ref().filter(|_| !self.has_told)?;
+        let line = str::from_utf8(line).ok()?;
+        let code = line.strip_prefix(before.as_str())?.parse().ok()?;
+        self.has_told = true;
+        Some(End::with_status(code))
     }
 
     /// What to wait for: the end (`None`) and the output.
@@ -101,27 +135,31 @@ impl Child {
         }
     }
 
-    /// Ends what is left of the process group, then waits for the process, which has ended or been killed.
+    /// Ends what is left of the process group, and waits for the process, which ends with it if it has not before.
     pub(super) fn reap(&mut self) -> io::Result<End> {
         // Until it is reaped the process keeps its id, so that the group is its own.
         self.signal(Signal::KILL);
         let status = self.process.wait()?;
         self.running = None;
+        if self.status_line.is_some() && status.success() {
+            return Ok(End { success: false, exit_code: 1, how: "ended before the program in it".to_owned() });
+        }
         Ok(End::new(status))
     }
 }
 
 impl End {
     fn new(status: ExitStatus) -> Self {
-        let signal = status.signal().and_then(|number| u8::try_from(number).ok());
-        let (exit_code, how) = if let Some(signal) = signal {
-            let name = signal_hook::low_level::signal_name(i32::from(signal)).unwrap_or("unnamed");
-            (signal.saturating_add(128), format!("was ended by signal {signal} ({name})"))
-        } else {
-            let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
-            (code, format!("ended with exit status {code}"))
+        let Some(signal) = status.signal().and_then(|number| u8::try_from(number).ok()) else {
+            return Self::with_status(status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1));
         };
-        Self { success: status.success(), exit_code, how }
+        let name = signal_hook::low_level::signal_name(i32::from(signal)).unwrap_or("unnamed");
+        let how = format!("was ended by signal {signal} ({name})");
+        Self { success: false, exit_code: signal.saturating_add(128), how }
+    }
+
+    fn with_status(code: u8) -> Self {
+        Self { success: code == 0, exit_code: code, how: format!("ended with exit status {code}") }
     }
 }
 
@@ -154,8 +192,9 @@ fn read<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>
         };
         for piece in buffer[..length].split_inclusive(|byte| *byte == b'\n') {
             lines.partial.extend_from_slice(piece);
-            if lines.partial.ends_with(b"\n") {
-                lines.partial.pop();
+            if lines.partial.pop_if(|byte| *byte == b'\n').is_some() {
+                // The consoles of boards end lines with both.
+                lines.partial.pop_if(|byte| *byte == b'\r');
                 found.push(std::mem::take(&mut lines.partial));
             } else if lines.partial.len() >= LINE_LENGTH_MAX {
                 found.push(std::mem::take(&mut lines.partial));

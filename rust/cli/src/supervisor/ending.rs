@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 pub(crate) struct Limits {
     /// The whole run, from its start; `None` for as long as it likes.
     pub(crate) run: Option<Duration>,
-    /// After the first failure, for the others to end by themselves.
+    /// After the first failure, and after the end of the federation, for the others to end by themselves.
     pub(crate) grace: Duration,
     /// After SIGTERM, before SIGKILL.
     pub(crate) terminate: Duration,
@@ -116,9 +116,11 @@ impl Plan {
         }
     }
 
-    /// The federates have ended well, so the RTI is expected to end, too.
-    pub(super) fn only_rti_left(&mut self, now: Instant) {
-        self.stage = Stage::Waiting(now + self.limits.grace);
+    /// The RTI or all federates have ended well, so the others are expected to end, too.
+    pub(super) fn federation_over(&mut self, now: Instant) {
+        if self.stage == Stage::Running {
+            self.stage = Stage::Waiting(now + self.limits.grace);
+        }
     }
 
     /// A signal to stop; the second one does not wait any more.
@@ -139,26 +141,24 @@ impl Plan {
         self.terminate(now)
     }
 
-    /// What has become due, and why when that is news; `None` when nothing has.
-    pub(super) fn due(&mut self, now: Instant) -> Option<(Action, Option<String>)> {
+    /// What has become due, and why; `None` when nothing has. `names` are those that have not ended.
+    pub(super) fn due(&mut self, now: Instant, names: impl Fn() -> String) -> Option<(Action, String)> {
         match self.stage {
             Stage::Running | Stage::Waiting(_) if self.deadline.is_some_and(|deadline| deadline <= now) => {
                 self.cause(Ending::TimedOut);
-                Some((self.terminate(now), Some("the time limit is reached; stopping all participants".to_owned())))
+                Some((self.terminate(now), "the time limit is reached; stopping all participants".to_owned()))
             }
             Stage::Waiting(until) if until <= now => {
-                let why = if self.ending == Ending::Success {
-                    "all federates have ended, but the RTI has not; stopping it"
-                } else {
-                    "stopping the participants that have not ended by themselves"
+                let why = match self.ending {
+                    Ending::Success => format!("{} did not end with the federation; stopping", names()),
+                    _ => format!("stopping {}", names()),
                 };
                 self.cause(Ending::Failed(1));
-                Some((self.terminate(now), Some(why.to_owned())))
+                Some((self.terminate(now), why))
             }
             Stage::Terminating(until) if until <= now => {
                 self.stage = Stage::Killing;
-                let why = "killing the participants that do not stop";
-                Some((Action::Kill, Some(why.to_owned())))
+                Some((Action::Kill, format!("killing {}, which did not stop when asked to", names())))
             }
             _ => None,
         }
@@ -183,6 +183,10 @@ mod tests {
 
     const SECOND: Duration = Duration::from_secs(1);
 
+    fn names() -> String {
+        "RTI".to_owned()
+    }
+
     fn limits(run: Option<Duration>) -> Limits {
         Limits { run, grace: 5 * SECOND, terminate: 3 * SECOND }
     }
@@ -193,11 +197,11 @@ mod tests {
         let mut plan = Plan::new(limits(None), start);
         assert_eq!(plan.next(), None);
         plan.failed(3, start);
-        assert_eq!(plan.due(start + 4 * SECOND), None);
-        assert_eq!(plan.due(start + 5 * SECOND).map(|(action, _)| action), Some(Action::Terminate));
+        assert_eq!(plan.due(start + 4 * SECOND, names), None);
+        assert_eq!(plan.due(start + 5 * SECOND, names).map(|(action, _)| action), Some(Action::Terminate));
         assert_eq!(plan.next(), Some(start + 8 * SECOND));
-        assert_eq!(plan.due(start + 8 * SECOND).map(|(action, _)| action), Some(Action::Kill));
-        assert_eq!(plan.due(start + 99 * SECOND), None);
+        assert_eq!(plan.due(start + 8 * SECOND, names).map(|(action, _)| action), Some(Action::Kill));
+        assert_eq!(plan.due(start + 99 * SECOND, names), None);
         assert_eq!(plan.ending(), Ending::Failed(3));
     }
 
@@ -205,7 +209,7 @@ mod tests {
     fn the_first_cause_decides_the_exit_status() {
         let start = Instant::now();
         let mut plan = Plan::new(limits(Some(SECOND)), start);
-        assert_eq!(plan.due(start + SECOND).map(|(action, _)| action), Some(Action::Terminate));
+        assert_eq!(plan.due(start + SECOND, names).map(|(action, _)| action), Some(Action::Terminate));
         plan.failed(143, start + SECOND);
         assert_eq!(plan.ending().exit_code(), 124);
     }
@@ -223,9 +227,9 @@ mod tests {
     fn an_rti_that_outlives_its_federates_is_a_failure() {
         let start = Instant::now();
         let mut plan = Plan::new(limits(None), start);
-        plan.only_rti_left(start);
+        plan.federation_over(start);
         assert_eq!(plan.ending(), Ending::Success);
-        assert!(plan.due(start + 5 * SECOND).is_some_and(|(_, why)| why.is_some_and(|why| why.contains("RTI"))));
+        assert!(plan.due(start + 5 * SECOND, names).is_some_and(|(_, why)| why.contains("RTI")));
         assert_eq!(plan.ending(), Ending::Failed(1));
     }
 

@@ -13,13 +13,13 @@ pub(crate) struct Interrupts {
 }
 
 impl Interrupts {
-    /// Takes over SIGINT (^C), SIGTERM and SIGHUP from now on.
+    /// Takes over SIGINT (^C), SIGTERM and SIGHUP from now on; the last one not under `nohup`.
     ///
     /// # Errors
     /// When the system has no descriptors left.
     pub(crate) fn of_this_process() -> io::Result<Self> {
         let mut sources = Vec::new();
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignores_hangups()) {
             let (read, write) = UnixStream::pair()?;
             read.set_nonblocking(true)?;
             signal_hook::low_level::pipe::register(signal, write)?;
@@ -52,4 +52,11 @@ impl Interrupts {
         }
         taken
     }
+}
+
+/// Whether this program was started with SIGHUP ignored, as the kernel tells it: one bit per signal, the lowest is 1.
+fn ignores_hangups() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 1)
 }

@@ -21,18 +21,10 @@ pub(crate) use ending::{Ending, Limits};
 pub(crate) use interrupts::Interrupts;
 pub(crate) use output::Output;
 
-use child::Child;
+pub(crate) use child::Role;
+use child::{Child, End};
 use ending::{Action, Plan};
 use output::Stream;
-
-/// What a participant is for, which decides whether the run waits for it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// A part of the program.
-    Federate,
-    /// It serves the federates, and is expected to end soon after the last one has.
-    Rti,
-}
 
 /// The participants of one run.
 pub(crate) struct Supervisor {
@@ -58,12 +50,19 @@ impl Supervisor {
         Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
     }
 
-    /// Starts a participant in a process group of its own, without input.
+    /// Starts a participant in a process group of its own, without input. A simulator goes on when the program in it
+    /// has ended; the line of its standard output that begins with `status_line` tells with which status.
     ///
     /// # Errors
     /// When the program cannot be started; what has been started before runs on.
-    pub(crate) fn start(&mut self, name: &str, role: Role, command: &mut Command) -> io::Result<()> {
-        self.children.push(Child::start(name, role, command)?);
+    pub(crate) fn start(
+        &mut self,
+        name: &str,
+        role: Role,
+        status_line: Option<&str>,
+        command: &mut Command,
+    ) -> io::Result<()> {
+        self.children.push(Child::start(name, role, status_line, command)?);
         Ok(())
     }
 
@@ -84,7 +83,7 @@ impl Supervisor {
                 false
             })?;
         }
-        Ok(found)
+        Ok(found.filter(|_| !self.plan.is_ending()))
     }
 
     /// Runs until all participants have ended, and says how.
@@ -110,8 +109,10 @@ impl Supervisor {
         }
         if ready.signals {
             for signal in self.interrupts.take() {
+                if !self.plan.is_stopping() {
+                    self.output.note("interrupted; stopping all participants");
+                }
                 let action = self.plan.interrupted(signal, Instant::now());
-                self.output.note("interrupted; stopping all participants");
                 self.act(action);
             }
         }
@@ -119,10 +120,12 @@ impl Supervisor {
             let action = self.plan.output_closed(Instant::now());
             self.act(action);
         }
-        while let Some((action, why)) = self.plan.due(Instant::now()) {
-            if let Some(why) = why {
-                self.output.note(&why);
-            }
+        let running = self.children.iter().filter(|child| child.is_running());
+        let names = || running.clone().map(|child| child.name.as_str()).collect::<Vec<_>>().join(", ");
+        if running.clone().next().is_some()
+            && let Some((action, why)) = self.plan.due(Instant::now(), names)
+        {
+            self.output.note(&why);
             self.act(action);
         }
         Ok(())
@@ -163,19 +166,22 @@ impl Supervisor {
 
     /// Shows the whole lines that have come on one stream, and says whether there were any.
     fn copy(&mut self, index: usize, stream: Stream, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<bool> {
-        let child = &mut self.children[index];
-        let lines = child.read(stream)?;
+        let lines = self.children[index].read(stream)?;
         let any = !lines.is_empty();
         for line in lines {
-            let swallowed = stream == Stream::Standard && swallow(index, &String::from_utf8_lossy(&line));
-            if !swallowed {
-                self.output.line(index, &child.name, stream, &line);
+            let is_standard = stream == Stream::Standard;
+            if is_standard && swallow(index, &String::from_utf8_lossy(&line)) {
+                continue;
+            }
+            self.output.line(index, &self.children[index].name, stream, &line);
+            if is_standard && let Some(end) = self.children[index].told(&line) {
+                self.judge(index, &end);
             }
         }
         Ok(any)
     }
 
-    /// A process has ended: shows the rest of its output, reaps it, and decides what that means for the others.
+    /// A process has ended: reaps it, and shows the rest of its output.
     fn ended(&mut self, index: usize, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<()> {
         let end = self.children[index].reap()?;
         for stream in [Stream::Standard, Stream::Error] {
@@ -184,21 +190,28 @@ impl Supervisor {
                 self.output.line(index, &self.children[index].name, stream, &rest);
             }
         }
-        let others = self.children.iter().filter(|child| child.is_running()).count();
-        let now = Instant::now();
+        if !self.children[index].has_told() {
+            self.judge(index, &end);
+        }
+        Ok(())
+    }
+
+    /// Decides what the end of a participant means for the others.
+    fn judge(&mut self, index: usize, end: &End) {
+        let ended = &self.children[index];
+        let mut others = self.children.iter().filter(|child| child.is_running()).peekable();
+        let is_last = others.peek().is_none();
         if !end.success {
             // Who was told to stop may end as it likes; who ends by itself says something about the program.
             if !self.plan.is_stopping() {
-                self.output.note(&format!("{} {}{}", self.children[index].name, end.how, waiting(others)));
+                let rest = if is_last { "" } else { "; waiting for the others to end" };
+                self.output.note(&format!("{} {}{rest}", ended.name, end.how));
             }
-            self.plan.failed(end.exit_code, now);
-        } else if others > 0 && !self.plan.is_ending() {
-            let running = |role| self.children.iter().any(|child| child.is_running() && child.role == role);
-            if running(Role::Rti) && !running(Role::Federate) {
-                self.plan.only_rti_left(now);
-            }
+            self.plan.failed(end.exit_code, Instant::now());
+        } else if !is_last && (ended.role == Role::Rti || others.all(|child| child.role == Role::Rti)) {
+            // The RTI and the last federates end at the same time, in any order; who stays much longer hangs.
+            self.plan.federation_over(Instant::now());
         }
-        Ok(())
     }
 
     /// Signals the process groups of all participants that still run.
@@ -216,18 +229,11 @@ impl Supervisor {
 impl Drop for Supervisor {
     /// Whatever happens to this program, no participant is left behind.
     fn drop(&mut self) {
-        self.act(Action::Kill);
-        for child in &mut self.children {
-            if child.is_running() {
-                // An error means that it is gone already.
-                let _ = child.reap();
-            }
+        for child in self.children.iter_mut().filter(|child| child.is_there()) {
+            // An error means that it is gone already.
+            let _ = child.reap();
         }
     }
-}
-
-fn waiting(others: usize) -> &'static str {
-    if others == 0 { "" } else { "; waiting for the others to end" }
 }
 
 #[cfg(test)]

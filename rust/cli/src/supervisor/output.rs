@@ -3,6 +3,8 @@
 
 use std::io::{self, IsTerminal, Write};
 
+use crate::codes::with_sentences;
+
 /// Which output of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stream {
@@ -21,20 +23,19 @@ pub(crate) struct Output {
     error: Box<dyn Write>,
     /// Whether each of the two is a terminal, and gets colours.
     coloured: (bool, bool),
+    /// Before what is said about the run itself; without it no line gets a name.
+    speaker: Option<String>,
     /// In characters.
     name_width: usize,
     closed: bool,
 }
 
-/// The name under which this program itself speaks.
-const OWN_NAME: &str = "lfz";
-
 impl Output {
-    /// To the standard streams of this process, with room for these names; with no names, no line gets one.
-    pub(crate) fn of_this_process<'a>(names: impl IntoIterator<Item = &'a str>) -> Self {
+    /// To the standard streams of this process, with room for these names.
+    pub(crate) fn of_this_process<'a>(speaker: Option<&'a str>, names: impl IntoIterator<Item = &'a str>) -> Self {
         let colours = std::env::var_os("NO_COLOR").is_none();
         let coloured = (colours && io::stdout().is_terminal(), colours && io::stderr().is_terminal());
-        Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, names)
+        Self::new(Box::new(io::stdout()), Box::new(io::stderr()), coloured, speaker, names)
     }
 
     /// To any two writers.
@@ -42,11 +43,11 @@ impl Output {
         standard: Box<dyn Write>,
         error: Box<dyn Write>,
         coloured: (bool, bool),
+        speaker: Option<&'a str>,
         names: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        let longest = names.into_iter().map(|name| name.chars().count()).max();
-        let name_width = longest.map_or(0, |width| width.max(OWN_NAME.len()));
-        Self { standard, error, coloured, name_width, closed: false }
+        let name_width = names.into_iter().chain(speaker).map(|name| name.chars().count()).max().unwrap_or(0);
+        Self { standard, error, coloured, speaker: speaker.map(str::to_owned), name_width, closed: false }
     }
 
     /// Whether somebody has closed the output, so that there is no point in going on.
@@ -54,19 +55,19 @@ impl Output {
         self.closed
     }
 
-    /// Shows one line of a participant, given without its end.
+    /// Shows one line of a participant, given without its end, with sentences in place of codes.
     pub(super) fn line(&mut self, index: usize, name: &str, stream: Stream, line: &[u8]) {
         let colour = Some(COLOURS[index % COLOURS.len()]);
-        let prefix = if self.name_width == 0 { String::new() } else { self.prefix(name, colour, stream) };
+        let prefix = if self.speaker.is_none() { String::new() } else { self.prefix(name, colour, stream) };
         let mut bytes = prefix.into_bytes();
-        bytes.extend_from_slice(line.strip_suffix(b"\r").unwrap_or(line));
+        bytes.extend_from_slice(&with_sentences(line));
         bytes.push(b'\n');
         self.write(stream, &bytes);
     }
 
     /// Says something in this program's own name.
     pub(super) fn note(&mut self, text: &str) {
-        let prefix = self.prefix(OWN_NAME, None, Stream::Error);
+        let prefix = self.prefix(self.speaker.as_deref().unwrap_or("lfz"), None, Stream::Error);
         self.write(Stream::Error, format!("{prefix}{text}\n").as_bytes());
     }
 

@@ -47,7 +47,13 @@ struct Bench {
 impl Bench {
     fn new(limits: Limits) -> Self {
         let (standard, error) = (Shared::default(), Shared::default());
-        let output = Output::new(Box::new(standard.clone()), Box::new(error.clone()), (false, false), ["a", "long"]);
+        let output = Output::new(
+            Box::new(standard.clone()),
+            Box::new(error.clone()),
+            (false, false),
+            Some("lfz"),
+            ["a", "long"],
+        );
         let (interrupt, stream) = UnixStream::pair().expect("a socket pair");
         let supervisor = Supervisor::new(limits, Interrupts::of_stream(2, stream), output);
         Self { supervisor, standard, error, interrupt }
@@ -58,7 +64,14 @@ impl Bench {
     }
 
     fn start_as(&mut self, name: &str, role: Role, script: &str) {
-        self.supervisor.start(name, role, Command::new("sh").args(["-c", script])).expect("sh starts");
+        self.supervisor.start(name, role, None, Command::new("sh").args(["-c", script])).expect("sh starts");
+    }
+
+    /// Starts a simulator whose program's status a line tells.
+    fn simulate(&mut self, name: &str, script: &str) {
+        let started =
+            self.supervisor.start(name, Role::Federate, Some("status "), Command::new("sh").args(["-c", script]));
+        started.expect("sh starts");
     }
 
     fn line(&mut self) -> String {
@@ -117,7 +130,7 @@ fn who_ignores_the_request_to_stop_is_killed() {
     assert_eq!(bench.line(), "ready");
     bench.interrupt.write_all(b"x").expect("the supervisor listens");
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Interrupted(2));
-    assert!(bench.error.text().contains("killing the participants that do not stop"), "{}", bench.error.text());
+    assert!(bench.error.text().contains("killing a, which did not stop when asked to"), "{}", bench.error.text());
 }
 
 #[test]
@@ -155,12 +168,75 @@ fn an_rti_that_stays_after_its_federates_is_stopped_and_is_a_failure() {
     bench.start_as("RTI", Role::Rti, FOREVER);
     bench.start("a", "exit 0");
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
+    assert_eq!(bench.error.text(), "lfz  | RTI did not end with the federation; stopping\n");
+}
+
+#[test]
+fn a_federate_that_stays_after_the_rti_is_stopped_and_is_a_failure() {
+    let mut bench = Bench::new(Limits { grace: Duration::ZERO, ..limits() });
+    bench.start_as("RTI", Role::Rti, "exit 0");
+    bench.start("a", FOREVER);
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
+}
+
+#[test]
+fn a_second_interrupt_does_not_wait() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "trap '' TERM; echo ready; while :; do tail -f /dev/null; done");
+    assert_eq!(bench.line(), "ready");
+    bench.interrupt.write_all(b"x").expect("the supervisor listens");
+    while !bench.supervisor.plan.is_stopping() {
+        bench.supervisor.turn(&mut |_, _| false).expect("no error");
+    }
+    bench.interrupt.write_all(b"x").expect("the supervisor listens");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Interrupted(2));
+    assert_eq!(bench.error.text(), "lfz  | interrupted; stopping all participants\n");
+}
+
+#[test]
+fn a_simulator_counts_as_ended_with_the_program_in_it_and_stays_until_all_have_ended() {
+    let mut bench = Bench::new(limits());
+    bench.simulate("long", &format!("echo $$; echo status 0; {FOREVER}"));
+    let simulator = Pid::from_raw(bench.line().parse().expect("a process id")).expect("ids are positive");
+    let end = pidfd_open(simulator, PidfdFlags::empty()).expect("it runs");
+    // It goes on, so that nobody else ends before it.
+    bench.start("a", &format!("kill -0 {} && echo it is there", simulator.as_raw_nonzero()));
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    assert!(bench.standard.text().contains("long | status 0\n"), "{}", bench.standard.text());
+    assert!(bench.standard.text().contains("a    | it is there\n"), "{}", bench.standard.text());
+    let mut descriptors = [PollFd::new(&end, PollFlags::IN)];
+    assert_eq!(poll(&mut descriptors, None).expect("it can be waited for"), 1);
+}
+
+#[test]
+fn a_simulator_fails_with_the_program_in_it_or_when_it_ends_by_itself() {
+    for (script, status, how) in [
+        (format!("printf 'status 102\\r\\n'; {FOREVER}"), 102, "long ended with exit status 102"),
+        ("echo hello".to_owned(), 1, "long ended before the program in it"),
+        ("echo status 7; exit 0".to_owned(), 7, "long ended with exit status 7"),
+    ] {
+        let mut bench = Bench::new(limits());
+        bench.simulate("long", &script);
+        assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(status));
+        assert_eq!(bench.error.text(), format!("lfz  | {how}\n"));
+    }
+}
+
+#[test]
+fn a_line_without_an_end_does_not_pile_up() {
+    let mut bench = Bench::new(limits());
+    bench.start("a", "yes | head -c 1000000 | tr -d '\\n'");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    let text = bench.standard.text();
+    assert!(text.lines().count() > 1);
+    assert_eq!(text.matches('y').count(), 500_000);
 }
 
 #[test]
 fn a_wanted_line_is_returned_and_not_shown() {
     let mut bench = Bench::new(limits());
-    bench.start("a", "echo first; echo port 7; echo last");
+    // Boards end their lines like this.
+    bench.start("a", "echo first; printf 'port 7\\r\\n'; echo last");
     let port = bench.supervisor.wait_for_line(|line| line.strip_prefix("port ").map(str::to_owned));
     assert_eq!(port.expect("no error").as_deref(), Some("7"));
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
@@ -188,9 +264,9 @@ fn a_closed_output_ends_the_run() {
         }
     }
     let (_interrupt, stream) = UnixStream::pair().expect("a socket pair");
-    let output = Output::new(Box::new(Closed), Box::new(io::sink()), (false, false), ["a"]);
+    let output = Output::new(Box::new(Closed), Box::new(io::sink()), (false, false), Some("lfz"), ["a"]);
     let mut supervisor = Supervisor::new(limits(), Interrupts::of_stream(2, stream), output);
     let script = format!("echo x; {FOREVER}");
-    supervisor.start("a", Role::Federate, Command::new("sh").args(["-c", &script])).expect("sh starts");
+    supervisor.start("a", Role::Federate, None, Command::new("sh").args(["-c", &script])).expect("sh starts");
     assert_eq!(supervisor.finish().expect("no error"), Ending::OutputClosed);
 }

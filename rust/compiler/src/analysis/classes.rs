@@ -5,19 +5,21 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{SourceMap, Span};
 use crate::instances::Tree;
+use crate::languages::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
-use crate::resolve::{Class, ClassId, Variable, literal_ns, rust_text, signature};
-use crate::syntax::ast;
+use crate::resolve::{Class, ClassId, Variable, signature};
+use crate::syntax::{ast, literal_ns};
 
 /// Turns spans into locations.
 #[derive(Debug)]
 pub(super) struct Places<'s> {
     sources: &'s SourceMap,
+    language: &'static dyn Language,
 }
 
 impl<'s> Places<'s> {
-    pub(super) fn new(sources: &'s SourceMap) -> Self {
-        Self { sources }
+    pub(super) fn new(sources: &'s SourceMap, language: &'static dyn Language) -> Self {
+        Self { sources, language }
     }
 
     pub(super) fn at(&self, span: Span) -> Location {
@@ -40,8 +42,8 @@ impl<'s> Places<'s> {
             return Value::Time { ns };
         }
         match &value.kind {
-            ast::ExpressionKind::Code(code) => Value::Rust(self.code(code)),
-            _ => Value::Rust(plan::Code { text: rust_text(value, ty), at: self.at(value.span) }),
+            ast::ExpressionKind::Code(code) => Value::Code(self.code(code)),
+            _ => Value::Code(plan::Code { text: self.language.value_text(value, ty), at: self.at(value.span) }),
         }
     }
 }

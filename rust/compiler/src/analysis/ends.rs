@@ -3,9 +3,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::federate::Builder;
+use super::builder::{Builder, Source};
 use super::graph::{Link, Node};
-use super::triggers::Source;
 use super::zero_delay::is_immediate;
 use crate::plan::{self, Type, Upstream};
 

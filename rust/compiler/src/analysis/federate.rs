@@ -3,52 +3,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::classes::{Described, Places};
-use super::graph::{Graph, Node};
-use super::network::Network;
-use super::order::Levels;
+use super::builder::{Builder, Context, Source};
 use super::physical;
-use super::rate::Stream;
-use super::triggers::Source;
-use super::waits::Waits;
-use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::federates::Parts;
-use crate::instances::Tree;
 use crate::plan::{self, Argument, InstanceIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
-use crate::resolve::{Class, Variable};
-
-/// What has been worked out for the whole program.
-pub(super) struct Context<'a> {
-    pub(super) classes: &'a [Class<'a>],
-    pub(super) tree: &'a Tree,
-    pub(super) parts: &'a Parts,
-    pub(super) graph: &'a Graph,
-    pub(super) levels: &'a Levels,
-    pub(super) network: &'a Network,
-    pub(super) decentralized: bool,
-    /// Per connection of the graph.
-    pub(super) waits: &'a [Waits],
-    pub(super) zero_delay: &'a Cycles,
-    /// The cycles of federates, whatever the delays.
-    pub(super) cycles: &'a Cycles,
-    pub(super) places: &'a Places<'a>,
-    pub(super) described: &'a Described,
-}
-
-/// A federate while it is put together.
-pub(super) struct Builder<'a> {
-    pub(super) context: &'a Context<'a>,
-    pub(super) part: usize,
-    /// The instances of this federate.
-    pub(super) instances: BTreeMap<usize, InstanceIndex>,
-    /// The storing ports of this federate.
-    pub(super) ports: BTreeMap<Node, PortIndex>,
-    pub(super) triggers: Vec<plan::Trigger>,
-    pub(super) sources: BTreeMap<Source, TriggerIndex>,
-    /// By network input: how far apart the values are that come there, as far as that is known.
-    pub(super) spacings: Vec<Option<Vec<Stream>>>,
-}
+use crate::resolve::Variable;
 
 /// Works out the plan of one federate.
 pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
@@ -66,11 +25,6 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
 }
 
 impl Builder<'_> {
-    /// Whether an instance belongs to this federate.
-    pub(super) fn owns(&self, instance: usize) -> bool {
-        self.instances.contains_key(&instance)
-    }
-
     /// The ports that something reads, writes or connects; others need no storage.
     fn number_ports(&mut self) {
         let graph = self.context.graph;
@@ -84,14 +38,6 @@ impl Builder<'_> {
             used.extend([graph.root[link.from], graph.root[link.to]].iter().filter(|n| self.owns(graph.instance[**n])));
         }
         self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();
-    }
-
-    pub(super) fn port(&self, node: Node) -> PortIndex {
-        self.ports[&self.context.graph.root[node]]
-    }
-
-    pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
-        self.instances[&instance]
     }
 
     /// All reactions and sends, by level, then in the order of instances.
@@ -130,12 +76,6 @@ impl Builder<'_> {
         // The sort is stable, so instances and declarations stay in order within a level.
         reactions.sort_by_key(|reaction| reaction.level);
         reactions
-    }
-
-    pub(super) fn link_name(&self, link: usize) -> String {
-        let Context { graph, tree, classes, .. } = *self.context;
-        let link = &graph.links[link];
-        format!("{} -> {}", graph.path(link.from, tree, classes), graph.path(link.to, tree, classes))
     }
 
     /// Fills in what ports and triggers trigger, now that the order of reactions is known.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From instances and federates to the plan: storage of ports, levels, order of execution, delays and capacities.
 
+mod builder;
 mod classes;
 mod ends;
 mod federate;
@@ -19,8 +20,10 @@ pub use triggers::NETWORK_CAPACITY;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
 use crate::instances::Tree;
+use crate::languages::Language;
 use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, program_name};
+use builder::Context;
 use classes::Places;
 use graph::Graph;
 use zero_delay::Cycles;
@@ -34,6 +37,7 @@ pub(crate) fn analyse(
     classes: &[Class<'_>],
     tree: &Tree,
     parts: &Parts,
+    language: &'static dyn Language,
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
@@ -49,7 +53,7 @@ pub(crate) fn analyse(
     }
     let levels = order?;
     let sources = diagnostics.sources().clone();
-    let places = Places::new(&sources);
+    let places = Places::new(&sources, language);
     let decentralized = target.coordination == plan::Coordination::Decentralized;
     let described = classes::describe(classes, tree, decentralized, &places);
     let network = network::number(&graph, parts);
@@ -57,7 +61,7 @@ pub(crate) fn analyse(
     let cycles = Cycles::of_any_delay(&graph, parts);
     let mut federates = Vec::new();
     for part in 0..parts.list.len() {
-        let context = federate::Context {
+        let context = Context {
             classes,
             tree,
             parts,

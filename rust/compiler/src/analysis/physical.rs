@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How soon a physical action, or a value on a physical connection, can cause a message to another federate.
 
-use super::federate::Context;
+use super::builder::Context;
 use super::graph::Node;
 use crate::diagnostics::Diagnostics;
 use crate::resolve::{ReactionParameter, Variable};

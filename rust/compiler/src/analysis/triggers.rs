@@ -12,7 +12,7 @@
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
 
-use super::federate::Builder;
+use super::builder::{Builder, Source};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
@@ -28,19 +28,6 @@ const ACTION_CAPACITY: usize = 8;
 /// behind what it had sent: so many tags with messages a federate begins before the RTI has taken them. What the delay
 /// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
-
-/// What a trigger is in the program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Source {
-    Startup,
-    Shutdown,
-    /// Instance, and position in its class.
-    Timer(usize, usize),
-    /// Instance, and position in its class.
-    Action(usize, usize),
-    /// A connection of the graph.
-    Link(usize),
-}
 
 impl Builder<'_> {
     /// Adds every trigger that a reaction names, every delayed connection and every network input.

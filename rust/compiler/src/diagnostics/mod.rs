@@ -147,14 +147,4 @@ impl Diagnostics {
     pub(crate) fn sort(&mut self) {
         self.entries.sort_by_key(|entry| (entry.span.file, entry.span.start));
     }
-
-    /// All entries as text, each with its place, the line of the program and its hint.
-    pub fn render(&self, style: Style) -> String {
-        let mut text = String::new();
-        for entry in &self.entries {
-            text.push_str(&render::render(entry, &self.sources, style));
-            text.push('\n');
-        }
-        text
-    }
 }

@@ -4,7 +4,7 @@
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
-use super::{Diagnostic, Label, Severity, SourceFile, SourceMap, Span};
+use super::{Diagnostic, Diagnostics, Label, Severity, SourceFile, SourceMap, Span};
 
 /// Whether to use colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -16,8 +16,20 @@ pub enum Style {
     Coloured,
 }
 
+impl Diagnostics {
+    /// All entries as text, each with its place, the line of the program and its hint.
+    pub fn render(&self, style: Style) -> String {
+        let mut text = String::new();
+        for entry in self.iter() {
+            text.push_str(&render(entry, self.sources(), style));
+            text.push('\n');
+        }
+        text
+    }
+}
+
 /// One diagnostic, ending in a new line.
-pub(super) fn render(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> String {
+fn render(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> String {
     let (word, colour) = match diagnostic.severity() {
         Severity::Error => ("error", "\x1b[1;31m"),
         Severity::Warning => ("warning", "\x1b[1;33m"),

@@ -1,44 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a plan to text: a Rust crate per federate and, for Zephyr, a Kconfig fragment and a devicetree overlay.
+//! From a plan to text: a crate per federate by the target language and, for Zephyr, a Kconfig fragment and a
+//! devicetree overlay.
 //!
 //! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
 
-mod crate_layout;
-mod crates;
-pub mod deployment;
-mod federate;
-mod names;
-mod network_buffers;
-mod reactor;
-mod rti;
+mod job;
+pub(crate) mod names;
 mod source_map;
-mod splice;
 #[cfg(test)]
 mod tests;
-mod zephyr_config;
 
-use core::fmt;
-
-use crate::plan::{Federate, Location, Plan};
-use crates::{Crate, CrateKind};
-use deployment::{Deployment, Place, Platform, RtiHome};
+use crate::deployment::{Place, Platform, RtiHome};
+use crate::languages::{self, Language};
+use crate::plan::{Federate, Plan};
+use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
 use names::{Names, kebab_case};
 
+pub(crate) use job::Job;
+pub use job::{EmitError, File, Settings};
 pub use source_map::SourceMap;
-
-/// What the caller decides about the generated crates.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings<'a> {
-    /// The folder of the crate `lf-host`, absolute or relative to a generated crate.
-    pub lf_host: &'a str,
-    /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
-    pub lf_zephyr: &'a str,
-    /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
-    /// cargo's intermediate results must not have the same.
-    pub version: &'a str,
-    /// Where the federates run.
-    pub deployment: &'a Deployment,
-}
+pub(crate) use source_map::{Anchor, FileMap, Origin, Piece};
 
 /// All that was generated for a program.
 #[derive(Clone, Debug)]
@@ -101,36 +82,33 @@ pub enum Artifact {
 /// Generates the crates of a program.
 ///
 /// # Errors
-/// For each federate the first thing of which no Rust can be made; each thing once.
+/// For each federate the first thing of which no crate can be made; each thing once.
 pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
-    let mut emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
-    let mut errors: Vec<EmitError> = Vec::new();
+    let emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
+    let language = languages::named(&plan.target.language).unwrap_or_else(languages::default);
+    let mut work = Emitter { plan, settings, language, emitted, errors: Vec::new() };
     let (mut folders, mut packages) = (Names::default(), Names::default());
     for federate in &plan.federates {
         let folder = folders.give(&federate.name);
         let package = packages.give(&package_name(plan, federate)).replace('_', "-");
-        if let Err(error) = emit_federate(plan, federate, settings, (folder, package), &mut emitted)
-            && !errors.contains(&error)
-        {
-            errors.push(error);
-        }
+        let participant = work.federate(federate, folder, package);
+        work.emitted.participants.push(participant);
     }
     if let (RtiHome::Image(place), Some(_)) = (&settings.deployment.rti.home, &plan.rti) {
         let name = rti_name(plan);
         let folder = folders.give(&name);
-        if let Err(error) = emit_rti(plan, name, place, settings, folder, &mut emitted)
-            && !errors.contains(&error)
-        {
-            errors.push(error);
+        if let Some(participant) = work.rti(name, place, folder) {
+            // It comes first, because it is started first.
+            work.emitted.participants.insert(0, participant);
         }
     }
+    let Emitter { mut emitted, errors, .. } = work;
     let is_host = |participant: &&Participant| participant.artifact == Artifact::Host;
-    let members: Vec<String> =
+    let folders: Vec<String> =
         emitted.participants.iter().filter(is_host).map(|participant| participant.folder.clone()).collect();
-    if !members.is_empty() {
-        let text = crates::workspace_manifest(plan, &members);
-        emitted.files.insert(0, File { path: "Cargo.toml".to_owned(), text });
+    if !folders.is_empty() {
+        emitted.files.insert(0, language.workspace(plan, &folders));
     }
     if errors.is_empty() { Ok(emitted) } else { Err(errors) }
 }
@@ -152,110 +130,71 @@ fn package_name(plan: &Plan, federate: &Federate) -> String {
     }
 }
 
-fn emit_federate(
-    plan: &Plan,
-    federate: &Federate,
-    settings: &Settings<'_>,
-    (folder, package): (String, String),
-    emitted: &mut Emitted,
-) -> Result<(), EmitError> {
-    let place = settings.deployment.place(&federate.name);
-    let name = federate.name.as_str();
-    let joint_rti = plan.rti.is_some() && settings.deployment.is_joint(name);
-    let (kind, package, artifact) = match &place.platform {
-        Platform::Host => (CrateKind::Host, package, Artifact::Host),
-        Platform::Zephyr(board) => {
-            let text = zephyr_config::kconfig(plan, federate, settings.deployment);
-            let artifact = image(plan, name, &folder, board.clone(), &place, text, emitted);
-            (CrateKind::Zephyr, ZEPHYR_PACKAGE.to_owned(), artifact)
-        }
-    };
-    let generated =
-        Crate { plan, name, federate: Some(federate), rti: joint_rti, kind, folder: &folder, package: &package };
-    generated.emit(settings, &mut emitted.files, &mut emitted.source_map)?;
-    let role = Role::Federate { id: federate.id, joint_rti };
-    emitted.participants.push(Participant { role, name: name.to_owned(), folder, package, artifact });
-    Ok(())
-}
-
 /// The name that Zephyr's build knows a crate by.
 const ZEPHYR_PACKAGE: &str = "rustapp";
 
-/// Adds what an image has beside its crate.
-fn image(
-    plan: &Plan,
-    name: &str,
-    folder: &str,
-    board: String,
-    place: &Place,
-    kconfig_text: String,
-    emitted: &mut Emitted,
-) -> Artifact {
-    let (kconfig, overlay) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
-    emitted.files.push(File { path: kconfig.clone(), text: kconfig_text });
-    let label = place.ethernet.as_deref().or_else(|| zephyr_config::ethernet_label(&board));
-    let text = zephyr_config::overlay(plan, name, place.mac.zip(label));
-    emitted.files.push(File { path: overlay.clone(), text });
-    Artifact::Zephyr { board, kconfig, overlay, place: Box::new(place.clone()) }
+struct Emitter<'a> {
+    plan: &'a Plan,
+    settings: &'a Settings<'a>,
+    language: &'static dyn Language,
+    emitted: Emitted,
+    errors: Vec<EmitError>,
 }
 
-/// An image that is the RTI and nothing else. It comes first, because it is started first.
-fn emit_rti(
-    plan: &Plan,
-    name: String,
-    place: &Place,
-    settings: &Settings<'_>,
-    folder: String,
-    emitted: &mut Emitted,
-) -> Result<(), EmitError> {
-    let Platform::Zephyr(board) = &place.platform else { return Ok(()) };
-    let text = zephyr_config::rti_kconfig(plan, &name, place, settings.deployment);
-    let artifact = image(plan, &name, &folder, board.clone(), place, text, emitted);
-    let (kind, package) = (CrateKind::Zephyr, ZEPHYR_PACKAGE);
-    let generated = Crate { plan, name: &name, federate: None, rti: true, kind, folder: &folder, package };
-    generated.emit(settings, &mut emitted.files, &mut emitted.source_map)?;
-    let participant = Participant { role: Role::Rti, name, folder, package: package.to_owned(), artifact };
-    emitted.participants.insert(0, participant);
-    Ok(())
-}
-
-/// A generated file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct File {
-    /// The path below the output folder, with `/` between its parts.
-    pub path: String,
-    /// The text.
-    pub text: String,
-}
-
-/// Something in the program of which no crate can be made.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EmitError {
-    /// The LF file.
-    pub path: String,
-    /// The line, from 1.
-    pub line: usize,
-    /// The column, from 1.
-    pub column: usize,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl EmitError {
-    fn new(plan: &Plan, at: Location, message: String) -> Self {
-        Self { path: plan.path(at).to_owned(), line: at.line, column: at.column, message }
+impl Emitter<'_> {
+    fn federate(&mut self, federate: &Federate, folder: String, package: String) -> Participant {
+        let (plan, deployment) = (self.plan, self.settings.deployment);
+        let place = deployment.place(&federate.name);
+        let name = federate.name.clone();
+        let joint_rti = plan.rti.is_some() && deployment.is_joint(&name);
+        let (package, artifact) = match &place.platform {
+            Platform::Host => (package, Artifact::Host),
+            Platform::Zephyr(board) => {
+                let text = federate_kconfig(plan, federate, deployment);
+                (ZEPHYR_PACKAGE.to_owned(), self.image(&name, &folder, board, &place, text))
+            }
+        };
+        let role = Role::Federate { id: federate.id, joint_rti };
+        self.program(Participant { role, name, folder, package, artifact }, Some(federate))
     }
 
-    fn internal(generated: &str, error: &syn::Error) -> Self {
-        let message = format!("this is a mistake of the compiler: what it generated is not Rust: {error}");
-        Self { path: generated.to_owned(), line: 1, column: 1, message }
+    /// An image that is the RTI and nothing else.
+    fn rti(&mut self, name: String, place: &Place, folder: String) -> Option<Participant> {
+        let Platform::Zephyr(board) = &place.platform else { return None };
+        let text = rti_kconfig(self.plan, &name, place, self.settings.deployment);
+        let artifact = self.image(&name, &folder, board, place, text);
+        let package = ZEPHYR_PACKAGE.to_owned();
+        Some(self.program(Participant { role: Role::Rti, name, folder, package, artifact }, None))
+    }
+
+    /// Adds what an image has beside its program.
+    fn image(&mut self, name: &str, folder: &str, board: &str, place: &Place, kconfig_text: String) -> Artifact {
+        let (kconfig, overlay_path) = (format!("{folder}/{name}.conf"), format!("{folder}/{name}.overlay"));
+        self.emitted.files.push(File { path: kconfig.clone(), text: kconfig_text });
+        let label = place.ethernet.as_deref().or_else(|| ethernet_label(board));
+        let text = overlay(self.plan, name, place.mac.zip(label));
+        self.emitted.files.push(File { path: overlay_path.clone(), text });
+        Artifact::Zephyr { board: board.to_owned(), kconfig, overlay: overlay_path, place: Box::new(place.clone()) }
+    }
+
+    /// Adds the program of a participant.
+    fn program(&mut self, participant: Participant, federate: Option<&Federate>) -> Participant {
+        let job = Job {
+            plan: self.plan,
+            settings: self.settings,
+            name: &participant.name,
+            federate,
+            rti: matches!(participant.role, Role::Rti | Role::Federate { joint_rti: true, .. }),
+            is_image: participant.artifact != Artifact::Host,
+            folder: &participant.folder,
+            package: &participant.package,
+        };
+        let result = self.language.emit(&job, &mut self.emitted.files, &mut self.emitted.source_map);
+        if let Err(error) = result
+            && !self.errors.contains(&error)
+        {
+            self.errors.push(error);
+        }
+        participant
     }
 }
-
-impl fmt::Display for EmitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)
-    }
-}
-
-impl core::error::Error for EmitError {}

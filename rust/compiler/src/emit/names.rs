@@ -1,26 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rust names for LF names: the same wherever Rust allows it, raw where it is a keyword, and never twice.
+//! Names of generated files, packages and other things, which are never given twice.
 
 use std::collections::BTreeSet;
 
-use proc_macro2::{Ident, Span};
-use syn::ext::IdentExt;
-
-/// The identifier for a name; raw for a keyword.
-pub(super) fn ident(name: &str) -> Ident {
-    let name = name.strip_prefix("r#").unwrap_or(name);
-    if let Ok(ident) = syn::parse_str::<Ident>(name) {
-        return ident;
-    }
-    // These are the keywords that Rust does not take as raw identifiers.
-    if ["self", "Self", "super", "crate", "_"].contains(&name) {
-        return Ident::new(&format!("{name}_"), Span::call_site());
-    }
-    syn::parse_str::<Ident>(&format!("r#{name}")).unwrap_or_else(|_| Ident::new(&plain(name), Span::call_site()))
-}
-
 /// The text with everything that cannot be in an identifier replaced.
-fn plain(text: &str) -> String {
+pub(crate) fn plain(text: &str) -> String {
     let mut plain: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if plain.starts_with(|c: char| c.is_ascii_digit()) || plain.is_empty() {
         plain.insert(0, '_');
@@ -29,7 +13,7 @@ fn plain(text: &str) -> String {
 }
 
 /// `RelayUnit` becomes `relay_unit`, `HTTPServer` becomes `http_server`.
-pub(super) fn snake_case(name: &str) -> String {
+pub(crate) fn snake_case(name: &str) -> String {
     let characters: Vec<char> = plain(name).chars().collect();
     let mut snake = String::new();
     for (index, c) in characters.iter().enumerate() {
@@ -48,41 +32,25 @@ pub(super) fn snake_case(name: &str) -> String {
 }
 
 /// `RelayUnit` becomes `relay-unit`: the name of a package or a program.
-pub(super) fn kebab_case(name: &str) -> String {
+pub(crate) fn kebab_case(name: &str) -> String {
     let kebab: Vec<String> = snake_case(name).split('_').filter(|word| !word.is_empty()).map(str::to_owned).collect();
     if kebab.is_empty() { "federate".to_owned() } else { kebab.join("-") }
 }
 
-/// `unit_a` becomes `UnitA`: the name of a type.
-pub(super) fn pascal_case(name: &str) -> String {
-    let words = plain(name);
-    let mut pascal: String = words
-        .split('_')
-        .filter_map(|word| {
-            let mut characters = word.chars();
-            characters.next().map(|first| first.to_ascii_uppercase().to_string() + characters.as_str())
-        })
-        .collect();
-    if pascal.is_empty() || pascal.starts_with(|c: char| c.is_ascii_digit()) {
-        pascal.insert(0, '_');
-    }
-    pascal
-}
-
 /// Names that are given once each.
 #[derive(Default)]
-pub(super) struct Names {
+pub(crate) struct Names {
     taken: BTreeSet<String>,
 }
 
 impl Names {
     /// Names that must not be given.
-    pub(super) fn reserving(names: &[&str]) -> Self {
+    pub(crate) fn reserving(names: &[&str]) -> Self {
         Self { taken: names.iter().map(|name| (*name).to_owned()).collect() }
     }
 
     /// The name itself, or with a number where it has been given before.
-    pub(super) fn give(&mut self, name: &str) -> String {
+    pub(crate) fn give(&mut self, name: &str) -> String {
         let mut given = name.to_owned();
         let mut number = 2;
         while !self.taken.insert(given.clone()) {
@@ -91,11 +59,6 @@ impl Names {
         }
         given
     }
-
-    /// The same for an identifier.
-    pub(super) fn give_ident(&mut self, wanted: &Ident) -> Ident {
-        ident(&self.give(&wanted.unraw().to_string()))
-    }
 }
 
 #[cfg(test)]
@@ -103,23 +66,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keywords_become_raw_and_everything_else_stays() {
-        for (name, expected) in
-            [("type", "r#type"), ("r#type", "r#type"), ("self", "self_"), ("x", "x"), ("sendCount", "sendCount")]
-        {
-            assert_eq!(ident(name).to_string(), expected);
-        }
-        assert_eq!(ident("a.sensor").to_string(), "a_sensor");
-    }
-
-    #[test]
-    fn names_of_modules_packages_and_types() {
+    fn names_of_modules_and_packages() {
         assert_eq!(snake_case("RelayUnit"), "relay_unit");
         assert_eq!(snake_case("HTTPServer2Go"), "http_server2_go");
         assert_eq!(kebab_case("SmartGrid"), "smart-grid");
         assert_eq!(kebab_case("_"), "federate");
-        assert_eq!(pascal_case("unit_a"), "UnitA");
-        assert_eq!(pascal_case("3d"), "_3d");
     }
 
     #[test]
@@ -128,6 +79,5 @@ mod tests {
         assert_eq!(names.give("federate"), "federate_2");
         assert_eq!(names.give("a"), "a");
         assert_eq!(names.give("a"), "a_2");
-        assert_eq!(names.give_ident(&ident("type")).to_string(), "r#type");
     }
 }

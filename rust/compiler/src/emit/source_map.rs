@@ -16,46 +16,46 @@ pub struct SourceMap {
 
 /// The map of one generated file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct FileMap {
+pub(crate) struct FileMap {
     /// Verbatim pieces, at most one per line where they span lines; sorted by place.
-    pub(super) pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<Piece>,
     /// Lines of scaffolding from which on everything stems from one declaration; sorted by line.
-    pub(super) anchors: Vec<Anchor>,
+    pub(crate) anchors: Vec<Anchor>,
 }
 
 /// A piece of one generated line that stands in the LF program as it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Piece {
-    pub(super) line: usize,
-    pub(super) column: usize,
+pub(crate) struct Piece {
+    pub(crate) line: usize,
+    pub(crate) column: usize,
     /// Characters; the place directly after the last one still belongs to the piece.
-    pub(super) len: usize,
-    pub(super) to: Place,
+    pub(crate) len: usize,
+    pub(crate) to: Origin,
 }
 
 /// A generated line that a declaration stands behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Anchor {
-    pub(super) line: usize,
+pub(crate) struct Anchor {
+    pub(crate) line: usize,
     /// `None` ends the anchor before it.
-    pub(super) to: Option<Place>,
+    pub(crate) to: Option<Origin>,
 }
 
 /// A place in the LF program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Place {
+pub(crate) struct Origin {
     /// Position in the list of LF paths.
-    pub(super) file: usize,
-    pub(super) line: usize,
-    pub(super) column: usize,
+    pub(crate) file: usize,
+    pub(crate) line: usize,
+    pub(crate) column: usize,
 }
 
 impl SourceMap {
-    pub(super) fn new(lf_paths: Vec<String>) -> Self {
+    pub(crate) fn new(lf_paths: Vec<String>) -> Self {
         Self { lf_paths, files: BTreeMap::new() }
     }
 
-    pub(super) fn insert(&mut self, generated_path: String, map: FileMap) {
+    pub(crate) fn insert(&mut self, generated_path: String, map: FileMap) {
         self.files.insert(generated_path, map);
     }
 
@@ -84,15 +84,15 @@ impl SourceMap {
 }
 
 impl FileMap {
-    fn piece(&self, line: usize, column: usize) -> Option<Place> {
+    fn piece(&self, line: usize, column: usize) -> Option<Origin> {
         let until = self.pieces.partition_point(|piece| (piece.line, piece.column) <= (line, column));
         let piece = self.pieces[..until].last()?;
         let offset = column - piece.column.min(column);
         let inside = piece.line == line && offset <= piece.len;
-        inside.then(|| Place { column: piece.to.column + offset, ..piece.to })
+        inside.then(|| Origin { column: piece.to.column + offset, ..piece.to })
     }
 
-    fn anchor(&self, line: usize) -> Option<Place> {
+    fn anchor(&self, line: usize) -> Option<Origin> {
         let until = self.anchors.partition_point(|anchor| anchor.line <= line);
         self.anchors[..until].last()?.to
     }

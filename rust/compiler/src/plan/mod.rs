@@ -53,6 +53,8 @@ const CLOCK_SYNC_PERIOD_NS_DEFAULT: i64 = 5_000_000;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(clippy::struct_excessive_bools, reason = "these are switches, each of its own")]
 pub struct Target {
+    /// The language of bodies, types and values, as the compiler writes its name.
+    pub language: String,
     /// `timeout` in nanoseconds.
     pub timeout_ns: Option<i64>,
     /// `fast`: do not wait for physical time.
@@ -103,6 +105,7 @@ pub struct Target {
 impl Default for Target {
     fn default() -> Self {
         Self {
+            language: String::new(),
             timeout_ns: None,
             fast: false,
             keepalive: false,

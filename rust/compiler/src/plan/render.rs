@@ -40,7 +40,7 @@ impl Display for OneLine<'_> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self.0 {
             Value::Time { ns } => Time(*ns).fmt(f),
-            Value::Rust(code) => {
+            Value::Code(code) => {
                 for (index, word) in code.text.split_whitespace().enumerate() {
                     write!(f, "{}{word}", if index == 0 { "" } else { " " })?;
                 }
@@ -65,6 +65,22 @@ impl Display for Plan {
             self.render_federate(federate, f)?;
         }
         Ok(())
+    }
+}
+
+/// What a federate is, in a few lines.
+struct Summary<'a>(&'a Plan, &'a Federate);
+
+impl Display for Summary<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self(plan, federate) = self;
+        plan.render_head(federate, f)?;
+        render_target(&plan.target, f)?;
+        plan.render_instances(federate, f)?;
+        plan.render_neighbours(federate, f)?;
+        let (reactions, triggers, ports) = (federate.reactions.len(), federate.triggers.len(), federate.ports.len());
+        let (inputs, outputs) = (federate.inputs.len(), federate.outputs.len());
+        writeln!(f, "  {reactions} reactions, {triggers} triggers, {ports} ports, {inputs} inputs, {outputs} outputs")
     }
 }
 
@@ -96,16 +112,25 @@ fn render_target(target: &Target, f: &mut Formatter<'_>) -> fmt::Result {
     if !target.dnet {
         words.push("no DNET".to_owned());
     }
-    writeln!(f, "  target Rust: {}", words.join(", "))
+    writeln!(f, "  target {}: {}", target.language, words.join(", "))
 }
 
 impl Plan {
-    fn render_federate(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
+    /// A federate in a few lines, which are some of those of the whole plan.
+    pub(crate) fn summary(&self, federate: &Federate) -> String {
+        Summary(self, federate).to_string()
+    }
+
+    fn render_head(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
         match (&self.rti, &federate.host) {
-            (None, _) => writeln!(f, "main reactor {}", federate.name)?,
-            (Some(_), None) => writeln!(f, "federate {} {}", federate.id, federate.name)?,
-            (Some(_), Some(host)) => writeln!(f, "federate {} {} at {host}", federate.id, federate.name)?,
+            (None, _) => writeln!(f, "main reactor {}", federate.name),
+            (Some(_), None) => writeln!(f, "federate {} {}", federate.id, federate.name),
+            (Some(_), Some(host)) => writeln!(f, "federate {} {} at {host}", federate.id, federate.name),
         }
+    }
+
+    fn render_federate(&self, federate: &Federate, f: &mut Formatter<'_>) -> fmt::Result {
+        self.render_head(federate, f)?;
         self.render_instances(federate, f)?;
         list(f, "ports", &federate.ports, render_port)?;
         list(f, "triggers", &federate.triggers, render_trigger)?;

@@ -58,7 +58,7 @@ pub struct Location {
     pub column: usize,
 }
 
-/// Rust code taken verbatim from the source, without its `{=` and `=}`.
+/// Code taken verbatim from the source, without its `{=` and `=}`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Code {
     /// The text, with the line structure that it has in the source.
@@ -67,10 +67,10 @@ pub struct Code {
     pub at: Location,
 }
 
-/// A Rust type, as text.
+/// A type of the target language, as text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Type {
-    /// Rust's spelling; LF's `time` has become `core::time::Duration`, a missing type `()`.
+    /// The language's spelling; LF's `time` and a missing type have become what it has for them.
     pub text: String,
     /// Where the type is written, or the declaration when it has none.
     pub at: Location,
@@ -85,6 +85,6 @@ pub enum Value {
         /// Nanoseconds.
         ns: i64,
     },
-    /// A Rust expression: a literal, the name of a parameter that is in scope, or code.
-    Rust(Code),
+    /// An expression of the target language: a literal, the name of a parameter that is in scope, or code.
+    Code(Code),
 }

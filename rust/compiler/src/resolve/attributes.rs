@@ -45,7 +45,7 @@ const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after"];
 
 /// Attributes of LF that mean something and are not supported.
-pub(super) const UNSUPPORTED: &[&str] = &["sparse", "enclave", "property", "enabled", "transient"];
+pub(super) const UNSUPPORTED: [&str; 5] = ["sparse", "enclave", "property", "enabled", "transient"];
 
 impl<'p> Checker<'p> {
     /// Checks the attributes of a declaration, and returns those that have a meaning.

@@ -4,7 +4,7 @@
 use super::attributes::Target;
 use super::checker::{Checker, is_opaque};
 use super::model::{Action, Class, Parameter, Port, ReactorId, State};
-use super::value::Place;
+use super::value::Destination;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast;
 
@@ -60,12 +60,12 @@ impl<'p> Checker<'p> {
             let ty = self.value_type(declared.ty.as_ref(), declared.init.as_ref(), &declared.name, &parameters);
             if let Some(init) = &declared.init {
                 let what = format!("parameter `{}`", declared.name.text);
-                let place = Place { what: &what, ty: &ty.rust, ty_span: ty.span, is_time: ty.is_time };
+                let place = Destination { what: &what, ty: &ty.text, ty_span: ty.span, is_time: ty.is_time };
                 self.check_value(&init.value, place, &parameters);
             }
             parameters.push(Parameter {
                 name: &declared.name,
-                ty: ty.rust,
+                ty: ty.text,
                 ty_span: ty.span,
                 is_time: ty.is_time,
                 default: declared.init.as_ref().map(|init| &init.value),
@@ -81,12 +81,12 @@ impl<'p> Checker<'p> {
             let ty = self.value_type(declared.ty.as_ref(), declared.init.as_ref(), &declared.name, parameters);
             if let Some(init) = &declared.init {
                 let what = format!("state variable `{}`", declared.name.text);
-                let place = Place { what: &what, ty: &ty.rust, ty_span: ty.span, is_time: ty.is_time };
+                let place = Destination { what: &what, ty: &ty.text, ty_span: ty.span, is_time: ty.is_time };
                 self.check_value(&init.value, place, parameters);
             }
             states.push(State {
                 name: &declared.name,
-                ty: ty.rust,
+                ty: ty.text,
                 ty_span: ty.span,
                 is_time: ty.is_time,
                 init: declared.init.as_ref().map(|init| &init.value),
@@ -104,7 +104,7 @@ impl<'p> Checker<'p> {
             ports.push(Port {
                 name: &declared.name,
                 direction: declared.direction,
-                ty: ty.rust,
+                ty: ty.text,
                 ty_span: ty.span,
                 wide: declared.width.is_some(),
                 capacity,
@@ -134,7 +134,7 @@ impl<'p> Checker<'p> {
             }
             let capacity = self.check_attributes(&declared.attributes, Target::Queue).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
-            actions.push(Action { ast: declared, ty: ty.rust, ty_span: ty.span, capacity });
+            actions.push(Action { ast: declared, ty: ty.text, ty_span: ty.span, capacity });
         }
         actions
     }
@@ -169,7 +169,7 @@ impl<'p> Checker<'p> {
             let parameter = &class.parameters[position];
             let what = format!("parameter `{}` of `{}`", name.text, class.name);
             let place =
-                Place { what: &what, ty: &parameter.ty, ty_span: parameter.ty_span, is_time: parameter.is_time };
+                Destination { what: &what, ty: &parameter.ty, ty_span: parameter.ty_span, is_time: parameter.is_time };
             self.check_value(&given.init.value, place, &container.parameters);
             arguments[position] = Some(&given.init.value);
         }

@@ -108,7 +108,7 @@ impl<'p> Checker<'p> {
         if !is_source || !is_destination {
             return false;
         }
-        if last_names(&source_type.0) != last_names(&destination_type.0) {
+        if !self.language.is_same_type(&source_type.0, &destination_type.0) {
             let message = format!(
                 "`{}` has type `{}`, but `{}` has type `{}`",
                 from_end.text(),
@@ -179,31 +179,5 @@ fn port_text(port: PortRef, class: &Class<'_>, classes: &[Class<'_>]) -> String 
     match port {
         PortRef::Own(_) => name.to_owned(),
         PortRef::Child(child, _) => format!("{}.{name}", class.children[child].ast.name.text),
-    }
-}
-
-/// A type without the paths before its names: two files can name one type differently, and Rust compares them in the
-/// end.
-fn last_names(ty: &str) -> String {
-    let mut text = String::new();
-    for (index, part) in ty.split("::").enumerate() {
-        if index > 0 {
-            let start = text.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
-            text.truncate(start);
-        }
-        text.push_str(part);
-    }
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::last_names;
-
-    #[test]
-    fn paths_do_not_tell_types_apart() {
-        assert_eq!(last_names("super::source::Hello"), "Hello");
-        assert_eq!(last_names("Vec<core::time::Duration>"), "Vec<Duration>");
-        assert_eq!(last_names("[i32; 3]"), "[i32; 3]");
     }
 }

@@ -13,6 +13,8 @@ mod mains;
 mod model;
 mod names;
 mod reaction;
+mod reactors;
+mod supported;
 mod target;
 mod time_value;
 mod types;
@@ -20,13 +22,13 @@ mod unsupported;
 mod value;
 
 pub(crate) use attributes::CAPACITY_MAX;
-pub(crate) use checker::check;
+
 pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{Class, ClassId, PortRef, ReactionParameter, Variable, Wait};
 pub(crate) use reaction::signature;
+pub(crate) use reactors::check;
+pub use supported::{Supported, supported};
+pub use target::TargetProperty;
 pub(crate) use target::check as check_target;
-pub(crate) use time_value::literal_ns;
-pub use unsupported::refused;
-pub(crate) use value::rust_text;

@@ -41,7 +41,7 @@ impl Class<'_> {
 #[derive(Debug)]
 pub(crate) struct Parameter<'p> {
     pub(crate) name: &'p ast::Name,
-    /// In Rust's spelling.
+    /// In the target language's spelling.
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
     pub(crate) is_time: bool,

@@ -1,23 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names: unique within a reactor, and possible in Rust.
+//! Names: unique within a reactor, and possible in the target language.
 
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::languages::Language;
 use crate::syntax::ast::{Name, Reactor};
-use crate::syntax::words::{BODY_NAMES, is_never_a_rust_name};
 
-/// A name as Rust code spells it: Rust's keywords become raw identifiers.
-pub(crate) fn rust_name(name: &str) -> String {
-    if is_never_a_rust_name(name) || syn::parse_str::<syn::Ident>(name).is_ok() {
-        name.to_owned()
-    } else {
-        format!("r#{name}")
-    }
-}
-
-/// Reports double names and names that Rust cannot have.
-pub(super) fn check(reactor: &Reactor, diagnostics: &mut Vec<Diagnostic>) {
+/// Reports double names and names that the target language cannot have.
+pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mut Vec<Diagnostic>) {
     let body = &reactor.body;
     let parameters = reactor.parameters.iter().map(|it| (&it.name, "parameter"));
     // A state variable may have a parameter's name: it usually keeps the parameter's value.
@@ -36,11 +27,11 @@ pub(super) fn check(reactor: &Reactor, diagnostics: &mut Vec<Diagnostic>) {
     ] {
         unique(&names, diagnostics);
         for (name, what) in names {
-            check_rust(name, what, in_bodies, diagnostics);
+            possible(name, what, language.name_problem(&name.text, in_bodies), diagnostics);
         }
     }
     if let Some(name) = &reactor.name {
-        check_rust(name, "reactor", false, diagnostics);
+        possible(name, "reactor", language.name_problem(&name.text, false), diagnostics);
     }
 }
 
@@ -64,27 +55,10 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-fn check_rust(name: &Name, what: &str, in_bodies: bool, diagnostics: &mut Vec<Diagnostic>) {
-    let taken = in_bodies && BODY_NAMES.contains(&name.text.as_str());
-    if !taken && !is_never_a_rust_name(&name.text) {
-        return;
-    }
-    let reason = if taken { "reaction bodies have a variable of this name" } else { "Rust does not allow this name" };
+fn possible(name: &Name, what: &str, problem: Option<&str>, diagnostics: &mut Vec<Diagnostic>) {
+    let Some(reason) = problem else { return };
     let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };
     let message = format!("{article} {what} cannot be called `{}`: {reason}", name.text);
     let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
     diagnostics.push(Diagnostic::new(Code::RustName, name.span, message).hint(hint));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::rust_name;
-
-    #[test]
-    fn keywords_become_raw_identifiers() {
-        assert_eq!(rust_name("in"), "r#in");
-        assert_eq!(rust_name("struct"), "r#struct");
-        assert_eq!(rust_name("inp"), "inp");
-        assert_eq!(rust_name("self"), "self");
-    }
 }

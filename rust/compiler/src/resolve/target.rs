@@ -1,34 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The target declaration: `target Rust`, and each property honoured or refused by name.
+//! The target declaration: the language, and each property honoured or refused by name.
 
 use lf_model::units::UNITS;
 
 use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use crate::languages;
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
-use crate::syntax::nanoseconds;
+use crate::syntax::{TimeError, nanoseconds};
 
-/// Properties that are honoured.
-const HONOURED: &[&str] = &[
-    "coordination",
-    "coordination-options",
-    "DNET",
-    "clock-sync",
-    "clock-sync-options",
-    "platform",
-    "threading",
-    "single-threaded",
-    "workers",
-    "timeout",
-    "fast",
-    "keepalive",
-    "logging",
-    "no-compile",
-    "auth",
-    "joint-rti",
-    "joint-rti-options",
+/// A target property that is honoured, as the documents describe it.
+#[derive(Clone, Copy, Debug)]
+pub struct TargetProperty {
+    /// Its name.
+    pub name: &'static str,
+    /// Values that it takes, as they are written in a program.
+    pub values: &'static [&'static str],
+    /// What it does, in Markdown.
+    pub does: &'static str,
+}
+
+const fn property(name: &'static str, values: &'static [&'static str], does: &'static str) -> TargetProperty {
+    TargetProperty { name, values, does }
+}
+
+const SWITCH: &[&str] = &["true", "false"];
+
+/// Properties that are honoured and say how federates work together.
+pub(super) const COORDINATION: &[TargetProperty] = &[
+    property(
+        "coordination",
+        &["centralized", "decentralized"],
+        "who decides when a tag begins: the RTI, or each federate when its waits are over",
+    ),
+    property(
+        "coordination-options",
+        &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
+        "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
+         progress",
+    ),
+    property("DNET", SWITCH, "whether the RTI may tell federates which progress nobody needs to know"),
+    property(
+        "clock-sync",
+        &["off", "init", "on"],
+        "when clocks are compared with the RTI's: never, before the start, all the time",
+    ),
+    property(
+        "clock-sync-options",
+        &[
+            "{ trials: 10 }",
+            "{ period: 5 ms }",
+            "{ attenuation: 10 }",
+            "{ local-federates-on: true }",
+            "{ test-offset: 1 ms }",
+            "{ collect-stats: true }",
+        ],
+        "how often they are compared, and what is made of it",
+    ),
+    property("auth", SWITCH, "whether the RTI and the federates prove to each other that they know the federation id"),
+    property(
+        "joint-rti",
+        SWITCH,
+        "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
+    ),
+    property(
+        "joint-rti-options",
+        &["{ port: 15045 }", "{ federation-id: \"grid\" }"],
+        "the port of the RTI, and the federation id",
+    ),
 ];
+
+/// All other properties that are honoured.
+pub(super) const PROGRAM: &[TargetProperty] = &[
+    property(
+        "platform",
+        &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
+        "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
+    ),
+    property("timeout", &["10 sec"], "stop when so much logical time has passed"),
+    property("fast", SWITCH, "do not wait for physical time"),
+    property("keepalive", SWITCH, "go on while there are no events"),
+    property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
+    property("threading", SWITCH, "no effect: there is one event loop without worker threads"),
+    property("single-threaded", SWITCH, "no effect, for the same reason"),
+    property("workers", &["1"], "no effect: reactions run one after the other"),
+    property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
+];
+
+/// The names of all properties that are honoured.
+fn honoured() -> impl Iterator<Item = &'static str> + Clone {
+    COORDINATION.iter().chain(PROGRAM).map(|known| known.name)
+}
 
 /// Properties of LF that are not, with what to do instead.
 pub(super) const REFUSED: &[(&str, &str)] = &[
@@ -72,33 +135,36 @@ pub(super) const REFUSED: &[(&str, &str)] = &[
 ///
 /// Properties of imported files have no effect, as in LF: they belong to the programs in those files.
 pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::Target {
-    let mut reader = Reader { target: plan::Target::default(), found: Vec::new() };
+    let language = languages::default().name().to_owned();
+    let mut reader = Reader { target: plan::Target { language, ..plan::Target::default() }, found: Vec::new() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
             let span = Span::new(FileId::default(), 0, 0);
             let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
-            reader.found.push(diagnostic.hint("write `target Rust` in the first line"));
+            reader
+                .found
+                .push(diagnostic.hint(format!("write `target {}` in the first line", languages::default().name())));
         }
-        Some(target) if !is_rust(target) => reader.wrong_target(target),
-        Some(target) => {
-            reader.unique(&target.properties);
-            for property in &target.properties {
-                reader.property(property);
+        Some(target) => match languages::named(&target.name.text) {
+            None => reader.wrong_target(target),
+            Some(language) => {
+                language.name().clone_into(&mut reader.target.language);
+                reader.unique(&target.properties);
+                for property in &target.properties {
+                    reader.property(property);
+                }
+                reader.idle_options(&target.properties);
             }
-            reader.idle_options(&target.properties);
-        }
+        },
     }
+    let language = reader.target.language.clone();
     let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
-    for target in targets.filter(|target| !is_rust(target)) {
+    for target in targets.filter(|target| !target.name.text.eq_ignore_ascii_case(&language)) {
         reader.wrong_target(target);
     }
     diagnostics.extend(reader.found);
     reader.target
-}
-
-fn is_rust(target: &Target) -> bool {
-    target.name.text.eq_ignore_ascii_case("Rust")
 }
 
 /// What can be in `clock-sync-options`.
@@ -112,8 +178,12 @@ struct Reader {
 
 impl Reader {
     fn wrong_target(&mut self, target: &Target) {
-        let message = format!("the target is `{}`, and only `Rust` is compiled here", target.name.text);
-        let hint = "write `target Rust`, and the reaction bodies in Rust";
+        let language = &self.target.language;
+        let message = match languages::named(&target.name.text) {
+            None => format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names()),
+            Some(_) => format!("the target is `{}`, and that of the program is `{language}`", target.name.text),
+        };
+        let hint = format!("write `target {language}`, and the reaction bodies in {language}");
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 
@@ -173,13 +243,13 @@ impl Reader {
             self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(*hint));
             return;
         }
-        self.unknown(key, HONOURED.iter().copied().chain(REFUSED.iter().map(|(name, _)| *name)));
+        self.unknown(key, honoured().chain(REFUSED.iter().map(|(name, _)| *name)));
     }
 
     fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
         let message = format!("there is no property `{}` here", key.text);
         let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
-            let names: Vec<_> = known.take(HONOURED.len()).map(|name| format!("`{name}`")).collect();
+            let names: Vec<_> = known.take(honoured().count()).map(|name| format!("`{name}`")).collect();
             format!("properties are {}", names.join(", "))
         });
         self.found.push(Diagnostic::new(Code::UnknownProperty, key.span, message).hint(hint));
@@ -417,11 +487,12 @@ impl Reader {
                 match nanoseconds(digits, &unit.text) {
                     Ok(ns) if !negative || ns == 0 => return Some(ns),
                     Ok(_) => (Code::NegativeTime, "is negative", value.span, "write a time from 0 on".to_owned()),
-                    Err(crate::syntax::TimeError::TooLarge) => {
+                    // What the parser takes for a time has digits.
+                    Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                         let hint = "write `forever` for a time that never comes".to_owned();
                         (Code::NumberTooLarge, "is longer than 292 years", value.span, hint)
                     }
-                    Err(crate::syntax::TimeError::UnknownUnit) => {
+                    Err(TimeError::UnknownUnit(_)) => {
                         let units = UNITS.iter().flat_map(|(names, _)| names.iter().copied());
                         let hint = did_you_mean(&unit.text, units)
                             .unwrap_or_else(|| "units of time are ns, us, ms, s, min, h, d and wk".to_owned());

@@ -7,23 +7,7 @@ use super::checker::Checker;
 use super::model::Parameter;
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
-use crate::syntax::{TimeError, nanoseconds};
-
-/// The nanoseconds of a value that is a correct time by itself; `forever` is the largest one.
-pub(crate) fn literal_ns(value: &Expression) -> Option<i64> {
-    match &value.kind {
-        ExpressionKind::Time(TimeValue::Interval { negative: false, digits, unit }) => {
-            nanoseconds(digits, &unit.text).ok()
-        }
-        ExpressionKind::Time(TimeValue::Forever) => Some(i64::MAX),
-        ExpressionKind::Literal(Literal::Int(text)) if is_zero(text) => Some(0),
-        _ => None,
-    }
-}
-
-fn is_zero(text: &str) -> bool {
-    text.trim_start_matches('-').bytes().all(|byte| byte == b'0')
-}
+use crate::syntax::{TimeError, is_zero, nanoseconds};
 
 impl Checker<'_> {
     /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where
@@ -73,7 +57,8 @@ impl Checker<'_> {
         }
         let message = format!("there is no parameter `{name}` here");
         let hint = did_you_mean(name, scope.iter().map(|parameter| parameter.name.text.as_str()));
-        let hint = hint.or_else(|| Some("other Rust expressions are written as code: `{= … =}`".to_owned()));
+        let hint = hint
+            .or_else(|| Some(format!("other {} expressions are written as code: `{{= … =}}`", self.language.name())));
         self.report(Diagnostic::new(Code::UnknownName, span, message).hint_maybe(hint));
     }
 
@@ -92,12 +77,13 @@ impl Checker<'_> {
                     self.report(Diagnostic::new(Code::NegativeTime, span, message).hint(hint));
                 }
                 Ok(_) => {}
-                Err(TimeError::TooLarge) => {
+                // What the parser takes for a time has digits.
+                Err(TimeError::TooLarge(..) | TimeError::NotANumber(_)) => {
                     let message = format!("{what} is longer than 292 years");
                     let hint = "write `forever` for a time that never comes";
                     self.report(Diagnostic::new(Code::NumberTooLarge, span, message).hint(hint));
                 }
-                Err(TimeError::UnknownUnit) => {
+                Err(TimeError::UnknownUnit(_)) => {
                     let message = format!("there is no unit of time `{}`", unit.text);
                     let units = UNITS.iter().flat_map(|(names, _)| names.iter().copied());
                     let hint = did_you_mean(&unit.text, units)

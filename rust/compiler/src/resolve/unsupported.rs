@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
-use super::{attributes, target};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
 
-/// Declares the features, each with what to do instead; the README's table is made of the same list.
+/// Declares the features, each with what to do instead; the README's table is made of them.
 macro_rules! features {
     ($($feature:ident: $name:literal $verb:ident, $instead:literal;)*) => {
         /// A feature that is refused.
@@ -15,9 +14,9 @@ macro_rules! features {
         }
 
         impl Feature {
-            const ALL: &[Self] = &[$(Self::$feature,)*];
+            pub(super) const ALL: &[Self] = &[$(Self::$feature,)*];
 
-            const fn name(self) -> &'static str {
+            pub(super) const fn name(self) -> &'static str {
                 match self {
                     $(Self::$feature => $name,)*
                 }
@@ -29,7 +28,7 @@ macro_rules! features {
                 }
             }
 
-            const fn instead(self) -> &'static str {
+            pub(super) const fn instead(self) -> &'static str {
                 match self {
                     $(Self::$feature => $instead,)*
                 }
@@ -65,19 +64,6 @@ impl Feature {
         let message = format!("{} {} not supported yet", self.name(), self.verb());
         Diagnostic::new(Code::Unsupported, span, message).hint(self.instead())
     }
-}
-
-/// All parts of LF that are refused by name, each with what to do instead, in Markdown.
-pub fn refused() -> Vec<(String, String)> {
-    let list = |names: &mut dyn Iterator<Item = &str>| names.collect::<Vec<_>>().join("`, `");
-    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead().to_owned()));
-    let attributes = list(&mut attributes::UNSUPPORTED.iter().copied());
-    let properties = list(&mut target::REFUSED.iter().map(|(name, _)| *name));
-    let removed = [
-        (format!("the attributes `@{}`", attributes.replace("`, `", "`, `@")), "remove them".to_owned()),
-        (format!("the target properties `{properties}`"), "the error says what to do instead of each".to_owned()),
-    ];
-    features.chain(removed).collect()
 }
 
 /// Reports every unsupported feature in a reactor.

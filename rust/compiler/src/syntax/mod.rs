@@ -5,7 +5,6 @@
 //! holds the whole 0.14 grammar, also what later stages refuse. Nothing here looks at other files or at meanings.
 
 pub(crate) mod ast;
-mod code_block;
 mod expression;
 mod parser;
 #[cfg(test)]
@@ -15,5 +14,6 @@ mod token;
 mod type_text;
 pub(crate) mod words;
 
+pub(crate) use lf_model::units::{TimeError, nanoseconds};
 pub(crate) use parser::parse;
-pub(crate) use time::{TimeError, nanoseconds};
+pub(crate) use time::{is_zero, literal_ns};

@@ -5,16 +5,16 @@ use std::ops::Range;
 
 use logos::{FilterResult, Lexer, Logos};
 
-use super::code_block::{BlockEnd, find_end};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
+use crate::languages::{self, BlockEnd, Language};
 
 /// What a token is.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
-#[logos(extras = Problems)]
+#[logos(extras = Reading)]
 #[logos(skip r"[ \t\r\n\f]+")]
 pub(super) enum Kind {
     /// A name or a word of the language.
-    #[regex("[A-Za-z_][A-Za-z0-9_]*")]
+    #[regex("[A-Za-z_][A-Za-z0-9_]*", word)]
     Word,
     #[regex("[0-9]+")]
     Int,
@@ -88,8 +88,15 @@ pub(super) enum Kind {
     End,
 }
 
-/// What went wrong within a token.
-pub(super) type Problems = Vec<(Code, Range<usize>)>;
+/// What is known while a text is cut.
+pub(super) struct Reading {
+    /// What went wrong within tokens.
+    problems: Vec<(Code, Range<usize>)>,
+    /// The language of code blocks.
+    language: &'static dyn Language,
+    /// Whether the next word names it.
+    names_language: bool,
+}
 
 /// A token with its place.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +119,8 @@ pub(super) struct Tokens {
 
 /// Cuts a text into tokens.
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
-    let mut lexer = Kind::lexer(text);
+    let reading = Reading { problems: Vec::new(), language: languages::default(), names_language: false };
+    let mut lexer = Kind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
     let mut comments = Vec::new();
     let mut last_end = 0;
@@ -129,20 +137,31 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     }
     let end = text.len();
     tokens.push(Token { kind: Kind::End, start: end, end, adjacent: false, first_of_line: true });
-    let diagnostics = lexer.extras.iter().map(|(code, range)| describe(file, *code, range)).collect();
+    let diagnostics = lexer.extras.problems.iter().map(|(code, range)| describe(file, *code, range)).collect();
     Tokens { list: tokens, comments, diagnostics }
+}
+
+/// The word behind `target` says how the code blocks behind it are to be read.
+fn word(lexer: &mut Lexer<'_, Kind>) {
+    let text = lexer.slice();
+    if lexer.extras.names_language
+        && let Some(language) = languages::named(text)
+    {
+        lexer.extras.language = language;
+    }
+    lexer.extras.names_language = text == "target";
 }
 
 fn code(lexer: &mut Lexer<'_, Kind>) {
     let rest = lexer.remainder();
-    match find_end(rest) {
+    match lexer.extras.language.block_end(rest) {
         BlockEnd::Found(length) => lexer.bump(length),
         BlockEnd::Hidden(length) => {
-            lexer.extras.push((Code::UnterminatedCode, lexer.span()));
+            lexer.extras.problems.push((Code::UnterminatedCode, lexer.span()));
             lexer.bump(length);
         }
         BlockEnd::Missing => {
-            lexer.extras.push((Code::UnterminatedCode, lexer.span()));
+            lexer.extras.problems.push((Code::UnterminatedCode, lexer.span()));
             lexer.bump(rest.len());
         }
     }
@@ -153,7 +172,7 @@ fn long_string(lexer: &mut Lexer<'_, Kind>) {
     if let Some(length) = rest.find("\"\"\"") {
         lexer.bump(length + 3);
     } else {
-        lexer.extras.push((Code::UnterminatedString, lexer.span()));
+        lexer.extras.problems.push((Code::UnterminatedString, lexer.span()));
         lexer.bump(rest.len());
     }
 }
@@ -165,7 +184,7 @@ fn string(lexer: &mut Lexer<'_, Kind>) {
     for (index, character) in rest.char_indices() {
         match character {
             '\n' | '\r' => {
-                lexer.extras.push((Code::UnterminatedString, lexer.span()));
+                lexer.extras.problems.push((Code::UnterminatedString, lexer.span()));
                 lexer.bump(index);
                 return;
             }
@@ -178,7 +197,7 @@ fn string(lexer: &mut Lexer<'_, Kind>) {
             _ => {}
         }
     }
-    lexer.extras.push((Code::UnterminatedString, lexer.span()));
+    lexer.extras.problems.push((Code::UnterminatedString, lexer.span()));
     lexer.bump(rest.len());
 }
 
@@ -187,7 +206,7 @@ fn comment(lexer: &mut Lexer<'_, Kind>, close: &str) -> FilterResult<(), ()> {
     if let Some(length) = rest.find(close) {
         lexer.bump(length + close.len());
     } else {
-        lexer.extras.push((Code::UnterminatedComment, lexer.span()));
+        lexer.extras.problems.push((Code::UnterminatedComment, lexer.span()));
         lexer.bump(rest.len());
     }
     FilterResult::Emit(())

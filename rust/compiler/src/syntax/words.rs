@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The words of the language, and those of Rust that generated code cannot use as names.
+//! The words of the language.
 
 /// Words that LF does not allow as names.
 pub(crate) const RESERVED: &[&str] = &[
@@ -52,20 +52,9 @@ pub(crate) const RESERVED: &[&str] = &[
     "time",
 ];
 
-/// Rust's keywords that cannot be written as `r#word` either.
-const NEVER_A_RUST_NAME: &[&str] = &["self", "Self", "super", "crate", "_"];
-
-/// Names that every reaction body sees already.
-pub(crate) const BODY_NAMES: &[&str] = &["self", "ctx"];
-
 /// Whether LF keeps this word for itself.
 pub(crate) fn is_reserved(word: &str) -> bool {
     RESERVED.contains(&word)
-}
-
-/// Whether no Rust item, variable or field can be called so, not even as a raw identifier.
-pub(crate) fn is_never_a_rust_name(word: &str) -> bool {
-    NEVER_A_RUST_NAME.contains(&word)
 }
 
 /// Words that begin a declaration in the body of a reactor.

@@ -74,7 +74,7 @@ mod tests {
     const LIMITS: Limits = Limits { payload_bytes_max: 100, federation_id_bytes_max: 10, neighbors_max: 1 };
 
     fn encoded(messages: &[Message<'_>]) -> Vec<u8> {
-        messages.iter().flat_map(lf_owned_messages::encoded).collect()
+        messages.iter().flat_map(lf_testkit::messages::encoded).collect()
     }
 
     fn tagged() -> Message<'static> {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use lf_coordination::federate::{Config, Event, Federate, FederateError, Phase};
 use lf_coordination::to_wire;
 use lf_model::time::{Instant, Interval, Tag};
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, decode};
 
 /// What the federate's program does; the recordings describe it in words.

@@ -7,7 +7,7 @@ use lf_coordination::federate::{Awaited, AwaitedInput, ClockSync, Config, Event,
 use lf_coordination::rti::ConnectionId;
 use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, decode};
 
 use super::graph::{END_NS, Edge, Graph, Inputs, Trace};

@@ -10,13 +10,13 @@ use std::convert::Infallible;
 use std::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::auth::AUTHENTICATOR;
+use lf_coordination::heap::Memory;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Notice, Outlet, Rti, Verdict};
 use lf_coordination::{Deadline, clock_sync};
-use lf_golden::RtiSetup;
-use lf_golden::replay::{self, Received};
 use lf_model::time::{Instant, Interval};
-use lf_owned_messages::encoded;
-use lf_rti_memory::Memory;
+use lf_testkit::golden::RtiSetup;
+use lf_testkit::golden::replay::{self, Received};
+use lf_testkit::messages::encoded;
 use lf_wire::Message;
 
 /// One connection: what the RTI has sent and nobody has read yet, and what it has not consumed yet.
@@ -120,7 +120,7 @@ pub struct World {
 impl World {
     pub fn new(config: Config<'static>, sizes: Sizes) -> Self {
         let Sizes { federates, connections, upstream, in_transit, output } = sizes;
-        let memory = Memory::new(lf_rti_memory::Sizes { federates, connections, upstream, in_transit });
+        let memory = Memory::new(lf_coordination::heap::Sizes { federates, connections, upstream, in_transit });
         // Tests end soon, so their memory may stay.
         let rti = Rti::new(config, Box::leak(Box::new(memory)).storage()).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();

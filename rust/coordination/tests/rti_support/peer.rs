@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::rti::ConnectionId;
-use lf_owned_messages::encoded;
+use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, NeighborStructure, Tag, decode};
 
 /// When the federation starts: the federates' clocks show 0 before.

@@ -9,38 +9,15 @@ mod tag;
 mod tardy;
 
 use crate::bits::Bits;
+use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
-use crate::program::{Bounds, Env, Program};
+use crate::program::Program;
+use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::Storage;
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
 pub use tardy::Delivery;
-pub(crate) use tardy::{Last, Tardy};
-
-/// How a program runs: what the target properties say.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// Whether other federates have a say in when it stops.
-    pub federated: bool,
-    /// The last tag is this long after the start.
-    pub timeout: Option<Interval>,
-    /// Without events, wait for some instead of stopping.
-    pub keepalive: bool,
-    /// Logical time does not wait for physical time. The event loop honours it.
-    pub fast: bool,
-}
-
-impl Settings {
-    /// Not federated, no timeout, ends without events, in real time.
-    pub const DEFAULT: Self = Self { federated: false, timeout: None, keepalive: false, fast: false };
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
 
 /// How far [`Engine::advance`] came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,48 +37,6 @@ pub enum Progress {
     },
     /// The program cannot go on.
     Failed(ModelError),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    NotStarted,
-    BetweenTags,
-    InTag,
-    Done,
-}
-
-/// The engine's own variables, apart from its tables.
-#[derive(Debug)]
-pub(crate) struct State {
-    phase: Phase,
-    pub(crate) start: Instant,
-    /// The tag that is open, or the last one that was; before the first, the one before the start.
-    pub(crate) current: Tag,
-    pub(crate) stop: Tag,
-    stop_request: Option<Tag>,
-    error: Option<ModelError>,
-    network_input: bool,
-    /// The least level of which no reaction has run at the open tag, nor any of a higher level.
-    untouched: u16,
-}
-
-impl State {
-    pub(crate) fn bounds(&self) -> Bounds {
-        Bounds { start: self.start, current: self.current, stop: self.stop }
-    }
-
-    /// Remembers the first error, which ends the program after the reaction.
-    pub(crate) fn fail(&mut self, error: ModelError) {
-        self.error.get_or_insert(error);
-    }
-
-    pub(crate) fn request_stop(&mut self, tag: Tag, federated: bool) {
-        if !federated {
-            self.stop = self.stop.min(tag);
-        } else if tag < self.stop {
-            self.stop_request = Some(self.stop_request.map_or(tag, |earlier| earlier.min(tag)));
-        }
-    }
 }
 
 /// The scheduler of one federate. It borrows its storage, and exists once however many federates there are.

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a tag: it is begun, its reactions run, and it is closed.
-use super::{Engine, Phase, Progress, Tardy};
+use super::{Engine, Progress};
 use crate::bits::Bits;
 use crate::context::ReactionContext;
+use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
-use crate::program::{Env, Outgoing, Program, SendError};
+use crate::program::Program;
 use crate::queue::Full;
+use crate::state::{Phase, Tardy};
 use crate::tables::{OutputId, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
 use crate::time::{Interval, Tag};
 
@@ -159,7 +161,7 @@ impl Engine<'_> {
             return true;
         }
         let result = if self.ports.contains(output.source.0) {
-            env.send(&Outgoing { output, tag, id, program })
+            env.send(&Outgoing { output, tag, encode: &|bytes| program.encode(id, bytes) })
         } else {
             env.send_absent(output, tag)
         };

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages that come after their tag, and what they make of the reactions that see them.
 use super::Engine;
-use crate::bits::Bits;
+use crate::cell::Placed;
 use crate::error::DeliverError;
-use crate::program::{Placed, Program};
-use crate::tables::{InputId, PortId, ReactionId, Tables, TriggerId};
+use crate::program::Program;
+use crate::state::Last;
+use crate::tables::{InputId, PortId, TriggerId};
 use crate::time::{Instant, Tag};
 
 /// What became of a message that may have come too late.
@@ -18,51 +19,6 @@ pub enum Delivery {
     AfterStop,
     /// It has come so late that the last tag of the program is too early for it, and does not happen.
     Lost,
-}
-
-/// A message that was in time: its tag, and the tag at which it happens, after others with the same tag.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Last {
-    sent: Tag,
-    happens: Tag,
-}
-
-impl Last {
-    pub(crate) const NONE: Self = Self { sent: Tag::NEVER, happens: Tag::NEVER };
-}
-
-/// What is tardy at the open tag. Without memory, for programs whose inputs never are, it stays empty.
-#[derive(Debug)]
-pub(crate) struct Tardy<'s> {
-    /// The reactions that see a tardy input, or a port that was set because of one.
-    pub(crate) reactions: Bits<'s>,
-    /// By input: what its value was intended for; NEVER where it is not tardy.
-    pub(crate) intended: &'s mut [Tag],
-}
-
-impl Tardy<'_> {
-    pub(super) fn clear(&mut self) {
-        self.reactions.clear();
-        self.intended.fill(Tag::NEVER);
-    }
-
-    pub(super) fn contains(&self, reaction: ReactionId) -> bool {
-        !self.reactions.0.is_empty() && self.reactions.contains(reaction.0)
-    }
-
-    pub(crate) fn mark(&mut self, reactions: &[ReactionId]) {
-        for reaction in reactions {
-            self.reactions.insert(reaction.0);
-        }
-    }
-
-    /// What the value of the input that fills this port was intended for, if it is tardy.
-    pub(crate) fn intended_for(&self, tables: &Tables, port: PortId) -> Option<Tag> {
-        let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
-        let mut inputs = tables.inputs.iter().zip(&*self.intended);
-        let (_, intended) = inputs.find(|(input, _)| fills(input.trigger))?;
-        Some(*intended).filter(|intended| *intended != Tag::NEVER)
-    }
 }
 
 impl Engine<'_> {

@@ -4,7 +4,7 @@ pub mod program;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use lf_random::{Random, combine};
+use lf_testkit::random::{Random, combine};
 
 pub const TIMERS: usize = 3;
 pub const ACTIONS: usize = 4;

@@ -385,8 +385,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
 
     /// Clock synchronization over TCP before the start: what stands between an answer and the times that it leads to
     /// would be taken for a part of its way. So the connection whose turn it is comes before all others, and again
-    /// after each of them; its answer is written at once, and each time that begins an exchange is taken right
-    /// before it is.
+    /// after each of them; its answer is written at once, and each time that begins an exchange is taken right before
+    /// it is.
     ///
     /// Whether something has come there, only reading says: the last wait is over.
     fn exchange(&mut self) {

@@ -6,16 +6,16 @@ use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
+use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
-use lf_rti_memory::{Growing, Memory, Sizes};
 use lf_runtime::platform::{Interest, Platform as _, Transfer};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
     Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
 };
-use lf_virtual_network::address_of;
+use lf_testkit::network::address_of;
 use lf_wire::Storage;
 
 use super::lines;

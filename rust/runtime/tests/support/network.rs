@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the network between the participants is like.
 
-use lf_random::{Random, combine};
-use lf_virtual_network::{Event, Medium};
+use lf_testkit::network::{Event, Medium};
+use lf_testkit::random::{Random, combine};
 
 /// What the network is like.
 #[derive(Clone, Copy, Debug)]

@@ -5,13 +5,13 @@ use std::net::SocketAddrV4;
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, Outcome};
 use lf_model::time::{Instant, Interval};
-use lf_owned_messages::encoded;
-use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
-use lf_virtual_network::address_of;
+use lf_testkit::messages::encoded;
+use lf_testkit::network::address_of;
 use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::federation::{PORT, RTI};

@@ -13,9 +13,9 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
-use lf_random::Random;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
-use lf_virtual_network::Network;
+use lf_testkit::network::Network;
+use lf_testkit::random::Random;
 
 use super::network::{Conditions, Move, Wires};
 

@@ -3,12 +3,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use lf_coordination::from_wire;
 use lf_model::Payload as _;
 use lf_model::time::Tag;
 use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;
-use super::wire::tag;
 use crate::program::Value;
 
 /// A message from federate to federate.
@@ -91,7 +91,7 @@ impl Direct {
                         from: stream.from,
                         to: stream.to,
                         port: usize::from(port),
-                        tag: tag(wire),
+                        tag: from_wire(wire),
                         number: Value::decode(payload).map_or(0, Value::number),
                         arrives,
                         read: None,

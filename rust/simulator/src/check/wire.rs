@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reads along on every connection: no grant may be violated by a later message.
 
-use lf_model::time::{Instant, Microstep, Tag};
-use lf_random::combine;
+use lf_coordination::from_wire;
+use lf_model::time::Tag;
+use lf_testkit::random::combine;
 use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;
@@ -137,10 +138,6 @@ fn is_centralized(message: &Message<'_>) -> bool {
     )
 }
 
-pub(super) fn tag(tag: lf_wire::Tag) -> Tag {
-    Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
-}
-
 impl Watch {
     pub(crate) fn new(federates: usize) -> Self {
         let seen = Seen {
@@ -253,21 +250,21 @@ impl Watch {
         if let Message::TaggedMessage { federate: to, tag: wire, .. } = *message
             && let Some(receiver) = self.seen.get_mut(usize::from(to))
         {
-            receiver.in_transit.push(tag(wire));
+            receiver.in_transit.push(from_wire(wire));
             receiver.announce(receiver.announced);
         }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         match *message {
-            Message::NextEventTag(next) => seen.announce(tag(next)),
+            Message::NextEventTag(next) => seen.announce(from_wire(next)),
             Message::LatestTagComplete(last) => {
-                seen.in_transit.retain(|message| *message > tag(last));
-                seen.announce(seen.announced.max(tag(last).next_microstep()));
+                seen.in_transit.retain(|message| *message > from_wire(last));
+                seen.announce(seen.announced.max(from_wire(last).next_microstep()));
             }
             Message::StopRequest(named) => {
                 self.counts.stop_requests += 1;
-                seen.name_stop(tag(named));
+                seen.name_stop(from_wire(named));
             }
-            Message::StopReply(named) => seen.name_stop(tag(named)),
+            Message::StopReply(named) => seen.name_stop(from_wire(named)),
             Message::Resign => seen.left = Some(now),
             _ => {}
         }
@@ -278,8 +275,8 @@ impl Watch {
         let violation = match *message {
             Message::TaggedMessage { tag: wire, port, .. } => {
                 self.counts.data += 1;
-                seen.count(usize::from(port), tag(wire));
-                let message = tag(wire);
+                seen.count(usize::from(port), from_wire(wire));
+                let message = from_wire(wire);
                 let violated = |grant, granted| Violation::GrantViolated { federate, grant, granted, message };
                 if message <= seen.granted {
                     Some(violated("TAG", seen.granted))
@@ -291,7 +288,7 @@ impl Watch {
             }
             Message::TagGrant(wire) => {
                 self.counts.grants += 1;
-                let (granted, before) = (tag(wire), seen.granted);
+                let (granted, before) = (from_wire(wire), seen.granted);
                 seen.granted = seen.granted.max(granted);
                 seen.limit();
                 // Before a stop, grants from that tag on are taken back.
@@ -303,7 +300,7 @@ impl Watch {
             }
             Message::ProvisionalTagGrant(wire) => {
                 self.counts.provisional += 1;
-                let (granted, before) = (tag(wire), seen.granted);
+                let (granted, before) = (from_wire(wire), seen.granted);
                 // A PTAG of the stop tag takes back what was granted from there on.
                 let takes_back = granted <= before;
                 if takes_back {
@@ -320,7 +317,7 @@ impl Watch {
                 })
             }
             Message::StopGranted(wire) => {
-                seen.stop = Some(tag(wire));
+                seen.stop = Some(from_wire(wire));
                 seen.named = None;
                 None
             }

@@ -5,12 +5,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
+use lf_compiler::tables::{Cell as PlannedCell, PortRow, Tables, TriggerRow};
 use lf_model::time::Tag;
-use lf_model::{Port, Timer};
-use lf_random::mix;
+use lf_model::{Port, PortId, Timer, TriggerId};
+use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::tables::{port_id, tables, trigger_id};
+use super::tables::tables;
 use super::value::{Shape, Value};
 use super::{Body, Effect, InstanceId, Place, Scripted, Variable};
 use crate::scenario::{Scenario, Script};
@@ -41,30 +42,28 @@ impl Scripted {
         side: &'static Side,
         played: Option<&Played>,
     ) -> Result<Self, BuildError> {
-        let mut ports: Vec<_> =
-            (0..federate.ports.len()).map(|index| Place::Own(Port::new(port_id(plan::PortIndex(index))))).collect();
-        let mut sources = vec![None; federate.triggers.len()];
-        let mut made = Vec::new();
-        for (index, trigger) in federate.triggers.iter().enumerate() {
-            if let TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } = trigger.kind {
-                ports[fills.0] = Place::Queue(index);
-            }
-            if let TriggerKind::Delay { source, .. } = trigger.kind {
-                sources[index] = Some(source.0);
-            }
-            let cell = cell(plan, federate, plan::TriggerIndex(index), trigger, played, side);
-            made.push(cell.ok_or_else(|| BuildError { trigger: trigger.path.clone(), capacity: trigger.capacity })?);
-        }
+        let planned = Tables::of(plan, federate);
+        let port = |(id, port): (u16, &PortRow<'_>)| match port.filled_by {
+            Some(trigger) => Place::Queue(usize::from(trigger.0)),
+            None => Place::Own(Port::new(PortId(id))),
+        };
+        let ports = (0..).zip(&planned.ports).map(port).collect();
+        let sources = planned.triggers.iter().map(|trigger| trigger.captures.map(|port| usize::from(port.0)));
+        let cell = |(id, trigger): (u16, &TriggerRow<'_>)| {
+            let cell = cell(TriggerId(id), trigger, played, side);
+            cell.ok_or_else(|| BuildError { trigger: trigger.name.to_owned(), capacity: trigger.capacity })
+        };
+        let cells = (0..).zip(&planned.triggers).map(cell).collect::<Result<Vec<_>, _>>()?;
         let startup = federate.triggers.iter().find(|trigger| trigger.kind == TriggerKind::Startup);
         let started = |index: usize| startup.is_some_and(|it| it.reactions.iter().any(|reaction| reaction.0 == index));
         let bodies = federate.reactions.iter().enumerate();
         let bodies = bodies.map(|(index, reaction)| body(scenario, plan, federate, reaction, started(index)));
         Ok(Self {
-            tables: tables(plan, federate),
+            tables: tables(&planned),
             bodies: bodies.collect(),
-            cells: made,
+            cells,
             ports,
-            sources,
+            sources: sources.collect(),
             states: vec![scenario.seed; federate.instances.len()],
             side,
             trace: Vec::new(),
@@ -76,32 +75,18 @@ impl Scripted {
     }
 }
 
-fn cell(
-    plan: &Plan,
-    federate: &Federate,
-    index: plan::TriggerIndex,
-    trigger: &plan::Trigger,
-    played: Option<&Played>,
-    side: &'static Side,
-) -> Option<Cell> {
-    let id = trigger_id(index);
-    match &trigger.kind {
-        TriggerKind::Startup | TriggerKind::Shutdown => Some(Cell::None),
-        TriggerKind::Timer { .. } => Some(Cell::Timer(Timer::new())),
-        TriggerKind::Action { physical: true, .. } => match played {
-            Some(played) => {
-                let events: VecDeque<_> = played.get(&trigger.path).into_iter().flatten().copied().collect();
-                Some(Cell::Replayed(Replayed { events, present: None }))
-            }
-            None => cells::physical(id, trigger.capacity),
-        },
-        TriggerKind::Action { .. } => cells::logical(id, trigger.capacity),
-        TriggerKind::NetworkInput { input, fills } if plan.is_decentralized() && !federate.inputs[input.0].physical => {
-            cells::tardy(port_id(*fills), trigger.capacity, side)
+fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: &'static Side) -> Option<Cell> {
+    match (trigger.cell, played) {
+        (PlannedCell::None, _) => Some(Cell::None),
+        (PlannedCell::Timer, _) => Some(Cell::Timer(Timer::new())),
+        (PlannedCell::Physical, Some(played)) => {
+            let events: VecDeque<_> = played.get(trigger.name).into_iter().flatten().copied().collect();
+            Some(Cell::Replayed(Replayed { events, present: None }))
         }
-        TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
-            cells::queued(port_id(*fills), trigger.capacity)
-        }
+        (PlannedCell::Physical, None) => cells::physical(id, trigger.capacity),
+        (PlannedCell::Logical, _) => cells::logical(id, trigger.capacity),
+        (PlannedCell::Tardy(fills), _) => cells::tardy(fills, trigger.capacity, side),
+        (PlannedCell::Queued(fills), _) => cells::queued(fills, trigger.capacity),
     }
 }
 

@@ -18,7 +18,7 @@ use lf_model::{
     Full, InputId, OutputId, PayloadError, PhysicalActionRef, Placed, Port, PortCell, PortId, Program, ReactionContext,
     ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
-use lf_random::combine;
+use lf_testkit::random::combine;
 
 pub(crate) use build::{BuildError, Played};
 pub(crate) use value::{Shape, Value};

@@ -2,7 +2,7 @@
 //! The values of all ports and actions: a number that tells everything that led to it, and its length as bytes.
 
 use lf_model::{Payload, PayloadError};
-use lf_random::combine;
+use lf_testkit::random::combine;
 
 /// Bytes of one word of a value.
 const WORD: usize = 8;

@@ -8,7 +8,7 @@ use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program as _, Settings, Storage, Tables};
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Join, Outbound,
-    RunError, buffer_bytes, peer_buffer_bytes,
+    RunError,
 };
 
 use super::rti::{FEDERATION_ID, PORT};
@@ -112,14 +112,11 @@ impl FederateMemory {
 
 /// The part in the federation, as generated code has it.
 fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federation {
-    let longest_input = tables.inputs.iter().map(|input| input.max_len).max().unwrap_or(0);
-    let longest_output = tables.outputs.iter().map(|output| output.max_len).max().unwrap_or(0);
-    let neighbors = federate.upstream.len() + federate.downstream.len();
+    let planned = lf_compiler::tables::Tables::of(plan, federate);
     let upstream: Vec<_> =
-        federate.upstream.iter().map(|it| (it.federate, it.delay_ns.unwrap_or(DELAY_NONE))).collect();
-    let awaited: Vec<_> = (0..).zip(tables.inputs).filter(|(_, input)| input.awaited).collect();
+        planned.upstream.iter().map(|(id, delay_ns)| (*id, delay_ns.unwrap_or(DELAY_NONE))).collect();
     let awaited: Vec<_> =
-        awaited.iter().map(|(port, input)| AwaitedInput { port: *port, level: input.level }).collect();
+        planned.awaited.iter().map(|(port, level)| AwaitedInput { port: *port, level: *level }).collect();
     Federation {
         id: federate.id,
         federation_id: "simulated",
@@ -131,8 +128,6 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
         downstream: federate.downstream.clone().leak(),
         peers_in: federate.peers_in().leak(),
         peers_out: federate.peers_out().leak(),
-        peer_input_bytes: peer_buffer_bytes(longest_input),
-        peer_output_bytes: peer_buffer_bytes(longest_output),
         awaited: awaited.leak(),
         clock_sync: match plan.target.clock_sync {
             plan::ClockSync::Off => ClockSync::Off,
@@ -142,12 +137,10 @@ fn federation(plan: &Plan, federate: &plan::Federate, tables: &Tables) -> Federa
             }
         },
         local_clock_sync: true,
-        test_offset: Interval::ZERO,
         authentication: plan.target.authentication.then_some(lf_runtime::answer_rti),
         physical_delay: federate.physical_delay_ns.map(Interval::from_nanos),
         advance_interval: Interval::from_nanos(plan.target.advance_interval_ns),
-        log_waits: None,
-        input_bytes: buffer_bytes(longest_input, neighbors),
-        output_bytes: buffer_bytes(longest_output, neighbors),
+        ..Federation::DEFAULT
     }
+    .with_buffers(tables)
 }

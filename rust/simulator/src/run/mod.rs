@@ -13,8 +13,8 @@ use std::rc::Rc;
 use lf_compiler::plan::{Federate, Plan};
 use lf_coordination::rti::{Notice, Outcome};
 use lf_model::time::{Instant, Interval, Tag};
-use lf_random::combine;
 use lf_runtime::{RunError, Turn};
+use lf_testkit::random::combine;
 
 pub(crate) use alone::{Decided, run_alone, work_alone};
 pub(crate) use reports::Reports;

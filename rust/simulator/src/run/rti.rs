@@ -3,10 +3,10 @@
 
 use lf_compiler::plan::{ClockSync as PlannedSync, Plan};
 use lf_coordination::clock_sync::RTI_UDP_PORT;
+use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
 use lf_model::Payload as _;
 use lf_model::time::Interval;
-use lf_rti_memory::{Memory, Sizes};
 use lf_runtime::platform::Platform as _;
 use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes};
 

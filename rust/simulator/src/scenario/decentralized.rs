@@ -2,10 +2,10 @@
 //! A scenario with decentralized coordination: the one with centralized coordination of the same seed, with other
 //! waits, and in a world in which all that can delay a message is bounded, or in any world.
 
-use lf_random::{Random, combine};
+use lf_testkit::random::{Random, combine};
 
 use super::{Decentralized, MS, Scenario, US, has_cycle};
-use crate::scenario::generate::Ending;
+use crate::scenario::reactors::Ending;
 
 impl Scenario {
     /// The scenario of a seed. It has no waits yet: see [`waits`](crate::waits).

@@ -2,23 +2,13 @@
 //! A scenario from a seed. Each draw is made in a fixed order, so a seed stands for one scenario.
 
 use lf_coordination::rti::WINDOW;
-use lf_random::Random;
+use lf_testkit::random::Random;
 
-use super::reactors::{Style, federate};
+use super::reactors::{Ending, Style, federate};
 use super::{
     Conditions, Connection, Fault, FaultKind, Host, MS, Nanos, RtiConditions, SEC, Scenario, Target, Ty, US, Variable,
     Wire, has_cycle,
 };
-
-/// How a federation comes to its end, if nothing goes wrong.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Ending {
-    Timeout,
-    /// A reaction asks to stop.
-    Stop,
-    /// There are no events any more.
-    Idle,
-}
 
 /// The period of clock synchronization while the federation runs. Drawn apart, so that it changes nothing else.
 fn rounds(seed: u64) -> Option<i64> {

@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Random reactors: what is in a federate, and in what is in it.
 
-use lf_random::Random;
+use lf_testkit::random::Random;
 
-use super::generate::Ending;
 use super::{Action, End, Link, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
+
+/// How a federation comes to its end, if nothing goes wrong.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Ending {
+    Timeout,
+    /// A reaction asks to stop.
+    Stop,
+    /// There are no events any more.
+    Idle,
+}
 
 /// What the reactors of a scenario have in common.
 pub(super) struct Style {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the network between the participants is like, and who reads along.
 
-use lf_random::Random;
-use lf_virtual_network::{Event, Medium};
+use lf_testkit::network::{Event, Medium};
+use lf_testkit::random::Random;
 
 use super::side::Side;
 use crate::check::Watch;

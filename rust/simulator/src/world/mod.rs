@@ -10,8 +10,8 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::rc::Rc;
 
-use lf_random::Random;
-pub(crate) use lf_virtual_network::address_of;
+pub(crate) use lf_testkit::network::address_of;
+use lf_testkit::random::Random;
 
 pub(crate) use cables::Cables;
 pub(crate) use platform::Virtual;
@@ -19,7 +19,7 @@ pub(crate) use side::{Side, Thread};
 
 use crate::scenario::{Conditions, FaultKind};
 
-pub(crate) type Network = lf_virtual_network::Network<Cables>;
+pub(crate) type Network = lf_testkit::network::Network<Cables>;
 
 /// Whose turn comes when.
 pub(crate) struct World {

@@ -13,7 +13,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::prelude::Asap;
 use lf_model::time::Instant;
 use lf_model::{Mailbox, Outside, PhysicalActionRef, PhysicalLink};
-use lf_random::combine;
+use lf_testkit::random::combine;
 
 use crate::program::{Shape, Value};
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Arbitrary messages.
 
-use lf_owned_messages::Parts;
+use lf_testkit::messages::Parts;
 use lf_wire::{MessageType, Tag};
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The maps of the documents have every crate, and what ARCHITECTURE.md lets a crate know is what it depends on.
+//! The map in ARCHITECTURE.md has every crate, and what it lets a crate know is what that depends on.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::Finding;
+use super::finding::Finding;
 use super::tree::Tree;
 
-/// The documents with a map.
-const MAPS: [&str; 2] = ["ARCHITECTURE.md", "README.md"];
+/// The document with the map.
+const MAP: &str = "ARCHITECTURE.md";
 /// The column of crates that a crate may depend on: their folders' names in backquotes.
 const COLUMN: &str = "may know";
 /// The sections of a manifest that count. What only tests use may be anything.
@@ -20,18 +20,12 @@ struct Crate {
     dependencies: BTreeSet<String>,
 }
 
-/// Every crate is in the maps.
-pub(super) fn maps_complete(tree: &Tree) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let crates = crates(tree);
-    for document in MAPS {
-        let mapped: Vec<&str> = text(tree, document).lines().filter_map(cells).flat_map(|row| quoted(row[0])).collect();
-        let is_mapped = |folder: &str| mapped.iter().any(|path| is_in(folder, path));
-        for folder in crates.keys().filter(|folder| !is_mapped(folder)) {
-            findings.push(Finding { place: document.to_owned(), what: format!("`{folder}` is not in its map") });
-        }
-    }
-    findings
+/// Every crate is in the map.
+pub(super) fn map_complete(tree: &Tree) -> Vec<Finding> {
+    let mapped: Vec<&str> = text(tree, MAP).lines().filter_map(cells).flat_map(|row| quoted(row[0])).collect();
+    let missing = crates(tree).into_keys().filter(|folder| !mapped.iter().any(|path| is_in(folder, path)));
+    let what = |folder| format!("`{folder}` is not in its map");
+    missing.map(|folder| Finding { place: MAP.to_owned(), what: what(folder) }).collect()
 }
 
 /// Every crate depends on what the map says, and the map says no more.
@@ -40,7 +34,7 @@ pub(super) fn known_crates(tree: &Tree) -> Vec<Finding> {
     let folders: BTreeMap<&str, &str> = crates.iter().map(|(folder, one)| (one.name.as_str(), short(folder))).collect();
     let mut findings = Vec::new();
     let mut column = None;
-    for line in text(tree, MAPS[0]).lines() {
+    for line in text(tree, MAP).lines() {
         let Some(row) = cells(line) else {
             // The table ends.
             column = None;
@@ -60,7 +54,7 @@ pub(super) fn known_crates(tree: &Tree) -> Vec<Finding> {
             }
             if !found.is_superset(&known) {
                 let names = known.difference(&found).copied().collect();
-                findings.push(Finding { place: MAPS[0].to_owned(), what: what(names, "does not depend on") });
+                findings.push(Finding { place: MAP.to_owned(), what: what(names, "does not depend on") });
             }
         }
     }
@@ -121,7 +115,7 @@ mod tests {
     use super::*;
 
     /// Two crates, of which `top` depends on `base`, and a map with this entry for `top`.
-    fn tree(known: &str, readme: &str) -> Tree {
+    fn tree(known: &str) -> Tree {
         let map = format!(
             "| path | may know |\n|---|---|\n| `rust/base` | nothing else here |\n| `rust/top` | {known} |\n\n\
              | another | table |\n|---|---|\n| `rust/top` | `nothing` |\n"
@@ -131,7 +125,6 @@ mod tests {
                    [dev-dependencies]\nlf-top = { path = \".\" }\n";
         let files = [
             ("ARCHITECTURE.md", map.as_str()),
-            ("README.md", readme),
             ("Cargo.toml", "[workspace]\n"),
             ("rust/base/Cargo.toml", base),
             ("rust/top/Cargo.toml", top),
@@ -141,21 +134,25 @@ mod tests {
     }
 
     #[test]
-    fn a_crate_that_is_in_no_map_is_found() {
-        assert_eq!(maps_complete(&tree("`base`", "| `rust/base`, `rust/top` | both |")), []);
-        assert_eq!(maps_complete(&tree("`base`", "| `rust/` | all |")), []);
-        let findings = maps_complete(&tree("`base`", "| `rust/base` | one |\n\n`rust/top` is in no table"));
-        assert_eq!(findings.len(), 1, "{findings:?}");
-        assert!(findings[0].place == "README.md" && findings[0].what.contains("rust/top"));
+    fn a_crate_that_is_not_in_the_map_is_found() {
+        let mut tree = tree("`base`");
+        assert_eq!(map_complete(&tree), []);
+        let map = tree.files.iter_mut().find(|file| file.path == MAP).expect("it is there");
+        map.text = Some("| `rust/base` | one |\n\n`rust/top` is in no table".to_owned());
+        let findings = map_complete(&tree);
+        assert!(findings.len() == 1 && findings[0].what.contains("rust/top"), "{findings:?}");
+        let map = tree.files.iter_mut().find(|file| file.path == MAP).expect("it is there");
+        map.text = Some("| `rust/` | all |".to_owned());
+        assert_eq!(map_complete(&tree), []);
     }
 
     #[test]
     fn what_a_crate_depends_on_is_what_it_may_know() {
-        assert_eq!(known_crates(&tree("words, and `base`", "")), []);
-        let findings = known_crates(&tree("nothing else here", ""));
+        assert_eq!(known_crates(&tree("words, and `base`")), []);
+        let findings = known_crates(&tree("nothing else here"));
         assert_eq!(findings.len(), 1, "{findings:?}");
         assert!(findings[0].place == "rust/top/Cargo.toml" && findings[0].what.contains("may not know"));
-        let findings = known_crates(&tree("`base`, `top`", ""));
+        let findings = known_crates(&tree("`base`, `top`"));
         assert!(findings.len() == 1 && findings[0].what.contains("does not depend on top"), "{findings:?}");
     }
 }

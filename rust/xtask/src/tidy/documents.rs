@@ -1,30 +1,92 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The documents must name paths that exist.
+//! The documents name what exists, are linked, and stay readable.
 
-use super::Finding;
-use super::tree::Tree;
+use std::collections::BTreeSet;
+use std::path::{Component, Path, PathBuf};
 
-/// The documents that describe the repository.
+use super::finding::Finding;
+use super::tree::{File, Tree};
+
+/// The documents at the top level that describe the repository as it is.
 const DOCUMENTS: &[&str] = &["ARCHITECTURE.md", "README.md", "CONTRIBUTING.md"];
+/// Where all others are.
+const FOLDER: &str = "docs/";
+/// The table of contents of the guide.
+const SUMMARY: &str = "docs/guide/src/SUMMARY.md";
+/// A newcomer reads it in one go.
+const ARCHITECTURE_LINES_MAX: usize = 200;
+/// In characters.
+const LINE_LENGTH_MAX: usize = 120;
 
-/// Checks every path in backquotes that begins with a folder of the repository, and every relative link.
+/// Checks every path in backquotes that begins with a folder of the repository, and every relative link, with the
+/// heading that it leads to.
 pub(super) fn paths_exist(tree: &Tree) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for name in DOCUMENTS {
-        let Some(text) = tree.files.iter().find(|file| file.path == *name).and_then(|file| file.text.as_ref()) else {
-            findings.push(Finding { place: (*name).to_owned(), what: "is missing".to_owned() });
-            continue;
-        };
-        for (index, line) in text.lines().enumerate() {
-            for path in quoted(line).chain(links(line)).filter(|path| names_a_file(tree, path)) {
-                if !tree.root.join(path).exists() {
-                    let place = format!("{name}:{}", index + 1);
-                    findings.push(Finding { place, what: format!("names `{path}`, which does not exist") });
-                }
-            }
+    for name in DOCUMENTS.iter().filter(|name| !tree.files.iter().any(|file| file.path == **name)) {
+        findings.push(Finding { place: (*name).to_owned(), what: "is missing".to_owned() });
+    }
+    for (document, number, line) in lines(tree) {
+        let quoted = quoted(line).filter(|path| names_a_file(tree, path)).map(PathBuf::from);
+        let linked = links(line).map(|(file, _)| linked_file(document, file));
+        let lost = links(line).filter(|(file, heading)| !has_heading(tree, &linked_file(document, file), heading));
+        findings.extend(lost.map(|(file, heading)| Finding {
+            place: format!("{}:{number}", document.path),
+            what: format!("leads to `{file}#{heading}`, where no heading is called so"),
+        }));
+        for path in quoted.chain(linked).filter(|path| !tree.root.join(path).exists()) {
+            let place = format!("{}:{number}", document.path);
+            findings.push(Finding { place, what: format!("names `{}`, which does not exist", path.display()) });
         }
     }
     findings
+}
+
+/// Every page in the folder of documents is linked from another one, and each chapter of the guide in its contents.
+pub(super) fn pages_linked(tree: &Tree) -> Vec<Finding> {
+    let mut linked = BTreeSet::new();
+    for (document, _, line) in lines(tree) {
+        let is_chapter = |path: &Path| document.path == SUMMARY || !path.starts_with("docs/guide");
+        let others =
+            links(line).map(|(file, _)| linked_file(document, file)).filter(|path| *path != Path::new(&document.path));
+        linked.extend(others.filter(|path| is_chapter(path)));
+    }
+    let pages = tree.files.iter().filter(|file| is_document(file) && file.path.starts_with(FOLDER));
+    let lonely = pages.filter(|file| file.path != SUMMARY && !linked.contains(Path::new(&file.path)));
+    let what = |file: &File| {
+        let is_chapter = file.path.starts_with("docs/guide/");
+        if is_chapter { format!("is not in {SUMMARY}") } else { "is linked from no other document".to_owned() }
+    };
+    lonely.map(|file| Finding { place: file.path.clone(), what: what(file) }).collect()
+}
+
+/// Documents have short lines, and ARCHITECTURE.md few of them.
+pub(super) fn sizes(tree: &Tree) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (document, number, line) in lines(tree) {
+        let length = line.chars().count();
+        // Neither a row of a table nor an address can be broken.
+        if length > LINE_LENGTH_MAX && !line.starts_with('|') && !line.contains("https://") {
+            let what = format!("{length} characters, more than {LINE_LENGTH_MAX}");
+            findings.push(Finding { place: format!("{}:{number}", document.path), what });
+        }
+        if document.path == DOCUMENTS[0] && number == ARCHITECTURE_LINES_MAX + 1 {
+            let what = format!("more than {ARCHITECTURE_LINES_MAX} lines; move depth into docs/internals");
+            findings.push(Finding { place: document.path.clone(), what });
+        }
+    }
+    findings
+}
+
+fn is_document(file: &File) -> bool {
+    DOCUMENTS.contains(&file.path.as_str()) || file.path.starts_with(FOLDER) && file.kind() == "md"
+}
+
+/// All lines of the documents with their numbers.
+fn lines(tree: &Tree) -> impl Iterator<Item = (&File, usize, &str)> {
+    tree.files.iter().filter(|file| is_document(file)).flat_map(|file| {
+        let text = file.text.as_deref().unwrap_or_default();
+        text.lines().enumerate().map(move |(index, line)| (file, index + 1, line))
+    })
 }
 
 /// The texts in backquotes.
@@ -32,9 +94,36 @@ fn quoted(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
-/// The targets of Markdown links that stay in the repository.
-fn links(line: &str) -> impl Iterator<Item = &str> {
-    line.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next()).filter(|target| !target.contains("://"))
+/// The Markdown links that stay in the repository: the file, empty for the document itself, and what follows `#`.
+fn links(line: &str) -> impl Iterator<Item = (&str, &str)> {
+    let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    targets.filter(|target| !target.contains("://")).map(|target| target.split_once('#').unwrap_or((target, "")))
+}
+
+/// Whether a document has a heading of which this is the name in links; without a name, or elsewhere, all is well.
+fn has_heading(tree: &Tree, path: &Path, name: &str) -> bool {
+    let document = tree.files.iter().find(|file| Path::new(&file.path) == path);
+    let Some(text) = document.and_then(|file| file.text.as_deref()).filter(|_| !name.is_empty()) else { return true };
+    let is_kept = |c: &char| c.is_alphanumeric() || " -_".contains(*c);
+    let in_links = |heading: &str| heading.trim().to_lowercase().chars().filter(is_kept).collect::<String>();
+    let mut headings = text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#'));
+    headings.any(|heading| in_links(heading).replace(' ', "-") == name)
+}
+
+/// The file that a link in a document leads to, as seen from the repository.
+fn linked_file(document: &File, link: &str) -> PathBuf {
+    let mut path = PathBuf::from(&document.path);
+    if link.is_empty() {
+        return path;
+    }
+    path.pop();
+    for part in Path::new(link).components() {
+        match part {
+            Component::ParentDir => _ = path.pop(),
+            other => path.push(other),
+        }
+    }
+    path
 }
 
 /// Whether a text claims to be a path here: it begins with a folder of the top level, or is a file name of it.
@@ -53,27 +142,59 @@ fn names_a_file(tree: &Tree, text: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use super::*;
 
-    use super::super::tree::{File, Tree};
-    use super::{links, names_a_file, paths_exist, quoted};
+    fn tree(files: &[(&str, &str)]) -> Tree {
+        let file =
+            |(path, text): &(&str, &str)| File { path: (*path).to_owned(), size: 0, text: Some((*text).to_owned()) };
+        Tree { root: PathBuf::from(env!("CARGO_MANIFEST_DIR")), files: files.iter().map(file).collect() }
+    }
 
     #[test]
     fn paths_are_found_in_text() {
         assert_eq!(quoted("a `b/c` d `e`").collect::<Vec<_>>(), ["b/c", "e"]);
-        assert_eq!(links("see [x](docs/y.md#z) and [w](https://example.org)").collect::<Vec<_>>(), ["docs/y.md"]);
+        let line = "see [x](docs/y.md#z), [above](#a) and [w](https://example.org)";
+        assert_eq!(links(line).collect::<Vec<_>>(), [("docs/y.md", "z"), ("", "a")]);
+        let page = &tree(&[("docs/guide/src/a.md", "")]).files[0];
+        assert_eq!(linked_file(page, "../../b.md"), Path::new("docs/b.md"));
     }
 
     #[test]
     fn a_path_that_does_not_exist_is_found() {
-        let file = |path: &str, text: &str| File { path: path.to_owned(), size: 0, text: Some(text.to_owned()) };
-        let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-        let readme = file("README.md", "`src/main.rs`, `src/nothing.rs`, `other/x`, `src/*.rs`");
-        let others = ["ARCHITECTURE.md", "CONTRIBUTING.md", "src/main.rs"].map(|path| file(path, ""));
-        let tree = Tree { root, files: std::iter::once(readme).chain(others).collect() };
+        let readme = "`src/main.rs`, `src/nothing.rs`, `other/x`, `src/*.rs`";
+        let others = [("ARCHITECTURE.md", ""), ("CONTRIBUTING.md", ""), ("src/main.rs", "")];
+        let page = ("docs/page.md", "[there](../src/main.rs) [not](src/main.rs)");
+        let tree = tree(&[&others[..], &[("README.md", readme), page]].concat());
         let findings = paths_exist(&tree);
-        assert_eq!(findings.len(), 1, "{findings:?}");
-        assert!(findings[0].what.contains("src/nothing.rs"));
+        assert_eq!(findings.len(), 2, "{findings:?}");
+        assert!(findings[0].what.contains("src/nothing.rs") && findings[1].what.contains("docs/src/main.rs"));
         assert!(!names_a_file(&tree, "src/build/x"));
+    }
+
+    #[test]
+    fn a_link_to_no_heading_is_found() {
+        let page = ("docs/page.md", "# One `page`\n[above](#one-page) [there](../src/main.rs) [not](#two)");
+        let findings = paths_exist(&tree(&[page]));
+        let lost: Vec<&str> = findings.iter().map(|one| one.what.as_str()).filter(|what| what.contains('#')).collect();
+        assert_eq!(lost, ["leads to `#two`, where no heading is called so"]);
+    }
+
+    #[test]
+    fn a_page_that_nobody_links_is_found() {
+        let chapters = [(SUMMARY, "[a](a.md)"), ("docs/guide/src/a.md", "[b](b.md)"), ("docs/guide/src/b.md", "")];
+        let pages = [("docs/internals/c.md", "[itself](c.md)"), ("docs/internals/d.md", "")];
+        let findings =
+            pages_linked(&tree(&[&chapters[..], &pages, &[("README.md", "[d](docs/internals/d.md)")]].concat()));
+        let places: Vec<&str> = findings.iter().map(|finding| finding.place.as_str()).collect();
+        assert_eq!(places, ["docs/guide/src/b.md", "docs/internals/c.md"]);
+    }
+
+    #[test]
+    fn long_lines_and_a_long_architecture_are_found() {
+        let long = "x".repeat(121);
+        assert_eq!(sizes(&tree(&[("docs/a.md", &long), ("MEASUREMENTS.md", &long)])).len(), 1);
+        assert_eq!(sizes(&tree(&[("docs/a.md", &format!("| {long} |\nhttps://{long}"))])), []);
+        assert_eq!(sizes(&tree(&[("ARCHITECTURE.md", &"x\n".repeat(200))])), []);
+        assert_eq!(sizes(&tree(&[("ARCHITECTURE.md", &"x\n".repeat(300))])).len(), 1);
     }
 }

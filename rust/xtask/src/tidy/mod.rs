@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What no compiler checks: the size of files and lines, licence headers, words that mark unfinished work, paths in
-//! the documentation and its maps, and files that do not belong in the tree.
+//! the documentation and its map, and files that do not belong in the tree.
 
+mod circles;
 mod crates;
 mod documents;
+mod finding;
 mod rules;
 mod tree;
 
@@ -11,15 +13,7 @@ use std::path::Path;
 
 use crate::counts::Counts;
 use crate::report::Report;
-
-/// One thing that is not tidy.
-#[derive(Debug, PartialEq, Eq)]
-struct Finding {
-    /// The file, relative to the repository, with `:LINE` where there is one.
-    place: String,
-    /// What is wrong, and what to do.
-    what: String,
-}
+use finding::Finding;
 
 /// A rule looks at the whole tree and reports what breaks it.
 type Rule = fn(&tree::Tree) -> Vec<Finding>;
@@ -32,8 +26,11 @@ const RULES: &[(&str, Rule)] = &[
     ("waiting in tests", rules::waiting_in_tests),
     ("stray files", rules::stray_files),
     ("paths in documents", documents::paths_exist),
-    ("crates in the maps", crates::maps_complete),
+    ("links between documents", documents::pages_linked),
+    ("sizes of documents", documents::sizes),
+    ("crates in the map", crates::map_complete),
     ("what crates may know", crates::known_crates),
+    ("circles of files", circles::no_circles),
 ];
 
 /// Checks the repository; every rule counts as one test.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The words behind `-c`.
 
-use lf_host::model::time::Interval;
-use lf_host::rti::{CLOCK_SYNC_TRIALS, ClockSync};
+use lf_linux::model::time::Interval;
+use lf_linux::rti::{CLOCK_SYNC_TRIALS, ClockSync};
 
 /// The period in nanoseconds, as the stock RTI's.
 const PERIOD_NS_DEFAULT: i64 = 10_000_000;
@@ -77,8 +77,8 @@ fn exchanges(word: Option<&str>, otherwise: u32, warn: &mut impl FnMut(String)) 
 
 #[cfg(test)]
 mod tests {
-    use lf_host::model::time::Interval;
-    use lf_host::rti::ClockSync;
+    use lf_linux::model::time::Interval;
+    use lf_linux::rti::ClockSync;
 
     use super::clock_sync;
 

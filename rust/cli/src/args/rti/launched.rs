@@ -5,8 +5,8 @@ use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::process::Command;
 
-use lf_host::model::time::Interval;
-use lf_host::rti::{ClockSync, Options, Trace, TraceFormat};
+use lf_linux::model::time::Interval;
+use lf_linux::rti::{ClockSync, Options, Trace, TraceFormat};
 
 use super::super::{Cli, Command as LfzCommand};
 

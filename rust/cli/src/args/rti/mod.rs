@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use lf_host::model::time::Interval;
-use lf_host::rti::{Options, Trace, TraceFormat};
+use lf_linux::model::time::Interval;
+use lf_linux::rti::{Options, Trace, TraceFormat};
 
 use crate::time;
 

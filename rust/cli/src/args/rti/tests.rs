@@ -3,8 +3,8 @@
 
 use std::ffi::OsString;
 
-use lf_host::model::time::Interval;
-use lf_host::rti::{ClockSync, Options};
+use lf_linux::model::time::Interval;
+use lf_linux::rti::{ClockSync, Options};
 
 use super::super::{Cli, Command, RtiArgs};
 

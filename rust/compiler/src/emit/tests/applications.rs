@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::{emit_on, listing, rust_files};
-use crate::emit::deployment::{Deployment, Platform};
+use crate::deployment::{Deployment, Platform};
 use crate::plan::Plan;
 use crate::{SourceProvider, Style, compile};
 

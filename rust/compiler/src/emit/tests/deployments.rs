@@ -2,7 +2,7 @@
 //! Deployment files: what is read from them, and what is refused with its place.
 
 use super::fixture;
-use crate::emit::deployment::{Deployment, Mac, Platform, RtiHome, RtiPlace};
+use crate::deployment::{Deployment, Mac, Platform, RtiHome, RtiPlace};
 
 fn parse(text: &str) -> Result<Deployment, Vec<crate::FileError>> {
     Deployment::parse("deployment.yaml", text, &fixture::plan())

@@ -7,13 +7,13 @@ mod fixture;
 
 use std::path::Path;
 
-use super::deployment::{Deployment, Platform};
 use super::{Emitted, File, Settings, emit};
+use crate::deployment::{Deployment, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
 fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
     let settings =
-        Settings { lf_host: "../../rust/host", lf_zephyr: "../../rust/zephyr", version: "0.0.0", deployment };
+        Settings { lf_linux: "../../rust/linux", lf_zephyr: "../../rust/zephyr", version: "0.0.0", deployment };
     emit(plan, &settings).expect("the plan can be emitted")
 }
 
@@ -194,7 +194,7 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
     for wrong in ["if true {", "}", "\"", "/* "] {
         let mut plan = fixture::plan();
         class(&mut plan, "Unit").reactions[2].body.text = wrong.to_owned();
-        let settings = Settings { lf_host: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
+        let settings = Settings { lf_linux: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
         let errors = emit(&plan, &settings).expect_err("it is wrong");
         let (line, column) = fixture::place_of(" self.seen +=");
         assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, line, column), "{}", errors[0]);
@@ -203,7 +203,7 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
 
 #[test]
 fn types_and_missing_values_are_refused_at_their_place() {
-    let settings = Settings { lf_host: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
+    let settings = Settings { lf_linux: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
     let mut plan = fixture::plan();
     class(&mut plan, "Unit").state[0].ty.text = "Vec<".to_owned();
     let mut errors = emit(&plan, &settings).expect_err("it is wrong");
@@ -255,11 +255,7 @@ fn an_instance_without_reactions_gets_no_variable() {
         federate.text.lines().map(str::trim).filter(|line| line.starts_with("let ") && line.contains('(')).collect();
     assert_eq!(
         locals,
-        [
-            "let main = crate::quiet::quiet::Quiet::new();",
-            "let around = main.new_around();",
-            "let _ = around.new_silent();"
-        ]
+        ["let main = quiet::Quiet::new();", "let around = main.new_around();", "let _ = around.new_silent();"]
     );
 }
 
@@ -273,7 +269,7 @@ fn authentication_asks_zephyr_for_random_numbers() {
         );
         let sources = std::collections::BTreeMap::from([("Quiet.lf".to_owned(), text)]);
         let plan = crate::compile("Quiet.lf", &sources).plan.expect("the program is right");
-        let deployment = Deployment::all_on(&plan, &super::deployment::Platform::Zephyr("some_board".to_owned()));
+        let deployment = Deployment::all_on(&plan, &crate::deployment::Platform::Zephyr("some_board".to_owned()));
         let emitted = emit_on(&plan, &deployment);
         let fragment =
             emitted.files.iter().find(|file| file.text.contains("CONFIG_LF_SOCKETS")).expect("it is emitted");

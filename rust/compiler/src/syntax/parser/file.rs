@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The top of a file: target, imports, preambles, reactors.
 
-use super::super::ast::{
-    Attribute, AttributeParameter, Import, ImportSource, ImportedReactor, Name, Preamble, SourceUnit,
-};
-use super::super::token::Kind;
+use super::super::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
+use super::super::token::{Kind, Tokens, tokens};
 use super::{Parsed, Parser};
-use crate::diagnostics::Span;
+use crate::diagnostics::{Diagnostic, FileId};
+
+/// Reads a file.
+pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
+    let Tokens { list, comments, diagnostics } = tokens(file, text);
+    let mut parser = Parser { file, text, tokens: list, comments, position: 0, depth: 0, diagnostics };
+    let unit = parser.source_unit();
+    (unit, parser.diagnostics)
+}
 
 impl Parser<'_> {
-    pub(super) fn source_unit(&mut self) -> SourceUnit {
+    fn source_unit(&mut self) -> SourceUnit {
         let mut unit = SourceUnit::default();
         while !self.at_end() {
             let start = self.position;
@@ -97,54 +103,5 @@ impl Parser<'_> {
         }
         let close = self.expect(Kind::Greater, "`>`")?;
         Ok(Name { text: self.text[open.end..close.start].to_owned(), span: open.to(close) })
-    }
-
-    pub(super) fn preamble(&mut self) -> Parsed<Preamble> {
-        if matches!(self.word_ahead(0), Some("private" | "public")) {
-            self.advance();
-        }
-        if self.eat_word("preamble").is_none() {
-            return self.unexpected("`preamble`");
-        }
-        let code = self.code()?;
-        Ok(Preamble { code })
-    }
-
-    pub(super) fn attributes(&mut self) -> Parsed<Vec<Attribute>> {
-        let mut attributes = Vec::new();
-        while self.at(Kind::At) {
-            attributes.push(self.attribute()?);
-        }
-        Ok(attributes)
-    }
-
-    fn attribute(&mut self) -> Parsed<Attribute> {
-        let start: Span = self.here();
-        self.advance();
-        let token = self.peek(0);
-        if token.kind != Kind::Word {
-            return self.unexpected("the name of an attribute");
-        }
-        self.advance();
-        let name = Name { text: self.text_of(token).to_owned(), span: self.span_of(token) };
-        let parameters = if self.eat(Kind::OpenParenthesis) {
-            self.list(Kind::CloseParenthesis, ")", Self::attribute_parameter)?
-        } else {
-            Vec::new()
-        };
-        Ok(Attribute { name, parameters, span: start.to(self.before()) })
-    }
-
-    fn attribute_parameter(&mut self) -> Parsed<AttributeParameter> {
-        let named = self.at(Kind::Word) && self.peek(1).kind == Kind::Equals;
-        let name = if named {
-            let name = self.name("the name of a parameter")?;
-            self.advance();
-            Some(name)
-        } else {
-            None
-        };
-        let value = self.expression()?;
-        Ok(AttributeParameter { name, value: Some(value) })
     }
 }

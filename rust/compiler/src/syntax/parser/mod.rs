@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Recursive descent over tokens, with recovery at the next declaration.
 
+mod attribute;
 mod connection;
 mod expression;
 mod file;
@@ -11,10 +12,12 @@ mod reactor;
 mod target;
 mod types;
 
-use super::ast::{Code, Name, SourceUnit};
-use super::token::{Kind, Token, Tokens, tokens};
+use super::ast::{Code, Name};
+use super::token::{Kind, Token};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
 use crate::diagnostics::{Code as ErrorCode, Diagnostic, FileId, Span};
+
+pub(crate) use file::parse;
 
 /// How deeply expressions, types and property values may be nested.
 const DEPTH_MAX: usize = 64;
@@ -32,14 +35,6 @@ struct Parser<'t> {
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
-}
-
-/// Reads a file.
-pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
-    let Tokens { list, comments, diagnostics } = tokens(file, text);
-    let mut parser = Parser { file, text, tokens: list, comments, position: 0, depth: 0, diagnostics };
-    let unit = parser.source_unit();
-    (unit, parser.diagnostics)
 }
 
 impl<'t> Parser<'t> {

@@ -145,6 +145,8 @@ proptest! {
         let (mut ltc, mut now) = (Tag::NEVER, START);
         // The least of what has been announced since a tag was begun, with what bounded it.
         let mut next = Tag::FOREVER;
+        // Physical time does not run backwards, so what it bounds does not either.
+        let mut physical_min = 0;
         for step in steps {
             let before = tags.current();
             match step {
@@ -176,7 +178,9 @@ proptest! {
                     prop_assert_eq!(tags.next_event(tag), !was_open && tag > before);
                     if !was_open && tag > before {
                         next = tag;
-                        tags.announce(now, physical.map(|time| START + Interval(time)), |_| now + Interval(5));
+                        physical_min = physical.unwrap_or_default().max(physical_min);
+                        let physical = physical.map(|_| START + Interval(physical_min));
+                        tags.announce(now, physical, |_| now + Interval(5));
                     }
                 }
                 Step::Begin(tag) => {

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is to be run: the processes of a federation, and what each of them is told.
+//!
+//! `lfz run` makes this of a program that it has built; `lfz supervise` reads it as JSON, of the form of these types,
+//! which other programs write. Times are in nanoseconds.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Deserializer};
+
+use crate::commands::listening_port;
+use crate::failure::Failure;
+use crate::guard;
+use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+
+/// The processes of one run. The RTI is the first, and the others start when it listens.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Federation {
+    /// The form of the description.
+    pub(crate) version: Version,
+    /// The name in front of what is said about the run itself; without it no line has a name.
+    pub(crate) speaker: Option<String>,
+    /// What the federation is called.
+    pub(crate) id: FederationId,
+    /// After this time all are stopped.
+    pub(crate) timeout_ns: Option<u64>,
+    /// How long the others may take to end by themselves after the first failure, and after the federation.
+    pub(crate) grace_ns: Option<u64>,
+    /// How long they may take when they are asked to stop, before they are killed.
+    pub(crate) terminate_ns: Option<u64>,
+    /// None where it runs elsewhere, or there is none.
+    pub(crate) rti: Option<Process>,
+    /// Where the RTI listens, if it does not say so itself.
+    pub(crate) rti_port: Option<u16>,
+    /// All others.
+    pub(crate) federates: Vec<Process>,
+}
+
+/// The only form that there is: 1.
+#[derive(Debug, Default, Deserialize)]
+#[serde(try_from = "u32")]
+pub(crate) struct Version;
+
+impl TryFrom<u32> for Version {
+    type Error = String;
+
+    fn try_from(number: u32) -> Result<Self, String> {
+        let other = format!("this lfz reads descriptions of version 1, and not {number}; use one of the same version");
+        if number == 1 { Ok(Self) } else { Err(other) }
+    }
+}
+
+/// What a federation is called.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum FederationId {
+    /// This, because somebody knows it already.
+    Exactly(String),
+    /// This and what no other run has, so that a federate that outlives its federation cannot join another one.
+    BeginsWith(String),
+}
+
+/// A process, which runs in a process group of its own and without input.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Process {
+    /// What its lines begin with.
+    pub(crate) name: String,
+    /// The program and its arguments.
+    pub(crate) words: Vec<Word>,
+    /// Variables beside those of this program.
+    #[serde(default)]
+    pub(crate) environment: BTreeMap<String, String>,
+    /// Where it runs, if not where this program does.
+    pub(crate) folder: Option<PathBuf>,
+    /// For a simulator, which goes on when the program in it has ended: how the line of its standard output begins that
+    /// tells the program's exit status.
+    pub(crate) status_line: Option<String>,
+}
+
+/// A word of a command line.
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "a word is a text, or { before: TEXT, known: rti_port or federation_id }")]
+pub(crate) enum Word {
+    /// This text.
+    Text(#[serde(deserialize_with = "os_string")] OsString),
+    /// What is known only when the process starts.
+    Known(KnownWord),
+}
+
+/// A text and behind it what is known only when the process starts.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KnownWord {
+    /// The text.
+    #[serde(default)]
+    before: String,
+    known: Known,
+}
+
+/// What is known only when a process starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Known {
+    /// Where the RTI listens.
+    RtiPort,
+    /// What the federation is called in this run.
+    FederationId,
+}
+
+impl<T: Into<OsString>> From<T> for Word {
+    fn from(text: T) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl Word {
+    /// A text and behind it what is known only when the process starts.
+    pub(crate) fn known(before: &str, known: Known) -> Self {
+        Self::Known(KnownWord { before: before.to_owned(), known })
+    }
+
+    fn is_port(&self) -> bool {
+        matches!(self, Self::Known(word) if word.known == Known::RtiPort)
+    }
+
+    fn text(&self, id: &str, port: Option<u16>) -> OsString {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Known(KnownWord { before, known: Known::FederationId }) => format!("{before}{id}").into(),
+            Self::Known(KnownWord { before, known: Known::RtiPort }) => {
+                let port = port.map(|port| port.to_string()).unwrap_or_default();
+                (before.clone() + &port).into()
+            }
+        }
+    }
+}
+
+impl FederationId {
+    fn of_this_run(&self) -> String {
+        match self {
+            Self::Exactly(name) => name.clone(),
+            Self::BeginsWith(name) => {
+                // With what is added it has to fit into 255 bytes.
+                let name: String = name.chars().take(40).collect();
+                let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
+                format!("{name} {}-{now:x}", std::process::id())
+            }
+        }
+    }
+}
+
+impl Federation {
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// What is wrong with it, and where.
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
+        let read: Self = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        read.check()?;
+        Ok(read)
+    }
+
+    /// What the form alone does not say.
+    fn check(&self) -> Result<(), String> {
+        let Self { version: Version, .. } = self;
+        let mut names = BTreeSet::new();
+        for Process { name, words, .. } in self.rti.iter().chain(&self.federates) {
+            if words.is_empty() {
+                return Err(format!("`{name}` has no words, of which the first is the program"));
+            }
+            if !names.insert(name) {
+                return Err(format!("there are two processes with the name `{name}`"));
+            }
+        }
+        let first: &[Process] = self.rti.as_ref().map_or(&self.federates, std::slice::from_ref);
+        let knows_early = |process: &&Process| process.words.iter().any(Word::is_port);
+        match first.iter().find(knows_early) {
+            Some(Process { name, .. }) if self.rti_port.is_none() => {
+                Err(format!("`{name}` is to be told the RTI's port, which nobody knows when it starts"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Runs all to their end.
+    ///
+    /// # Errors
+    /// When one cannot be started, or the system's calls fail; nothing is left running then.
+    pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
+        let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
+        let output = Output::of_this_process(self.speaker.as_deref(), names);
+        let mut supervisor = Supervisor::new(self.limits(), interrupts, output);
+        let id = self.id.of_this_run();
+        let mut port = self.rti_port;
+        if let Some(rti) = &self.rti {
+            rti.start(&mut supervisor, Role::Rti, &id, port)?;
+            if port.is_none() {
+                port = supervisor.wait_for_line(listening_port)?;
+            }
+            if port.is_none() {
+                return Ok(supervisor.finish()?);
+            }
+        }
+        for federate in &self.federates {
+            federate.start(&mut supervisor, Role::Federate, &id, port)?;
+        }
+        Ok(supervisor.finish()?)
+    }
+
+    fn limits(&self) -> Limits {
+        let usual = Limits::default();
+        Limits {
+            run: self.timeout_ns.map(Duration::from_nanos),
+            grace: self.grace_ns.map_or(usual.grace, Duration::from_nanos),
+            terminate: self.terminate_ns.map_or(usual.terminate, Duration::from_nanos),
+        }
+    }
+}
+
+impl Process {
+    fn start(&self, supervisor: &mut Supervisor, role: Role, id: &str, port: Option<u16>) -> Result<(), Failure> {
+        let mut words = self.words.iter().map(|word| word.text(id, port));
+        let mut command: Command = guard::command(words.next().unwrap_or_default())?;
+        command.args(words).envs(&self.environment);
+        if let Some(folder) = &self.folder {
+            command.current_dir(folder);
+        }
+        let started = supervisor.start(&self.name, role, self.status_line.as_deref(), &mut command);
+        started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
+    }
+}
+
+fn os_string<'de, D: Deserializer<'de>>(deserializer: D) -> Result<OsString, D::Error> {
+    String::deserialize(deserializer).map(OsString::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Federation, FederationId};
+
+    #[test]
+    fn federation_ids_differ_and_are_short_enough_for_the_wire() {
+        let id_of = |name: &str| FederationId::BeginsWith(name.to_owned()).of_this_run();
+        let name = "é".repeat(300);
+        assert_ne!(id_of(&name), id_of(&name));
+        assert!(id_of(&name).len() <= 255);
+        assert!(id_of("Grid").starts_with("Grid "));
+    }
+
+    /// A description with these participants, the second of its three lines.
+    fn read(participants: &str) -> Result<Federation, String> {
+        Federation::read(&format!(r#"{{"version": 1, "id": {{"exactly": "f"}},{}{participants}}}"#, '\n'))
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_description_is_said_with_its_place() {
+        for (participants, words) in [
+            (r#""federates": [{"name": "a", "words": ["x"], "word": 1}]"#, "unknown field `word`"),
+            (r#""federates": [{"name": "a", "words": ["x", 1]}]"#, "a word is a text, or { before: TEXT, known:"),
+            (r#""federates": [{"words": ["x"]}]"#, "missing field `name` at line 2"),
+            (r#""federates": [{"name": "a", "words": []}]"#, "`a` has no words"),
+            (r#""rti": null"#, "missing field `federates` at line 2"),
+            (r#""federates": [{"name": "a", "words": [{"known": "rti_port"}]}]"#, "`a` is to be told the RTI's port"),
+            (r#""federates": [{"name": "a", "words": ["x"]}, {"name": "a", "words": ["x"]}]"#, "the name `a`"),
+        ] {
+            let error = read(participants).expect_err(participants);
+            assert!(error.contains(words), "{participants}: {error}");
+        }
+        let error = Federation::read(r#"{"version": 2, "processes": []}"#).expect_err("it is of another version");
+        assert!(error.contains("version 1, and not 2") && error.contains("line 1"), "{error}");
+    }
+
+    #[test]
+    fn federates_are_told_the_port_of_an_rti_that_says_it() {
+        let rti = r#""rti": {"name": "r", "words": ["x"]}, "#;
+        let federate = r#""federates": [{"name": "a", "words": ["x", {"before": "p=", "known": "rti_port"}]}]"#;
+        let federation = read(&format!("{rti}{federate}")).expect("it is right");
+        assert_eq!(federation.federates[0].words[1].text("f", Some(7)), "p=7");
+        assert!(read(&format!(r#""rti_port": 7, {federate}"#)).is_ok());
+    }
+}

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A federate while it is put together, and what it is put together from.
+
+use std::collections::BTreeMap;
+
+use super::classes::{Described, Places};
+use super::graph::{Graph, Node};
+use super::network::Network;
+use super::order::Levels;
+use super::rate::Stream;
+use super::waits::Waits;
+use super::zero_delay::Cycles;
+use crate::federates::Parts;
+use crate::instances::Tree;
+use crate::plan::{self, InstanceIndex, PortIndex, TriggerIndex};
+use crate::resolve::Class;
+
+/// What has been worked out for the whole program.
+pub(super) struct Context<'a> {
+    pub(super) classes: &'a [Class<'a>],
+    pub(super) tree: &'a Tree,
+    pub(super) parts: &'a Parts,
+    pub(super) graph: &'a Graph,
+    pub(super) levels: &'a Levels,
+    pub(super) network: &'a Network,
+    pub(super) decentralized: bool,
+    /// Per connection of the graph.
+    pub(super) waits: &'a [Waits],
+    pub(super) zero_delay: &'a Cycles,
+    /// The cycles of federates, whatever the delays.
+    pub(super) cycles: &'a Cycles,
+    pub(super) places: &'a Places<'a>,
+    pub(super) described: &'a Described,
+}
+
+/// A federate while it is put together.
+pub(super) struct Builder<'a> {
+    pub(super) context: &'a Context<'a>,
+    pub(super) part: usize,
+    /// The instances of this federate.
+    pub(super) instances: BTreeMap<usize, InstanceIndex>,
+    /// The storing ports of this federate.
+    pub(super) ports: BTreeMap<Node, PortIndex>,
+    pub(super) triggers: Vec<plan::Trigger>,
+    pub(super) sources: BTreeMap<Source, TriggerIndex>,
+    /// By network input: how far apart the values are that come there, as far as that is known.
+    pub(super) spacings: Vec<Option<Vec<Stream>>>,
+}
+
+/// What a trigger is in the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Source {
+    Startup,
+    Shutdown,
+    /// Instance, and position in its class.
+    Timer(usize, usize),
+    /// Instance, and position in its class.
+    Action(usize, usize),
+    /// A connection of the graph.
+    Link(usize),
+}
+
+impl Builder<'_> {
+    /// Whether an instance belongs to this federate.
+    pub(super) fn owns(&self, instance: usize) -> bool {
+        self.instances.contains_key(&instance)
+    }
+
+    pub(super) fn port(&self, node: Node) -> PortIndex {
+        self.ports[&self.context.graph.root[node]]
+    }
+
+    pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
+        self.instances[&instance]
+    }
+
+    pub(super) fn link_name(&self, link: usize) -> String {
+        let Context { graph, tree, classes, .. } = *self.context;
+        let link = &graph.links[link];
+        format!("{} -> {}", graph.path(link.from, tree, classes), graph.path(link.to, tree, classes))
+    }
+}

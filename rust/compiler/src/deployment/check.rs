@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a deployment file must fulfil beyond its keys: addresses that make sense and occur once, and known names.
+
+use core::net::Ipv4Addr;
+use std::collections::BTreeMap;
+
+use serde_saphyr::{Location, Spanned};
+
+use super::raw::RawPlace;
+use super::{Mac, Network, Place, Platform, RtiHome, RtiPlace};
+use crate::diagnostics::did_you_mean;
+use crate::plan::Plan;
+use crate::yaml::{FileError, place};
+use crate::zephyr::ethernet_label;
+
+/// What the RTI is called where a federate has a name; no federate can have this one.
+pub(super) const RTI: &str = "the RTI";
+
+/// Collects what is wrong, and what must not occur twice.
+pub(super) struct Checker<'a> {
+    pub(super) path: &'a str,
+    pub(super) errors: Vec<FileError>,
+    /// Who has an address or a probe, and where that is written.
+    pub(super) taken: BTreeMap<(&'static str, String), (String, u64)>,
+}
+
+impl Checker<'_> {
+    pub(super) fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
+        let (line, column) = place(at);
+        let (path, hint) = (self.path.to_owned(), hint.map(str::to_owned));
+        self.errors.push(FileError { path, line, column, message: message.into(), hint });
+    }
+
+    pub(super) fn known(&mut self, name: &str, at: Location, plan: &Plan) {
+        let names = || plan.federates.iter().map(|federate| federate.name.as_str());
+        if names().any(|known| known == name) {
+            return;
+        }
+        let what = if plan.is_federated() { "federate" } else { "main reactor" };
+        let hint =
+            did_you_mean(name, names()).unwrap_or_else(|| format!("it has {}", names().collect::<Vec<_>>().join(", ")));
+        self.error(at, format!("{} has no {what} named \"{name}\"", plan.name), Some(&hint));
+    }
+
+    pub(super) fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {
+        let platform = self.platform(&raw.platform)?;
+        let keys = [
+            ("ip", &raw.ip),
+            ("netmask", &raw.netmask),
+            ("gateway", &raw.gateway),
+            ("mac", &raw.mac),
+            ("ethernet", &raw.ethernet),
+            ("runner", &raw.runner),
+            ("probe", &raw.probe),
+        ];
+        if platform == Platform::Host {
+            let reason = "a program of this computer uses this computer's network and needs no probe";
+            self.refuse_keys(&keys, &raw.platform.value, reason);
+            return Some(Place { platform, ..Place::default() });
+        }
+        if platform.is_native_sim() {
+            if raw.ip.is_none() {
+                let reason = "without `ip`, a native_sim image uses this computer's network; it needs no probe";
+                self.refuse_keys(&keys, &raw.platform.value, reason);
+                return Some(Place { platform, ..Place::default() });
+            }
+            let reason = "a native_sim image is a program of this computer, which is not flashed";
+            self.refuse_keys(&keys[4..], &raw.platform.value, reason);
+        }
+        let network = self.network(name, raw);
+        let made_up = || network.filter(|_| platform.is_virtual()).map(|network| Mac::of_virtual_board(network.ip));
+        let mac = raw.mac.as_ref().map_or_else(made_up, |mac| self.mac(name, mac));
+        if let Some(probe) = &raw.probe {
+            self.once("probe", probe.value.clone(), name, probe.referenced);
+        }
+        let ethernet = raw.ethernet.as_ref().and_then(|label| self.label(label));
+        if let (Some(raw_mac), None, Platform::Zephyr(board)) = (&raw.mac, &raw.ethernet, &platform)
+            && !platform.is_virtual()
+            && ethernet_label(board).is_none()
+        {
+            let message = format!("`mac`: the devicetree label of the Ethernet MAC of {board} is not known");
+            self.error(raw_mac.referenced, message, Some("add `ethernet: LABEL`, as in the board's devicetree"));
+        }
+        let text = |value: &Option<Spanned<String>>| value.as_ref().map(|text| text.value.clone());
+        Some(Place { platform, network, mac, ethernet, runner: text(&raw.runner), probe: text(&raw.probe) })
+    }
+
+    fn platform(&mut self, raw: &Spanned<String>) -> Option<Platform> {
+        if raw.value == "host" {
+            return Some(Platform::Host);
+        }
+        let plain = |c: char| c.is_ascii_alphanumeric() || "_/@.-".contains(c);
+        if raw.value.is_empty() || !raw.value.chars().all(plain) {
+            let message = format!("\"{}\" is no name of a platform", raw.value);
+            self.error(raw.referenced, message, Some("write `host`, or a board's name as for `west build -b`"));
+            return None;
+        }
+        Some(Platform::Zephyr(raw.value.clone()))
+    }
+
+    /// Keys that mean something for other platforms only.
+    pub(super) fn refuse_keys(&mut self, keys: &[(&str, &Option<Spanned<String>>)], platform: &str, reason: &str) {
+        for (key, value) in keys {
+            if let Some(value) = value {
+                let message = format!("`{key}` has no meaning for platform {platform}");
+                self.error(value.referenced, message, Some(reason));
+            }
+        }
+    }
+
+    fn network(&mut self, name: &str, raw: &RawPlace) -> Option<Network> {
+        let Some(raw_ip) = &raw.ip else {
+            let message = format!("{} runs on a board, so it needs an `ip`", called(name));
+            self.error(raw.platform.referenced, message, None);
+            return None;
+        };
+        let ip = self.address(Some(raw_ip), "ip")?;
+        self.once("IP address", ip.to_string(), name, raw_ip.referenced);
+        let netmask = self.address(raw.netmask.as_ref(), "netmask").unwrap_or(Ipv4Addr::new(255, 255, 255, 0));
+        if let Some(raw_mask) = &raw.netmask
+            && netmask.to_bits().leading_ones() + netmask.to_bits().trailing_zeros() != 32
+        {
+            self.error(raw_mask.referenced, format!("{netmask} is no netmask: its ones must come first"), None);
+        }
+        let gateway = self.address(raw.gateway.as_ref(), "gateway");
+        if let (Some(gateway), Some(raw_gateway)) = (gateway, &raw.gateway)
+            && !same_network(ip, gateway, netmask)
+        {
+            let message = format!("the gateway {gateway} is not in the network of {ip} with netmask {netmask}");
+            self.error(raw_gateway.referenced, message, None);
+        }
+        Some(Network { ip, netmask, gateway })
+    }
+
+    pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {
+        let raw = raw?;
+        match raw.value.parse::<Ipv4Addr>() {
+            Ok(ip) if key == "netmask" || !(ip.is_unspecified() || ip.is_broadcast() || ip.is_multicast()) => Some(ip),
+            Ok(ip) => {
+                self.error(raw.referenced, format!("`{key}`: {ip} is not the address of one participant"), None);
+                None
+            }
+            Err(_) => {
+                let message = format!("`{key}`: \"{}\" is no IPv4 address", raw.value);
+                self.error(raw.referenced, message, Some("write four numbers, such as 10.0.0.2"));
+                None
+            }
+        }
+    }
+
+    fn mac(&mut self, name: &str, raw: &Spanned<String>) -> Option<Mac> {
+        let Some(mac) = parse_mac(&raw.value) else {
+            let message = format!("`mac`: \"{}\" is no MAC address", raw.value);
+            self.error(raw.referenced, message, Some("write six bytes in hexadecimal, such as 02:00:00:00:00:02"));
+            return None;
+        };
+        if mac.0[0] & 1 == 1 || mac.0 == [0; 6] {
+            let message = format!("`mac`: {mac} is not the address of one board");
+            let hint = "the first byte must be even; 02 is for addresses that you choose yourself";
+            self.error(raw.referenced, message, Some(hint));
+            return None;
+        }
+        self.once("MAC address", mac.to_string(), name, raw.referenced);
+        Some(mac)
+    }
+
+    fn label(&mut self, raw: &Spanned<String>) -> Option<String> {
+        let starts_well = raw.value.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_');
+        if starts_well && raw.value.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') {
+            return Some(raw.value.clone());
+        }
+        let message = format!("`ethernet`: \"{}\" is no devicetree label", raw.value);
+        self.error(raw.referenced, message, Some("write the label without `&`, such as enet_mac"));
+        None
+    }
+
+    pub(super) fn once(&mut self, what: &'static str, value: String, owner: &str, at: Location) {
+        let (line, _) = place(at);
+        if let Some((other, other_line)) = self.taken.get(&(what, value.clone())) {
+            let message =
+                format!("the {what} {value} of {} is already that of {other} (line {other_line})", called(owner));
+            self.error(at, message, None);
+            return;
+        }
+        self.taken.insert((what, value), (called(owner), line));
+    }
+
+    /// A board cannot reach an RTI on this computer's loopback, nor one that no route leads to.
+    pub(super) fn reachable(&mut self, federate: &Place, raw: &RawPlace, rti: &RtiPlace) {
+        let (Some(network), Some(raw_ip)) = (federate.network, &raw.ip) else { return };
+        let hint = match rti.home {
+            RtiHome::Program => "give `rti` the `ip` under which the boards reach this computer",
+            RtiHome::Image(_) => "give `rti` an `ip` of its own, or another platform",
+            RtiHome::Joint(_) => "give the federate with the RTI an `ip`",
+        };
+        match rti.ip {
+            Some(ip) if ip.is_loopback() => {
+                let message = format!("the RTI's address {ip} cannot be reached from a board");
+                self.error(raw_ip.referenced, message, Some(hint));
+            }
+            Some(ip) if network.gateway.is_none() && !same_network(network.ip, ip, network.netmask) => {
+                let message = format!("the RTI's address {ip} is in another network than {}", network.ip);
+                self.error(raw_ip.referenced, message, Some("add a `gateway`, or correct `ip` or `netmask`"));
+            }
+            Some(_) => {}
+            None => self.error(raw_ip.referenced, "a board needs to know the RTI's address", Some(hint)),
+        }
+    }
+}
+
+/// How messages call a participant; the RTI has no name.
+fn called(name: &str) -> String {
+    if name == RTI { name.to_owned() } else { format!("\"{name}\"") }
+}
+
+fn same_network(a: Ipv4Addr, b: Ipv4Addr, netmask: Ipv4Addr) -> bool {
+    a & netmask == b & netmask
+}
+
+fn parse_mac(text: &str) -> Option<Mac> {
+    let mut bytes = [0; 6];
+    let mut parts = text.split([':', '-']);
+    for byte in &mut bytes {
+        let part = parts.next().filter(|part| part.len() == 2 && part.bytes().all(|b| b.is_ascii_hexdigit()))?;
+        *byte = u8::from_str_radix(part, 16).ok()?;
+    }
+    parts.next().is_none().then_some(Mac(bytes))
+}

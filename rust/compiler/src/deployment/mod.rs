@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `deployment.yaml`: where each federate and the RTI run.
+//!
+//! ```yaml
+//! rti: { platform: host, ip: 10.0.0.1, port: 15045 }   # `lfz rti` on this computer, which is the default
+//! federates:
+//!   sender: { platform: host }
+//!   simulated: { platform: native_sim/native/64 }      # with the sockets of this computer
+//!   bridged: { platform: native_sim/native/64, ip: 10.0.0.3 }   # with Zephyr's own network stack, over TAP
+//!   receiver:
+//!     platform: qemu_cortex_m3
+//!     ip: 10.0.0.2
+//!     netmask: 255.255.255.0        # the default
+//!     gateway: 10.0.0.1             # optional
+//!     mac: 02:00:00:00:00:02        # optional; for boards that would otherwise share one
+//!     ethernet: eth                 # optional; the devicetree label of the MAC, where it is not known
+//!     runner: pyocd                 # optional; as in `west flash --runner`
+//!     probe: "0240000034544e45"     # optional; which of several probes
+//! ```
+//!
+//! The RTI can be an image, too: alone on a board, for which it has the keys of a federate beside its port, or jointly
+//! with a federate, which says `joint-rti: true`. Then the RTI's address is that of the federate.
+//!
+//! ```yaml
+//! rti: { platform: qemu_cortex_m3, ip: 10.0.0.9, port: 15045 }
+//! ```
+//! ```yaml
+//! federates:
+//!   sender: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }
+//! ```
+//!
+//! Virtual boards (`native_sim` with `ip`, QEMU) that are given no `mac` have one that follows from their `ip`.
+//!
+//! A federate that is not listed runs on this computer. Keys that are not listed above are errors, and so are
+//! addresses and probes that occur twice.
+
+mod check;
+mod home;
+mod parse;
+mod raw;
+
+use core::fmt;
+use core::net::Ipv4Addr;
+use std::collections::BTreeMap;
+
+use crate::plan::{Plan, Rti};
+
+/// Where everything runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Deployment {
+    /// The RTI.
+    pub rti: RtiPlace,
+    /// The federates that are listed, by name.
+    pub federates: BTreeMap<String, Place>,
+}
+
+/// Where the RTI runs, and where it is reached.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RtiPlace {
+    /// What it is part of.
+    pub home: RtiHome,
+    /// The address that federates connect to, which for an image is that of its board; the program's own `at` when it
+    /// is missing.
+    pub ip: Option<Ipv4Addr>,
+    /// The TCP port; the program's own when it is missing.
+    pub port: Option<u16>,
+}
+
+/// What the RTI is part of.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum RtiHome {
+    /// A program of this computer.
+    #[default]
+    Program,
+    /// A Zephyr image of its own.
+    Image(Box<Place>),
+    /// The Zephyr image of this federate.
+    Joint(String),
+}
+
+/// Where a federate runs, or an RTI that is an image of its own.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// This computer, or a Zephyr board.
+    pub platform: Platform,
+    /// The board's address and what belongs to it.
+    pub network: Option<Network>,
+    /// The MAC address that the image gives to the board.
+    pub mac: Option<Mac>,
+    /// The devicetree label of the Ethernet MAC.
+    pub ethernet: Option<String>,
+    /// The runner that flashes the board.
+    pub runner: Option<String>,
+    /// The probe that the board is attached to.
+    pub probe: Option<String>,
+}
+
+impl Place {
+    /// Where it is reached, as far as that is known: at its board's address, or with this computer's sockets here.
+    pub(super) fn address(&self) -> Option<Ipv4Addr> {
+        self.network.map(|network| network.ip).or(self.is_offloaded().then_some(Ipv4Addr::LOCALHOST))
+    }
+
+    /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
+    pub fn is_offloaded(&self) -> bool {
+        self.platform.is_native_sim() && self.network.is_none()
+    }
+}
+
+/// This computer, or a Zephyr board.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Platform {
+    /// A program for this computer.
+    #[default]
+    Host,
+    /// A Zephyr image for this board, qualifiers included: `native_sim/native/64`.
+    Zephyr(String),
+}
+
+impl Platform {
+    /// Whether it is a Zephyr image that runs as a program of this computer.
+    pub fn is_native_sim(&self) -> bool {
+        self.board_name() == Some("native_sim")
+    }
+
+    /// Whether it is a board that a program of this computer plays: `native_sim` or QEMU. It has no address of its own
+    /// that a maker gave it.
+    pub fn is_virtual(&self) -> bool {
+        self.board_name().is_some_and(|name| name == "native_sim" || name == "mps2" || name.starts_with("qemu_"))
+    }
+
+    /// The board without qualifiers and revision.
+    fn board_name(&self) -> Option<&str> {
+        match self {
+            Self::Host => None,
+            Self::Zephyr(board) => board.split(['/', '@']).next(),
+        }
+    }
+}
+
+/// The fixed IPv4 configuration of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Network {
+    /// The board's address.
+    pub ip: Ipv4Addr,
+    /// The netmask.
+    pub netmask: Ipv4Addr,
+    /// The gateway, if there is one.
+    pub gateway: Option<Ipv4Addr>,
+}
+
+/// A unicast MAC address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Mac(pub [u8; 6]);
+
+impl Mac {
+    /// The address of a virtual board that was given none: local, and different where the IP addresses are.
+    pub fn of_virtual_board(ip: Ipv4Addr) -> Self {
+        let [a, b, c, d] = ip.octets();
+        Self([2, 0, a, b, c, d])
+    }
+}
+
+impl fmt::Display for Mac {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, byte) in self.0.iter().enumerate() {
+            write!(f, "{}{byte:02x}", if index == 0 { "" } else { ":" })?;
+        }
+        Ok(())
+    }
+}
+
+impl Deployment {
+    /// All federates of a program on one platform, with this computer's network.
+    pub fn all_on(plan: &Plan, platform: &Platform) -> Self {
+        let place = || Place { platform: platform.clone(), ..Place::default() };
+        let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
+        Self { rti: RtiPlace::default(), federates }
+    }
+
+    /// Where the federates of a program find its RTI: as deployed, else as the program says.
+    pub fn rti_of(&self, plan: &Plan) -> Option<Rti> {
+        let mut rti = plan.rti.clone()?;
+        if let Some(ip) = self.rti.ip {
+            rti.host = ip.to_string();
+        }
+        rti.port = self.rti.port.unwrap_or(rti.port);
+        Some(rti)
+    }
+
+    /// Whether the RTI is in the image of this federate.
+    pub fn is_joint(&self, federate: &str) -> bool {
+        matches!(&self.rti.home, RtiHome::Joint(name) if name == federate)
+    }
+
+    /// The place of a federate; this computer when it is not listed.
+    pub fn place(&self, federate: &str) -> Place {
+        self.federates.get(federate).cloned().unwrap_or_default()
+    }
+}

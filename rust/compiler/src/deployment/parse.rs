@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From the text of a deployment file to a deployment.
+
+use std::collections::BTreeMap;
+
+use super::check::Checker;
+use super::raw::Raw;
+use super::{Deployment, Place, RtiHome};
+use crate::plan::Plan;
+use crate::yaml::{self, FileError, place};
+
+impl Deployment {
+    /// Reads a deployment file and checks it against the program.
+    ///
+    /// # Errors
+    /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
+    /// key or a value of the wrong kind.
+    pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
+        let raw: Raw = yaml::read(path, text).map_err(|error| vec![error])?;
+        check(path, &raw, plan)
+    }
+}
+
+/// Turns the file into a deployment.
+fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
+    let mut checker = Checker { path, errors: Vec::new(), taken: BTreeMap::new() };
+    let mut deployment = Deployment::default();
+    if let Some(rti) = &raw.rti {
+        deployment.rti = checker.rti(rti);
+    }
+    // In the order of the file, so that of two that clash the later one is wrong.
+    let mut federates: Vec<_> = raw.federates.iter().collect();
+    federates.sort_by_key(|(_, spanned)| spanned.as_ref().map(|spanned| place(spanned.referenced)));
+    for (name, raw_place) in &federates {
+        // A name without anything behind it (`a:`) is a federate with all defaults.
+        let Some(spanned) = raw_place else {
+            deployment.federates.insert((*name).clone(), Place::default());
+            continue;
+        };
+        checker.known(name, spanned.referenced, plan);
+        if let Some(place) = checker.place(name, &spanned.value) {
+            deployment.federates.insert((*name).clone(), place);
+        }
+    }
+    checker.joint(raw, &federates, plan, &mut deployment);
+    // Where the address of the RTI is wrong, nothing follows from it.
+    let rti_ip_is_wrong = deployment.rti.ip.is_none()
+        && (deployment.rti.home != RtiHome::Program || raw.rti.as_ref().is_some_and(|rti| rti.ip.is_some()));
+    for (name, spanned) in federates.iter().filter(|_| !rti_ip_is_wrong) {
+        if let (Some(spanned), Some(place)) = (spanned, deployment.federates.get(*name))
+            && !deployment.is_joint(name)
+        {
+            checker.reachable(place, &spanned.value, &deployment.rti);
+        }
+    }
+    checker.errors.sort_by_key(|error| (error.line, error.column));
+    if checker.errors.is_empty() { Ok(deployment) } else { Err(checker.errors) }
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a target language is given to emit, and what it gives back.
+
+use core::fmt;
+
+use crate::deployment::Deployment;
+use crate::plan::{Federate, Location, Plan};
+
+/// What the caller decides about the generated crates.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings<'a> {
+    /// The folder of the crate `lf-linux`, absolute or relative to a generated crate.
+    pub lf_linux: &'a str,
+    /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
+    pub lf_zephyr: &'a str,
+    /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
+    /// cargo's intermediate results must not have the same.
+    pub version: &'a str,
+    /// Where the federates run.
+    pub deployment: &'a Deployment,
+}
+
+/// The program of one participant, to be emitted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Job<'a> {
+    pub(crate) plan: &'a Plan,
+    pub(crate) settings: &'a Settings<'a>,
+    /// The participant.
+    pub(crate) name: &'a str,
+    /// The federate, unless it is an RTI and nothing else.
+    pub(crate) federate: Option<&'a Federate>,
+    /// Whether the RTI is in it.
+    pub(crate) rti: bool,
+    /// Whether it is a static library for a Zephyr image, and not a program for this computer.
+    pub(crate) is_image: bool,
+    /// The folder below the output folder.
+    pub(crate) folder: &'a str,
+    /// The package; also the name of a program for this computer.
+    pub(crate) package: &'a str,
+}
+
+/// A generated file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct File {
+    /// The path below the output folder, with `/` between its parts.
+    pub path: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Something in the program of which no crate can be made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EmitError {
+    /// The LF file.
+    pub path: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column, from 1.
+    pub column: usize,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl EmitError {
+    pub(crate) fn new(plan: &Plan, at: Location, message: String) -> Self {
+        Self { path: plan.path(at).to_owned(), line: at.line, column: at.column, message }
+    }
+}
+
+impl fmt::Display for EmitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)
+    }
+}
+
+impl core::error::Error for EmitError {}

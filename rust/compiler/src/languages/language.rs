@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the compiler asks of a target language.
+
+use core::fmt::Debug;
+
+use crate::diagnostics::Diagnostic;
+use crate::emit::{EmitError, File, Job, SourceMap};
+use crate::plan::Plan;
+use crate::syntax::ast::{Expression, Literal, Type};
+
+/// A target language: how it reads what is written in it, and what it makes of a plan.
+pub(crate) trait Language: Debug + Sync {
+    /// Its name in the target declaration.
+    fn name(&self) -> &'static str;
+
+    /// Looks for the end of a code block in the text after its `{=`: what strings and comments hide does not count.
+    fn block_end(&self, text: &str) -> BlockEnd;
+
+    /// Why a name of the program cannot be one of generated code, or of the variables of bodies.
+    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str>;
+
+    /// A type in the language's spelling.
+    fn type_text(&self, ty: &Type) -> String;
+
+    /// What is wrong with a type as it is written; its arguments are looked at by themselves.
+    fn type_problem(&self, ty: &Type) -> Option<Diagnostic>;
+
+    /// The type of LF's times.
+    fn time_type(&self) -> &'static str;
+
+    /// The type of what has no value.
+    fn empty_type(&self) -> &'static str;
+
+    /// The type of a literal that is written without one.
+    fn type_of_literal(&self, literal: &Literal) -> &'static str;
+
+    /// The literals that a type takes; `None` for a type of which nothing is known.
+    fn literals_of(&self, ty: &str) -> Option<LiteralKind>;
+
+    /// Whether values can go from a port of one type to a port of the other, as far as that is known here.
+    fn is_same_type(&self, one: &str, other: &str) -> bool;
+
+    /// A value as an expression of the language, for a place of this type.
+    fn value_text(&self, value: &Expression, ty: &str) -> String;
+
+    /// Adds the files of a participant's program, and what they stem from.
+    ///
+    /// # Errors
+    /// The first thing of which no program can be made.
+    fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError>;
+
+    /// The file by which the programs for this computer, which are in these folders, are built together.
+    fn workspace(&self, plan: &Plan, folders: &[String]) -> File;
+}
+
+/// The end of a code block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BlockEnd {
+    /// The position directly after `=}`.
+    Found(usize),
+    /// Every `=}` lies within a string or comment; the position directly after the first one, to go on from there.
+    Hidden(usize),
+    /// There is no `=}` at all.
+    Missing,
+}
+
+/// What kind of literals a simple type takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LiteralKind {
+    Signed,
+    Unsigned,
+    Float,
+    Bool,
+    Char,
+    Text,
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The languages of reaction bodies, chosen by the target declaration.
+//!
+//! All that the compiler asks of one is in [`Language`]; a new one is a folder here and a place in [`ALL`].
+
+mod language;
+mod rust;
+
+pub(crate) use language::{BlockEnd, Language, LiteralKind};
+
+/// Those that there are. The first is the one that texts without a target are read in.
+const ALL: [&dyn Language; 1] = [&rust::Rust];
+
+/// The language that a target declaration names.
+pub(crate) fn named(name: &str) -> Option<&'static dyn Language> {
+    ALL.into_iter().find(|language| language.name().eq_ignore_ascii_case(name))
+}
+
+/// The language of what does not say its target.
+pub(crate) fn default() -> &'static dyn Language {
+    ALL[0]
+}
+
+/// The names of all, for people.
+pub(crate) fn names() -> String {
+    ALL.map(|language| format!("`{}`", language.name())).join(" or ")
+}

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The struct that owns all state, ports and queues, and its constructor.
+
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::quote;
+
+use super::module::Module;
+use crate::emit::EmitError;
+use crate::languages::rust::reactor::child_method;
+use crate::languages::rust::splice::Splices;
+use crate::plan::{ClassIndex, Location, TriggerKind, Type};
+use crate::tables::{Cell, TriggerRow};
+
+/// Fields of the struct and what its constructor says.
+#[derive(Default)]
+struct Members {
+    fields: TokenStream,
+    values: TokenStream,
+    locals: TokenStream,
+}
+
+/// What has been put together from names that are Rust, as tokens.
+fn tokens(text: &str) -> TokenStream {
+    text.parse().unwrap_or_default()
+}
+
+impl Module<'_> {
+    /// Statics through which other threads reach the physical actions.
+    pub(super) fn inboxes(&self, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
+        let mut statics = TokenStream::new();
+        for (index, trigger) in self.federate.triggers.iter().enumerate() {
+            if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
+                let doc = splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
+                let (name, ty) = (&self.symbols.inboxes[index], tokens(&self.type_of(&trigger.path, ty)?));
+                let capacity = Literal::usize_unsuffixed(trigger.capacity);
+                statics.extend(quote! {
+                    #doc
+                    static #name: PhysicalInbox<#ty, #capacity> = PhysicalInbox::new();
+                });
+            }
+        }
+        Ok(statics)
+    }
+
+    /// The struct and its constructor.
+    pub(super) fn owner(&self, name: &Ident, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
+        let doc = splices.doc("All state, ports and queues", self.federate.at);
+        let mut members = Members::default();
+        self.instances(&mut members, splices)?;
+        for (index, (row, port)) in self.tables.ports.iter().zip(&self.federate.ports).enumerate() {
+            // A port with a queue lives in the field of the trigger that fills it.
+            if row.filled_by.is_none() {
+                let (ty, id) = (self.type_of(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
+                let value = quote!(Port::new(PortId(#id)));
+                let doc = (format!("Port `{}`", port.path), port.at);
+                members.field(splices, doc, &self.symbols.ports[index], &format!("Port<{ty}>"), &value);
+            }
+        }
+        for (index, (row, trigger)) in self.tables.triggers.iter().zip(&self.federate.triggers).enumerate() {
+            let Some(at) = trigger.at else { continue };
+            let ty = match &trigger.kind {
+                TriggerKind::Action { ty, .. } => Some(ty),
+                _ => None,
+            };
+            if let Some((ty, value)) = self.cell(index, row, ty)? {
+                members.field(splices, (format!("`{}`", trigger.path), at), &self.symbols.triggers[index], &ty, &value);
+            }
+        }
+        let Members { fields, values, locals } = members;
+        Ok(quote! {
+            #doc
+            pub struct #name { #fields }
+            impl #name {
+                /// Everything as it is before the start.
+                pub fn new() -> Self {
+                    #locals
+                    Self { #values }
+                }
+            }
+        })
+    }
+
+    /// Makes the instances, containers first, and keeps those that have reactions.
+    fn instances(&self, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError> {
+        let (federate, main) = (self.federate, &self.symbols.main);
+        if self.plan.is_federated() {
+            let value = self.new_main()?;
+            members.locals.extend(quote! { let #main = #value; });
+        }
+        for (index, instance) in federate.instances.iter().enumerate() {
+            let field = &self.symbols.instances[index];
+            let value = match self.plan.child(federate, instance) {
+                None => self.new_main()?,
+                Some(child) => {
+                    let container = instance.parent.map_or(main, |parent| &self.symbols.instances[parent.0]);
+                    let method = child_method(child);
+                    quote!(#container.#method())
+                }
+            };
+            let is_kept = !self.plan.class(instance).reactions.is_empty();
+            let is_container = federate.instances.iter().any(|other| other.parent.is_some_and(|at| at.0 == index));
+            members.locals.extend(if is_kept || is_container {
+                quote! { let #field = #value; }
+            } else {
+                // Its initial values are still worked out; a variable would be one that nothing uses.
+                quote! { let _ = #value; }
+            });
+            if is_kept {
+                let doc = splices.doc(&format!("Instance `{}`", instance.path), instance.at);
+                let path = tokens(&self.class(instance.class));
+                members.fields.extend(quote! { #doc #field: #path, });
+                members.values.extend(quote! { #field, });
+            }
+        }
+        Ok(())
+    }
+
+    /// The main reactor, all of whose parameters have their defaults.
+    fn new_main(&self) -> Result<TokenStream, EmitError> {
+        let ClassIndex(main) = self.plan.main;
+        let class = &self.plan.classes[main];
+        if let Some(parameter) = class.parameters.iter().find(|parameter| parameter.default.is_none()) {
+            let message = format!("`{}` of the main reactor needs a default value", parameter.name);
+            return Err(EmitError::new(self.plan, parameter.at, message));
+        }
+        let path = tokens(&self.class(self.plan.main));
+        let arguments = class.parameters.iter().map(|_| quote!(None));
+        Ok(quote!(#path::new(#(#arguments),*)))
+    }
+
+    /// The type and the first value of a trigger's field; startup and shutdown have none.
+    fn cell(
+        &self,
+        index: usize,
+        row: &TriggerRow<'_>,
+        ty: Option<&Type>,
+    ) -> Result<Option<(String, TokenStream)>, EmitError> {
+        let (capacity, id) = (row.capacity, Literal::usize_unsuffixed(index));
+        let action = ty.map(|ty| self.type_of(row.name, ty)).transpose()?.unwrap_or_default();
+        Ok(Some(match row.cell {
+            Cell::None => return Ok(None),
+            Cell::Timer => ("Timer".to_owned(), quote!(Timer::new())),
+            Cell::Logical => {
+                (format!("LogicalActionQueue<{action}, {capacity}>"), quote!(LogicalActionQueue::new(TriggerId(#id))))
+            }
+            Cell::Physical => {
+                let inbox = &self.symbols.inboxes[index];
+                let value = quote!(PhysicalActionQueue::new(TriggerId(#id), &#inbox));
+                (format!("PhysicalActionQueue<{action}, {capacity}>"), value)
+            }
+            Cell::Queued(fills) | Cell::Tardy(fills) => {
+                let cell = if row.cell == Cell::Queued(fills) { "QueuedPort" } else { "TardyInput" };
+                let (ty, port) = (self.port_type(fills)?, Literal::u16_unsuffixed(fills.0));
+                let name = tokens(cell);
+                (format!("{cell}<{ty}, {capacity}>"), quote!(#name::new(PortId(#port))))
+            }
+        }))
+    }
+}
+
+impl Members {
+    fn field(
+        &mut self,
+        splices: &mut Splices<'_>,
+        (text, at): (String, Location),
+        name: &Ident,
+        ty: &str,
+        value: &TokenStream,
+    ) {
+        let (doc, ty) = (splices.doc(&text, at), tokens(ty));
+        self.fields.extend(quote! { #doc #name: #ty, });
+        self.values.extend(quote! { #name: #value, });
+    }
+}

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which modules a crate has: one per LF file, and in it one per reactor class that the federate needs, or whose types
+//! the RTI needs.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use proc_macro2::Ident;
+
+use super::names::ident;
+use crate::emit::names::{Names, snake_case};
+use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
+
+/// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
+const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
+
+/// The modules of one crate.
+pub(super) struct Layout {
+    files: BTreeMap<FileIndex, String>,
+    classes: BTreeMap<ClassIndex, ClassModule>,
+    /// Which children of which classes this federate has.
+    children: BTreeSet<(ClassIndex, usize)>,
+}
+
+struct ClassModule {
+    file: FileIndex,
+    module: String,
+    name: Ident,
+    /// Whether there are reactions and state, and not only types.
+    whole: bool,
+}
+
+impl Layout {
+    /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
+    /// those of classes of which only the types are needed.
+    pub(super) fn new(plan: &Plan, federate: Option<&Federate>, types: &BTreeSet<ClassIndex>) -> Self {
+        let instances = || federate.iter().flat_map(|federate| &federate.instances);
+        let parent = |instance: &Instance| {
+            let parent = instance.parent.and_then(|parent| federate?.instances.get(parent.0));
+            parent.map_or(plan.main, |parent| parent.class)
+        };
+        let children = instances().filter_map(|instance| Some((parent(instance), instance.child?))).collect();
+        let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
+        used.extend(instances().map(|instance| (instance.class, true)));
+        used.extend(federate.map(|_| (plan.main, true)));
+        let mut file_names = Names::reserving(&RESERVED);
+        let mut files = BTreeMap::new();
+        let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
+        let mut classes = BTreeMap::new();
+        for (index, whole) in used {
+            let class = &plan.classes[index.0];
+            let file = class.at.file;
+            files.entry(file).or_insert_with(|| file_names.give(&module_name(stem(&plan.files[file.0].path))));
+            let names = class_names.entry(file).or_insert_with(|| Names::reserving(&RESERVED));
+            let module = names.give(&module_name(&class.name));
+            classes.insert(index, ClassModule { file, module, name: ident(&class.name), whole });
+        }
+        Self { files, classes, children }
+    }
+
+    /// The files with their modules.
+    pub(super) fn files(&self) -> impl Iterator<Item = (FileIndex, &str)> {
+        self.files.iter().map(|(file, module)| (*file, module.as_str()))
+    }
+
+    /// The classes of a file with their modules.
+    pub(super) fn classes_of(&self, file: FileIndex) -> impl Iterator<Item = (ClassIndex, &str)> {
+        let of_file = self.classes.iter().filter(move |(_, place)| place.file == file);
+        of_file.map(|(class, place)| (*class, place.module.as_str()))
+    }
+
+    /// The modules of the classes of other files, with their files' modules: in LF's Rust target all reactors are
+    /// siblings, so a body may say `super::other_reactor::item`. Where names clash, the file's own module wins.
+    pub(super) fn siblings_of(&self, file: FileIndex) -> Vec<(&str, &str)> {
+        let mut taken: BTreeSet<&str> = self.classes_of(file).map(|(_, module)| module).collect();
+        let others = self.classes.values().filter(|place| place.file != file);
+        let named = others.filter_map(|place| Some((self.files.get(&place.file)?.as_str(), place.module.as_str())));
+        named.filter(|(_, module)| taken.insert(module)).collect()
+    }
+
+    /// Whether the crate has this class with its reactions and its state.
+    pub(super) fn has(&self, class: ClassIndex) -> bool {
+        self.classes.get(&class).is_some_and(|place| place.whole)
+    }
+
+    /// Whether this federate has an instance of this child of a class.
+    pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
+        self.children.contains(&(class, child))
+    }
+
+    /// The name of a class's struct; empty for a class that the crate does not have.
+    pub(super) fn name(&self, class: ClassIndex) -> String {
+        self.classes.get(&class).map_or_else(String::new, |place| place.name.to_string())
+    }
+
+    /// The path of a class's module from anywhere in the crate.
+    pub(super) fn module_path(&self, class: ClassIndex) -> String {
+        self.place(class).map_or_else(String::new, |(file, module)| format!("crate::{file}::{module}"))
+    }
+
+    /// The path of a class's struct from the module of another class.
+    pub(super) fn class_path(&self, from: ClassIndex, class: ClassIndex) -> String {
+        let same_file = |(one, other): (&ClassModule, &ClassModule)| one.file == other.file;
+        let module = match self.classes.get(&from).zip(self.classes.get(&class)) {
+            Some(places) if same_file(places) => format!("super::{}", places.1.module),
+            _ => self.module_path(class),
+        };
+        format!("{module}::{}", self.name(class))
+    }
+
+    /// The path of a class's module where it is imported: its name, if no other file has such a module.
+    pub(super) fn imported(&self, class: ClassIndex) -> String {
+        match self.place(class) {
+            Some((_, module)) if self.is_unique(module) => module.to_owned(),
+            _ => self.module_path(class),
+        }
+    }
+
+    /// What is imported so that these classes can be named: modules by files.
+    pub(super) fn imports(&self, classes: &BTreeSet<ClassIndex>) -> BTreeMap<&str, Vec<&str>> {
+        let mut imports: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for (file, module) in classes.iter().filter_map(|class| self.place(*class)) {
+            if self.is_unique(module) {
+                imports.entry(file).or_default().push(module);
+            }
+        }
+        for modules in imports.values_mut() {
+            modules.sort_unstable();
+        }
+        imports
+    }
+
+    fn is_unique(&self, module: &str) -> bool {
+        self.classes.values().filter(|place| place.module == module).count() == 1
+    }
+
+    /// The modules of a class's file and of the class.
+    fn place(&self, class: ClassIndex) -> Option<(&str, &str)> {
+        let place = self.classes.get(&class)?;
+        Some((self.files.get(&place.file)?.as_str(), place.module.as_str()))
+    }
+}
+
+/// The name of a file without folders and extension.
+pub(super) fn stem(path: &str) -> &str {
+    let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+/// A module's name, which is also a file's name, and so must not need to be raw.
+fn module_name(name: &str) -> String {
+    let snake = snake_case(name);
+    if syn::parse_str::<Ident>(&snake).is_ok() { snake } else { format!("{snake}_") }
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Rust: a crate per participant, with bodies as methods of a struct per reactor.
+
+mod code_block;
+mod crates;
+mod federate;
+mod layout;
+mod names;
+mod print;
+mod reactor;
+mod rti;
+mod splice;
+mod types;
+mod values;
+
+use super::language::{BlockEnd, Language, LiteralKind};
+use crate::diagnostics::Diagnostic;
+use crate::emit::{EmitError, File, Job, SourceMap};
+use crate::plan::Plan;
+use crate::syntax::ast::{Expression, Literal, Type};
+
+/// `target Rust`
+#[derive(Debug)]
+pub(crate) struct Rust;
+
+impl Language for Rust {
+    fn name(&self) -> &'static str {
+        "Rust"
+    }
+
+    fn block_end(&self, text: &str) -> BlockEnd {
+        code_block::find_end(text)
+    }
+
+    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
+        names::problem(name, in_bodies)
+    }
+
+    fn type_text(&self, ty: &Type) -> String {
+        types::text(ty)
+    }
+
+    fn type_problem(&self, ty: &Type) -> Option<Diagnostic> {
+        types::problem(ty)
+    }
+
+    fn time_type(&self) -> &'static str {
+        types::DURATION
+    }
+
+    fn empty_type(&self) -> &'static str {
+        "()"
+    }
+
+    fn type_of_literal(&self, literal: &Literal) -> &'static str {
+        types::of_literal(literal)
+    }
+
+    fn literals_of(&self, ty: &str) -> Option<LiteralKind> {
+        types::literals(ty)
+    }
+
+    fn is_same_type(&self, one: &str, other: &str) -> bool {
+        types::last_names(one) == types::last_names(other)
+    }
+
+    fn value_text(&self, value: &Expression, ty: &str) -> String {
+        values::text(value, ty)
+    }
+
+    fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
+        crates::emit(job, files, map)
+    }
+
+    fn workspace(&self, plan: &Plan, folders: &[String]) -> File {
+        crates::workspace(plan, folders)
+    }
+}

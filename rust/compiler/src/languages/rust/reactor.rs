@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One module per reactor class: its preambles, its state as a struct, and its reactions as methods.
+
+use lf_model::time::Interval;
+use proc_macro2::{Ident, TokenStream, TokenTree};
+use quote::{format_ident, quote};
+
+use super::layout::Layout;
+use super::names::ident;
+use super::print::interval;
+use super::splice::Splices;
+use super::types::{DURATION, is_copy};
+use crate::emit::{EmitError, File, FileMap};
+use crate::plan::{Child, ClassIndex, Code, Location, Plan, Reaction, ReactorClass, Tardy, Type, Value, VariableKind};
+
+/// Emits the module of a class.
+pub(super) fn emit(
+    plan: &Plan,
+    layout: &Layout,
+    class: ClassIndex,
+    path: String,
+) -> Result<(File, FileMap), EmitError> {
+    let (is_whole, splices) = (layout.has(class), Splices::new(plan));
+    let mut module = Module { plan, layout, index: class, class: &plan.classes[class.0], is_whole, splices };
+    let tokens = module.tokens()?;
+    module.splices.finish(path, tokens)
+}
+
+/// The method that runs a reaction.
+pub(super) fn reaction_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}")
+}
+
+/// The method that runs a reaction's deadline handler.
+pub(super) fn deadline_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}_deadline")
+}
+
+/// The method that runs a reaction's handler of tardy inputs.
+pub(super) fn tardy_method(reaction: usize) -> Ident {
+    format_ident!("reaction_{reaction}_tardy")
+}
+
+/// The method that makes a contained instance.
+pub(super) fn child_method(child: &Child) -> Ident {
+    format_ident!("new_{}", ident(&child.name))
+}
+
+/// The name of the type of a port or an action, where the type needs the scope of its reactor.
+pub(super) fn type_alias(name: &str) -> Ident {
+    format_ident!("TypeOf_{}", ident(name))
+}
+
+/// The type of a port or an action, from anywhere in the crate.
+pub(super) fn type_path(
+    plan: &Plan,
+    layout: &Layout,
+    class: ClassIndex,
+    name: &str,
+    ty: &Type,
+) -> Result<String, EmitError> {
+    if is_copy(&ty.text) {
+        return parsed_type(plan, ty).map(|_| ty.text.clone());
+    }
+    Ok(format!("{}::{}", layout.module_path(class), type_alias(name)))
+}
+
+/// A type, if it is Rust.
+pub(super) fn parsed_type(plan: &Plan, ty: &Type) -> Result<syn::Type, EmitError> {
+    syn::parse_str(&ty.text)
+        .map_err(|error| EmitError::new(plan, ty.at, format!("`{}` is not a Rust type: {error}", ty.text)))
+}
+
+/// A type as tokens.
+fn type_tokens(plan: &Plan, ty: &Type) -> Result<TokenStream, EmitError> {
+    parsed_type(plan, ty).map(|ty| quote!(#ty))
+}
+
+/// A duration as an expression.
+fn duration(ns: i64) -> TokenStream {
+    // LF's times are not negative; the front end has said so where they were.
+    let text = interval(Interval::from_nanos(ns.max(0)));
+    let text = match text.strip_prefix("Interval::") {
+        Some("FOREVER") => format!("{DURATION}::from_nanos({})", i64::MAX),
+        Some(rest) => format!("{DURATION}::{rest}"),
+        None => text,
+    };
+    text.parse().unwrap_or_default()
+}
+
+struct Module<'p> {
+    plan: &'p Plan,
+    layout: &'p Layout,
+    index: ClassIndex,
+    class: &'p ReactorClass,
+    /// Whether it is emitted with its reactions and its state, and not only with its types.
+    is_whole: bool,
+    splices: Splices<'p>,
+}
+
+impl<'p> Module<'p> {
+    fn tokens(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let name = ident(&class.name);
+        let about = format!(" Reactor `{}`.", class.name);
+        let mut preambles = Vec::new();
+        for preamble in &class.preambles {
+            preambles.push(self.splices.items(preamble)?);
+        }
+        let comment = class.docs.iter().flat_map(|docs| docs.lines().chain([""])).map(|line| match line {
+            "" => String::new(),
+            text => format!(" {text}"),
+        });
+        let types = self.types()?;
+        if !self.is_whole {
+            return Ok(quote! {
+                #![doc = #about]
+                use super::*;
+                use lf::prelude::*;
+                #(#preambles)*
+                #types
+            });
+        }
+        let state_doc = self.splices.doc(&format!("An instance of `{}`", class.name), class.at);
+        let fields = self.fields()?;
+        let new = self.new_method()?;
+        let mut methods = Vec::new();
+        for (index, child) in class.children.iter().enumerate() {
+            if self.layout.makes(self.index, index) {
+                methods.push(self.child_method(child)?);
+            }
+        }
+        for reaction in &class.reactions {
+            methods.push(self.reaction(reaction)?);
+        }
+        Ok(quote! {
+            #![doc = #about]
+            use super::*;
+            use lf::prelude::*;
+            #(#preambles)*
+            #types
+            #(#[doc = #comment])*
+            #state_doc
+            pub struct #name { #fields }
+            impl #name {
+                #new
+                #(#methods)*
+            }
+        })
+    }
+
+    /// Names for the types of ports and actions that only this module can spell.
+    fn types(&mut self) -> Result<TokenStream, EmitError> {
+        let ports = self.class.ports.iter().map(|port| (&port.name, &port.ty, port.at));
+        let actions = self.class.actions.iter().map(|action| (&action.name, &action.ty, action.at));
+        let mut types = TokenStream::new();
+        for (name, ty, at) in ports.chain(actions).filter(|(_, ty, _)| !is_copy(&ty.text)) {
+            let doc = self.splices.doc(&format!("The type of `{name}`"), at);
+            let (alias, ty) = (type_alias(name), type_tokens(self.plan, ty)?);
+            types.extend(quote! { #doc pub type #alias = #ty; });
+        }
+        Ok(types)
+    }
+
+    fn fields(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let parameters = class.parameters.iter().map(|parameter| {
+            ("Parameter", &parameter.name, self.parameter_field(&parameter.name), &parameter.ty, parameter.at)
+        });
+        let state = class.state.iter().map(|state| ("State", &state.name, ident(&state.name), &state.ty, state.at));
+        let all: Vec<_> = parameters.chain(state).collect();
+        let mut fields = TokenStream::new();
+        for (kind, name, field, ty, at) in all {
+            let doc = self.splices.doc(&format!("{kind} `{name}`"), at);
+            let ty = type_tokens(self.plan, ty)?;
+            fields.extend(quote! { #doc #field: #ty, });
+        }
+        Ok(fields)
+    }
+
+    /// The field that keeps a parameter. State of the same name hides it from bodies, as in LF's Rust target.
+    fn parameter_field(&self, name: &str) -> Ident {
+        let is_hidden = self.class.state.iter().any(|state| state.name == name);
+        if is_hidden { format_ident!("parameter_{}", ident(name)) } else { ident(name) }
+    }
+
+    fn new_method(&mut self) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let doc = self.splices.doc("A new instance; `None` stands for a parameter's default", class.at);
+        let (mut arguments, mut steps, mut fields) = (TokenStream::new(), TokenStream::new(), TokenStream::new());
+        for parameter in &class.parameters {
+            let (name, ty) = (ident(&parameter.name), type_tokens(self.plan, &parameter.ty)?);
+            if let Some(default) = &parameter.default {
+                let default = self.value(default)?;
+                arguments.extend(quote! { #name: Option<#ty>, });
+                steps.extend(quote! { let #name: #ty = #name.unwrap_or_else(|| #default); });
+            } else {
+                arguments.extend(quote! { #name: #ty, });
+            }
+            let field = self.parameter_field(&parameter.name);
+            fields.extend(if field == name {
+                quote! { #name, }
+            } else {
+                quote! { #field: #name, }
+            });
+        }
+        for state in &class.state {
+            let (name, ty) = (ident(&state.name), type_tokens(self.plan, &state.ty)?);
+            let init = state.init.as_ref().map(|init| self.initial_value(init)).transpose()?;
+            let value = init.unwrap_or_else(|| quote!(Default::default()));
+            // Initial values name parameters, so a variable of its own keeps the one with the same name in sight.
+            let hides = class.parameters.iter().any(|parameter| parameter.name == state.name);
+            let variable = if hides { format_ident!("state_{}", name) } else { name.clone() };
+            steps.extend(quote! { let #variable: #ty = #value; });
+            fields.extend(if hides {
+                quote! { #name: #variable, }
+            } else {
+                quote! { #name, }
+            });
+        }
+        Ok(quote! {
+            #doc
+            pub fn new(#arguments) -> Self {
+                #steps
+                Self { #fields }
+            }
+        })
+    }
+
+    /// An initial value; it works on copies of the parameters that it names, because they remain fields.
+    fn initial_value(&mut self, init: &'p Value) -> Result<TokenStream, EmitError> {
+        let value = self.value(init)?;
+        let named: Vec<Ident> = self
+            .class
+            .parameters
+            .iter()
+            .filter(|parameter| mentions(init, &parameter.name) && !is_copy(&parameter.ty.text))
+            .map(|parameter| ident(&parameter.name))
+            .collect();
+        if named.is_empty() {
+            return Ok(value);
+        }
+        Ok(quote! {{ #(let #named = #named.clone();)* #value }})
+    }
+
+    fn child_method(&mut self, child: &'p Child) -> Result<TokenStream, EmitError> {
+        let target = &self.plan.classes[child.class.0];
+        let doc = self.splices.doc(&format!("`{} = new {}(…)`", child.name, target.name), child.at);
+        let method = child_method(child);
+        let path: TokenStream = self.layout.class_path(self.index, child.class).parse().unwrap_or_default();
+        let mut values = Vec::new();
+        for (parameter, argument) in target.parameters.iter().zip(&child.arguments) {
+            values.push(match (argument, &parameter.default) {
+                (Some(value), Some(_)) => {
+                    let value = self.value(value)?;
+                    quote!(Some(#value))
+                }
+                (Some(value), None) => self.value(value)?,
+                (None, Some(_)) => quote!(None),
+                (None, None) => {
+                    let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
+                    return Err(EmitError::new(self.plan, child.at, message));
+                }
+            });
+        }
+        let in_scope =
+            self.class.parameters.iter().filter(|parameter| {
+                child.arguments.iter().flatten().any(|argument| mentions(argument, &parameter.name))
+            });
+        let copies = in_scope.map(|parameter| {
+            let (name, field) = (ident(&parameter.name), self.parameter_field(&parameter.name));
+            if is_copy(&parameter.ty.text) {
+                quote!(let #name = self.#field;)
+            } else {
+                quote!(let #name = self.#field.clone();)
+            }
+        });
+        Ok(quote! {
+            #doc
+            pub fn #method(&self) -> #path {
+                #(#copies)*
+                #path::new(#(#values),*)
+            }
+        })
+    }
+
+    fn reaction(&mut self, reaction: &'p Reaction) -> Result<TokenStream, EmitError> {
+        let named = reaction.name.as_ref().map(|name| format!("`{name}`: ")).unwrap_or_default();
+        let doc_text = format!("{named}`{}`", reaction.signature);
+        let run = self.method(&reaction_method(reaction.number), &doc_text, reaction, &reaction.body, reaction.at)?;
+        let mut methods = run;
+        if let Some(handler) = &reaction.deadline {
+            let text = format!("What runs instead of {doc_text} when its deadline is missed");
+            methods.extend(self.method(&deadline_method(reaction.number), &text, reaction, handler, handler.at)?);
+        }
+        if let Some(Tardy::Handler(handler)) = &reaction.tardy {
+            let text = format!("What runs instead of {doc_text} when an input is tardy");
+            methods.extend(self.method(&tardy_method(reaction.number), &text, reaction, handler, handler.at)?);
+        }
+        Ok(methods)
+    }
+
+    fn method(
+        &mut self,
+        name: &Ident,
+        doc: &str,
+        reaction: &'p Reaction,
+        body: &'p Code,
+        at: Location,
+    ) -> Result<TokenStream, EmitError> {
+        let doc = self.splices.doc(doc, at);
+        let (mut variables, mut types) = (Vec::new(), Vec::new());
+        for parameter in &reaction.parameters {
+            variables.push(ident(&parameter.name));
+            types.push(self.variable_type(&parameter.kind, parameter.effect)?);
+        }
+        let body = self.splices.lines(body)?;
+        // Not every body uses all that it is given; what a body itself declares in vain is still warned of.
+        Ok(quote! {
+            #doc
+            pub fn #name(&mut self, ctx: &mut ReactionContext<'_>, #(#variables: #types),*) {
+                let _ = (&self, &ctx, #(&#variables),*);
+                #body
+            }
+        })
+    }
+
+    fn variable_type(&self, kind: &VariableKind, effect: bool) -> Result<TokenStream, EmitError> {
+        let mutable = effect.then(|| quote!(mut));
+        Ok(match kind {
+            VariableKind::Port { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable Port<#ty>)
+            }
+            VariableKind::LogicalAction { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable LogicalAction<#ty>)
+            }
+            VariableKind::PhysicalAction { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                quote!(& #mutable PhysicalAction<#ty>)
+            }
+            VariableKind::Timer => quote!(&Timer),
+        })
+    }
+
+    fn value(&mut self, value: &'p Value) -> Result<TokenStream, EmitError> {
+        match value {
+            Value::Time { ns } => Ok(duration(*ns)),
+            Value::Code(code) => self.splices.inline(code),
+        }
+    }
+}
+
+/// Whether a value names a variable.
+fn mentions(value: &Value, name: &str) -> bool {
+    fn find(tokens: TokenStream, name: &Ident) -> bool {
+        tokens.into_iter().any(|token| match token {
+            TokenTree::Ident(found) => found == *name,
+            TokenTree::Group(group) => find(group.stream(), name),
+            TokenTree::Punct(_) | TokenTree::Literal(_) => false,
+        })
+    }
+    match value {
+        Value::Time { .. } => false,
+        Value::Code(code) => code.text.parse::<TokenStream>().is_ok_and(|tokens| find(tokens, &ident(name))),
+    }
+}

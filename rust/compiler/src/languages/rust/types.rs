@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Types as Rust spells them, and what is known of them without asking Rust.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::languages::LiteralKind;
+use crate::syntax::ast::{Literal, Type, TypeKind};
+
+/// Rust's type for LF's `time`.
+pub(super) const DURATION: &str = "core::time::Duration";
+
+/// C's types with what Rust calls them.
+const C_TYPES: &[(&str, &str)] = &[
+    ("int", "i32"),
+    ("short", "i16"),
+    ("long", "i64"),
+    ("unsigned", "u32"),
+    ("float", "f32"),
+    ("double", "f64"),
+    ("void", "()"),
+    ("string", "heapless::String<N>"),
+    ("size_t", "usize"),
+    ("int8_t", "i8"),
+    ("int16_t", "i16"),
+    ("int32_t", "i32"),
+    ("int64_t", "i64"),
+    ("uint8_t", "u8"),
+    ("uint16_t", "u16"),
+    ("uint32_t", "u32"),
+    ("uint64_t", "u64"),
+    ("instant_t", "time"),
+    ("interval_t", "time"),
+];
+
+/// A type in Rust's spelling.
+pub(super) fn text(ty: &Type) -> String {
+    match &ty.kind {
+        TypeKind::Time => DURATION.to_owned(),
+        TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
+        TypeKind::Path { segments, arguments, .. } => {
+            let mut text = segments.join("::");
+            if !arguments.is_empty() {
+                let arguments: Vec<_> = arguments.iter().map(self::text).collect();
+                text = format!("{text}<{}>", arguments.join(", "));
+            }
+            text
+        }
+    }
+}
+
+/// What is C in a type.
+pub(super) fn problem(ty: &Type) -> Option<Diagnostic> {
+    let TypeKind::Path { segments, c_suffix, .. } = &ty.kind else { return None };
+    if let Some(span) = c_suffix {
+        let diagnostic = Diagnostic::new(Code::Unsupported, *span, "`*` and `[]` behind a type are C, not Rust");
+        return Some(diagnostic.hint("write a Rust type as code: `{= [i32; 3] =}`"));
+    }
+    let [one] = &segments[..] else { return None };
+    let (c, rust) = C_TYPES.iter().find(|(c, _)| c == one)?;
+    let message = format!("`{c}` is a type of C; types here are those of Rust");
+    Some(Diagnostic::new(Code::CType, ty.span, message).hint(format!("did you mean `{rust}`?")))
+}
+
+/// The type of a literal that is written without one.
+pub(super) fn of_literal(literal: &Literal) -> &'static str {
+    match literal {
+        Literal::Bool(_) => "bool",
+        Literal::Int(_) => "i32",
+        Literal::Float(_) => "f64",
+        Literal::Character(_) => "char",
+        Literal::Text(_) => "&'static str",
+    }
+}
+
+/// The literals that a simple type takes.
+pub(super) fn literals(ty: &str) -> Option<LiteralKind> {
+    Some(match ty {
+        "i8" | "i16" | "i32" | "i64" | "i128" | "isize" => LiteralKind::Signed,
+        "u8" | "u16" | "u32" | "u64" | "u128" | "usize" => LiteralKind::Unsigned,
+        "f32" | "f64" => LiteralKind::Float,
+        "bool" => LiteralKind::Bool,
+        "char" => LiteralKind::Char,
+        "String" | "std::string::String" | "&'static str" => LiteralKind::Text,
+        _ => return None,
+    })
+}
+
+/// Whether a type is surely `Copy`, and can be named anywhere.
+pub(super) fn is_copy(ty: &str) -> bool {
+    const OTHERS: [&str; 3] = ["()", DURATION, "&'static str"];
+    OTHERS.contains(&ty) || !matches!(literals(ty), None | Some(LiteralKind::Text))
+}
+
+/// A type without the paths before its names: two files can name one type differently, and Rust compares them in the
+/// end.
+pub(super) fn last_names(ty: &str) -> String {
+    let mut text = String::new();
+    for (index, part) in ty.split("::").enumerate() {
+        if index > 0 {
+            let start = text.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+            text.truncate(start);
+        }
+        text.push_str(part);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::last_names;
+
+    #[test]
+    fn paths_do_not_tell_types_apart() {
+        assert_eq!(last_names("super::source::Hello"), "Hello");
+        assert_eq!(last_names("Vec<core::time::Duration>"), "Vec<Duration>");
+        assert_eq!(last_names("[i32; 3]"), "[i32; 3]");
+    }
+}

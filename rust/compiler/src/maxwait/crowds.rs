@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where more messages come during a wait than there is room for. Then the sender is held up, and what it sends comes
+//! later than its lag says.
+
+use serde::Serialize;
+
+use super::connections::Network;
+use super::least::FederateOffset;
+use crate::analysis::{direct_capacity, in_flight};
+use crate::plan::{Federate, Plan};
+
+/// More messages than a queue holds.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Crowd {
+    /// The connection; its position in [`Offsets::connections`](super::Offsets::connections).
+    pub connection: usize,
+    /// How long the receiver waits, as the program says or by its safe offset, in nanoseconds: the longer of both.
+    pub wait_ns: i64,
+    /// How many messages can come meanwhile.
+    pub messages: usize,
+    /// How many the queue holds.
+    pub capacity: usize,
+}
+
+/// The connections of which it is known how often they bring messages, and that it is too often.
+pub(super) fn crowds(plan: &Plan, network: &Network, offsets: &[FederateOffset]) -> Vec<Crowd> {
+    let mut crowds = Vec::new();
+    for (connection, ends) in network.connections.iter().enumerate() {
+        let federate = &plan.federates[usize::from(ends.to)];
+        let input = &federate.inputs[ends.input.0];
+        let Some(spacings) = &input.spacings_ns else { continue };
+        let own_wait_ns = own_wait(federate);
+        let wait_ns = own_wait_ns.max(offsets[usize::from(ends.to)].offset_ns.unwrap_or_default());
+        let capacity = federate.triggers[input.trigger.0].capacity;
+        // A capacity that the program does not say follows its waits.
+        let follows = capacity == direct_capacity(spacings, ends.delay_ns, own_wait_ns);
+        let capacity = if follows { direct_capacity(spacings, ends.delay_ns, wait_ns) } else { capacity };
+        let messages = in_flight(spacings, ends.delay_ns.saturating_add(wait_ns));
+        if messages > capacity {
+            crowds.push(Crowd { connection, wait_ns, messages, capacity });
+        }
+    }
+    crowds
+}
+
+/// The longest wait that the program says for a federate; one for ever left out.
+fn own_wait(federate: &Federate) -> i64 {
+    let inputs = federate.inputs.iter().filter(|input| !input.physical);
+    let waits = inputs.map(|input| input.max_wait_ns.saturating_add(input.absent_after_ns));
+    waits.filter(|wait| *wait != i64::MAX).max().unwrap_or_default()
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What of LF there is, for the documents.
+
+use super::unsupported::Feature;
+use super::{attributes, target};
+
+/// What of LF there is and what is refused by name, for the documents. All texts are Markdown.
+#[derive(Clone, Debug)]
+pub struct Supported {
+    /// Parts of the language that are refused, each with what to do instead.
+    pub refused: Vec<(String, &'static str)>,
+    /// Target properties that say how federates work together.
+    pub coordination: &'static [target::TargetProperty],
+    /// All other target properties that are honoured.
+    pub program: &'static [target::TargetProperty],
+    /// Target properties that are refused, each with what to do instead.
+    pub refused_properties: &'static [(&'static str, &'static str)],
+}
+
+/// What of LF there is, from the tables by which programs are judged.
+pub fn supported() -> Supported {
+    let attributes = attributes::UNSUPPORTED.map(|name| format!("`@{name}`")).join(", ");
+    let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
+    Supported {
+        refused: features.chain([(format!("the attributes {attributes}"), "remove them")]).collect(),
+        coordination: target::COORDINATION,
+        program: target::PROGRAM,
+        refused_properties: target::REFUSED,
+    }
+}

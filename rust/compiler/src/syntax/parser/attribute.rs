@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What stands in files and in reactors alike: preambles and attributes.
+
+use super::super::ast::{Attribute, AttributeParameter, Name, Preamble};
+use super::super::token::Kind;
+use super::{Parsed, Parser};
+use crate::diagnostics::Span;
+
+impl Parser<'_> {
+    pub(super) fn preamble(&mut self) -> Parsed<Preamble> {
+        if matches!(self.word_ahead(0), Some("private" | "public")) {
+            self.advance();
+        }
+        if self.eat_word("preamble").is_none() {
+            return self.unexpected("`preamble`");
+        }
+        let code = self.code()?;
+        Ok(Preamble { code })
+    }
+
+    pub(super) fn attributes(&mut self) -> Parsed<Vec<Attribute>> {
+        let mut attributes = Vec::new();
+        while self.at(Kind::At) {
+            attributes.push(self.attribute()?);
+        }
+        Ok(attributes)
+    }
+
+    fn attribute(&mut self) -> Parsed<Attribute> {
+        let start: Span = self.here();
+        self.advance();
+        let token = self.peek(0);
+        if token.kind != Kind::Word {
+            return self.unexpected("the name of an attribute");
+        }
+        self.advance();
+        let name = Name { text: self.text_of(token).to_owned(), span: self.span_of(token) };
+        let parameters = if self.eat(Kind::OpenParenthesis) {
+            self.list(Kind::CloseParenthesis, ")", Self::attribute_parameter)?
+        } else {
+            Vec::new()
+        };
+        Ok(Attribute { name, parameters, span: start.to(self.before()) })
+    }
+
+    fn attribute_parameter(&mut self) -> Parsed<AttributeParameter> {
+        let named = self.at(Kind::Word) && self.peek(1).kind == Kind::Equals;
+        let name = if named {
+            let name = self.name("the name of a parameter")?;
+            self.advance();
+            Some(name)
+        } else {
+            None
+        };
+        let value = self.expression()?;
+        Ok(AttributeParameter { name, value: Some(value) })
+    }
+}

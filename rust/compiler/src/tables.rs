@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From a federate's plan to the tables of its program: what the engine and the event loop are told.
+//!
+//! All that follows from the plan and does not stand in it is worked out here, once: which memory a trigger needs, who
+//! reads what an input brings, which inputs can be tardy. Emitters print these tables; the simulator builds real ones
+//! of them.
+
+use lf_model::time::Interval;
+use lf_model::{ActionTiming, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
+
+use crate::plan::{self, Argument, Federate, Plan, SpacingPolicy, Type};
+
+/// The tables of a federate: rows in the order of their ids.
+#[derive(Clone, Debug)]
+pub struct Tables<'p> {
+    /// The reactions in the order in which they run.
+    pub reactions: Vec<ReactionRow<'p>>,
+    /// Everything that can put an event into the queue.
+    pub triggers: Vec<TriggerRow<'p>>,
+    /// The ports that store a value.
+    pub ports: Vec<PortRow<'p>>,
+    /// What leaves for other federates.
+    pub outputs: Vec<OutputRow<'p>>,
+    /// What arrives from other federates, by wire port.
+    pub inputs: Vec<InputRow<'p>>,
+    /// The reactions that tell absence: they run at every tag.
+    pub absence: Vec<ReactionId>,
+    /// The federates that send to this one, each with the least delay in nanoseconds; `None` without `after`.
+    pub upstream: Vec<(u16, Option<i64>)>,
+    /// The wire ports of which reactions wait until it is known what comes there, each with the least of their levels.
+    pub awaited: Vec<(u16, u16)>,
+}
+
+/// A reaction.
+#[derive(Clone, Debug)]
+pub struct ReactionRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// Its level.
+    pub level: u16,
+    /// Its deadline.
+    pub deadline: Option<Interval>,
+    /// Whether it says what to do with tardy inputs.
+    pub tardy: bool,
+    /// What it runs.
+    pub kind: ReactionKind,
+}
+
+/// A trigger.
+#[derive(Clone, Debug)]
+pub struct TriggerRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// What it is.
+    pub kind: TriggerKind,
+    /// The reactions that it triggers directly.
+    pub reactions: Vec<ReactionId>,
+    /// The memory for its events.
+    pub cell: Cell,
+    /// How many pending events it can hold.
+    pub capacity: usize,
+    /// The port whose values it captures: of a connection with `after` that is not one of a port with itself.
+    pub captures: Option<PortId>,
+}
+
+/// The memory for the events of a trigger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cell {
+    /// None: startup and shutdown.
+    None,
+    /// A timer.
+    Timer,
+    /// The queue of a logical action.
+    Logical,
+    /// The queue of a physical action, and an inbox for other threads.
+    Physical,
+    /// A queue with the port that it fills.
+    Queued(PortId),
+    /// The same for messages that can come after their tag.
+    Tardy(PortId),
+}
+
+/// A port.
+#[derive(Clone, Debug)]
+pub struct PortRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// The reactions that a value triggers.
+    pub reactions: Vec<ReactionId>,
+    /// The triggers that carry a value on.
+    pub delays: Vec<TriggerId>,
+    /// The trigger whose queue it lies in, if it does.
+    pub filled_by: Option<TriggerId>,
+}
+
+/// A connection to another federate.
+#[derive(Clone, Debug)]
+pub struct OutputRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// The port whose values are sent.
+    pub source: PortId,
+    /// The type of the values.
+    pub ty: &'p Type,
+    /// The federate that receives.
+    pub federate: u16,
+    /// The port on the wire.
+    pub port: u16,
+    /// The connection's `after`.
+    pub delay: Option<Interval>,
+    /// Whether the receiver is told when there is no value.
+    pub tells_absence: bool,
+    /// Whether the connection is physical.
+    pub physical: bool,
+}
+
+/// A connection from another federate.
+#[derive(Clone, Debug)]
+pub struct InputRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// The trigger that holds what has arrived.
+    pub trigger: TriggerId,
+    /// The port that it fills.
+    pub fills: PortId,
+    /// The type of the values.
+    pub ty: &'p Type,
+    /// The federate that sends.
+    pub federate: u16,
+    /// The connection's `after`.
+    pub delay: Option<Interval>,
+    /// The least level of the reactions that see what comes.
+    pub level: u16,
+    /// Whether these reactions wait until it is known what comes.
+    pub awaited: bool,
+    /// Whether the connection is physical.
+    pub physical: bool,
+    /// Whether a message may come after its tag.
+    pub tardy: bool,
+    /// How long a tag waits for what may come here before it.
+    pub max_wait: Interval,
+    /// How much longer reactions wait for what may come at the tag.
+    pub absent_after: Interval,
+    /// Where messages can be tardy, the reactions that see what comes and are not triggered by it.
+    pub readers: Vec<ReactionId>,
+}
+
+impl<'p> Tables<'p> {
+    /// Works out the tables of a federate.
+    ///
+    /// # Panics
+    /// If the federate is not one of this plan's.
+    pub fn of(plan: &'p Plan, federate: &'p Federate) -> Self {
+        let inputs: Vec<_> = federate.inputs.iter().map(|input| input_row(plan, federate, input)).collect();
+        let triggers: Vec<_> = federate.triggers.iter().map(|trigger| trigger_row(trigger, &inputs)).collect();
+        let port = |(index, port): (usize, &'p plan::Port)| {
+            let fills = |trigger: &TriggerRow<'_>| trigger.kind.fills() == Some(PortId(id(index)));
+            PortRow {
+                name: &port.path,
+                reactions: reaction_ids(&port.reactions),
+                delays: port.delays.iter().map(|delay| TriggerId(id(delay.0))).collect(),
+                // The last one, as a port has at most one.
+                filled_by: triggers.iter().rposition(fills).map(|trigger| TriggerId(id(trigger))),
+            }
+        };
+        let ports = federate.ports.iter().enumerate().map(port).collect();
+        let reactions = federate.reactions.iter().map(|reaction| ReactionRow {
+            name: &reaction.name,
+            level: reaction.level,
+            deadline: interval(reaction.deadline_ns),
+            tardy: plan.tardy(federate, reaction).is_some(),
+            kind: match &reaction.kind {
+                plan::ReactionKind::Body { .. } => ReactionKind::Body,
+                plan::ReactionKind::Send(output) => ReactionKind::Send(lf_model::OutputId(id(output.0))),
+            },
+        });
+        let awaited = (0..).zip(&inputs).filter(|(_, input)| input.awaited).map(|(port, input)| (port, input.level));
+        Self {
+            reactions: reactions.collect(),
+            ports,
+            outputs: federate.outputs.iter().map(output_row).collect(),
+            absence: reaction_ids(&federate.absence()),
+            upstream: federate.upstream.iter().map(|upstream| (upstream.federate, upstream.delay_ns)).collect(),
+            awaited: awaited.collect(),
+            triggers,
+            inputs,
+        }
+    }
+
+    /// Whether a message can come after its tag at any input.
+    pub fn has_tardy_inputs(&self) -> bool {
+        self.inputs.iter().any(|input| input.tardy)
+    }
+}
+
+fn trigger_row<'p>(trigger: &'p plan::Trigger, inputs: &[InputRow<'p>]) -> TriggerRow<'p> {
+    let kind = trigger_kind(&trigger.kind);
+    let (cell, captures) = match &trigger.kind {
+        plan::TriggerKind::Startup | plan::TriggerKind::Shutdown => (Cell::None, None),
+        plan::TriggerKind::Timer { .. } => (Cell::Timer, None),
+        plan::TriggerKind::Action { physical: false, .. } => (Cell::Logical, None),
+        plan::TriggerKind::Action { physical: true, .. } => (Cell::Physical, None),
+        // A port that would feed itself has no other source, and so never a value.
+        plan::TriggerKind::Delay { source, fills, .. } => {
+            (Cell::Queued(port_id(*fills)), (source != fills).then(|| port_id(*source)))
+        }
+        plan::TriggerKind::NetworkInput { input, fills } => {
+            let fills = port_id(*fills);
+            (if inputs[input.0].tardy { Cell::Tardy(fills) } else { Cell::Queued(fills) }, None)
+        }
+    };
+    let reactions = reaction_ids(&trigger.reactions);
+    TriggerRow { name: &trigger.path, kind, reactions, cell, capacity: trigger.capacity, captures }
+}
+
+fn trigger_kind(kind: &plan::TriggerKind) -> TriggerKind {
+    match kind {
+        plan::TriggerKind::Startup => TriggerKind::Startup,
+        plan::TriggerKind::Shutdown => TriggerKind::Shutdown,
+        plan::TriggerKind::Timer { offset_ns, period_ns, .. } => TriggerKind::Timer {
+            offset: Interval::from_nanos(*offset_ns),
+            period: Interval::from_nanos(period_ns.unwrap_or(0)),
+        },
+        plan::TriggerKind::Action { physical, min_delay_ns, min_spacing_ns, policy, .. } => {
+            let timing = ActionTiming {
+                min_delay: Interval::from_nanos(*min_delay_ns),
+                min_spacing: interval(*min_spacing_ns),
+                policy: match policy {
+                    SpacingPolicy::Defer => Policy::Defer,
+                    SpacingPolicy::Drop => Policy::Drop,
+                    SpacingPolicy::Replace => Policy::Replace,
+                    SpacingPolicy::Update => Policy::Update,
+                },
+            };
+            if *physical { TriggerKind::Physical(timing) } else { TriggerKind::Logical(timing) }
+        }
+        plan::TriggerKind::Delay { fills, delay_ns, physical, .. } => {
+            let (fills, delay) = (port_id(*fills), Interval::from_nanos(*delay_ns));
+            if *physical { TriggerKind::PhysicalDelay { fills, delay } } else { TriggerKind::Delay { fills, delay } }
+        }
+        plan::TriggerKind::NetworkInput { fills, .. } => TriggerKind::NetworkInput { fills: port_id(*fills) },
+    }
+}
+
+fn output_row(output: &plan::NetworkOutput) -> OutputRow<'_> {
+    OutputRow {
+        name: &output.name,
+        source: port_id(output.source),
+        ty: &output.ty,
+        federate: output.federate,
+        port: output.port,
+        delay: interval(output.delay_ns),
+        tells_absence: output.tells_absence,
+        physical: output.physical,
+    }
+}
+
+fn input_row<'p>(plan: &Plan, federate: &Federate, input: &'p plan::NetworkInput) -> InputRow<'p> {
+    let fills = match federate.triggers[input.trigger.0].kind {
+        plan::TriggerKind::Delay { fills, .. } | plan::TriggerKind::NetworkInput { fills, .. } => fills,
+        // A plan has no inputs with other triggers; the tables' own check would find one.
+        _ => plan::PortIndex(0),
+    };
+    let tardy = plan.is_decentralized() && !input.physical;
+    InputRow {
+        name: &input.name,
+        trigger: TriggerId(id(input.trigger.0)),
+        fills: port_id(fills),
+        ty: &input.ty,
+        federate: input.federate,
+        delay: interval(input.delay_ns),
+        level: input.level,
+        awaited: input.awaited,
+        physical: input.physical,
+        tardy,
+        max_wait: Interval::from_nanos(input.max_wait_ns),
+        absent_after: Interval::from_nanos(input.absent_after_ns),
+        readers: if tardy { readers(federate, fills) } else { Vec::new() },
+    }
+}
+
+/// The reactions that see a port and are not triggered by it.
+fn readers(federate: &Federate, port: plan::PortIndex) -> Vec<ReactionId> {
+    let triggered = &federate.ports[port.0].reactions;
+    let reads = |reaction: &plan::ScheduledReaction| match &reaction.kind {
+        plan::ReactionKind::Body { arguments, .. } => arguments.contains(&Argument::Port(port)),
+        plan::ReactionKind::Send(_) => false,
+    };
+    let all = federate.reactions.iter().enumerate().filter(|(_, reaction)| reads(reaction));
+    let readers = all.filter(|(index, _)| !triggered.contains(&plan::ReactionIndex(*index)));
+    readers.map(|(index, _)| ReactionId(id(index))).collect()
+}
+
+fn reaction_ids(reactions: &[plan::ReactionIndex]) -> Vec<ReactionId> {
+    reactions.iter().map(|reaction| ReactionId(id(reaction.0))).collect()
+}
+
+fn port_id(port: plan::PortIndex) -> PortId {
+    PortId(id(port.0))
+}
+
+/// The analysis has refused a federate with more of anything than an id can number.
+fn id(index: usize) -> u16 {
+    u16::try_from(index).unwrap_or(u16::MAX)
+}
+
+fn interval(ns: Option<i64>) -> Option<Interval> {
+    ns.map(Interval::from_nanos)
+}

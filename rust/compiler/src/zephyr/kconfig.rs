@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Per Zephyr image: a Kconfig fragment with what follows from the plan and the deployment, and a devicetree
+//! overlay with the MAC address. A user's own files are added on top of both.
+
+use core::fmt::Write;
+use core::net::Ipv4Addr;
+use std::collections::BTreeSet;
+
+use super::network_buffers::Connections;
+use crate::deployment::{Deployment, Mac, Place, Platform};
+use crate::plan::{ClockSync, Federate, Logging, Plan, Rti, TriggerKind};
+
+/// Connections of which it is not known yet whose they are, at most (`rust/runtime/src/federate/visitors.rs`).
+const VISITORS: usize = 2;
+
+/// Lines of a Kconfig fragment.
+struct Fragment(String);
+
+impl Fragment {
+    fn comment(&mut self, text: &str) {
+        // Writing to a String cannot fail.
+        let _ = write!(self.0, "\n# {text}\n");
+    }
+
+    fn set(&mut self, symbol: &str, value: impl core::fmt::Display) {
+        let _ = writeln!(self.0, "CONFIG_{symbol}={value}");
+    }
+
+    fn set_text(&mut self, symbol: &str, value: &str) {
+        let escaped = value.replace('\\', "\\\\").replace('"', "\\\"");
+        self.set(symbol, format_args!("\"{escaped}\""));
+    }
+}
+
+/// The Kconfig fragment of a federate, or of an unfederated program.
+pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &Deployment) -> String {
+    let place = deployment.place(&federate.name);
+    let is_joint = plan.rti.is_some() && deployment.is_joint(&federate.name);
+    let mut fragment = Fragment(header("#", plan, &federate.name));
+    if let Some(deployed) = deployment.rti_of(plan) {
+        federation(&mut fragment, plan, &deployed, &place);
+        // The symbol takes addresses only; a name such as localhost leaves the default.
+        if deployed.host.parse::<Ipv4Addr>().is_ok() {
+            fragment.set_text("LF_RTI_ADDRESS", &deployed.host);
+        }
+    }
+    if is_joint {
+        rti(&mut fragment, plan);
+        fragment.comment("The RTI, which serves all, comes before this federate.");
+        fragment.set("MAIN_THREAD_PRIORITY", 1);
+        fragment.set("LF_USER_THREAD_PRIORITY", 2);
+    }
+    network(&mut fragment, &place);
+    let own = federate_sockets(plan, federate);
+    fragment.comment("What the federate needs.");
+    fragment.set("LF_SOCKETS", own);
+    sockets(&mut fragment, own, if is_joint { rti_sockets(plan) } else { 0 }, &place);
+    buffers(&mut fragment, connections(plan, federate, is_joint), &place);
+    let peers: BTreeSet<u16> = federate.peers_in().into_iter().chain(federate.peers_out()).collect();
+    neighbors(&mut fragment, if is_joint { plan.federates.len() } else { 1 + peers.len() }, &place);
+    datagrams(&mut fragment, plan);
+    user_threads(&mut fragment, plan, federate);
+    receive_buffer(&mut fragment, federate, &place);
+    logging(&mut fragment, plan.target.logging);
+    fragment.0
+}
+
+/// The Kconfig fragment of an image that is the RTI and nothing else.
+pub(crate) fn rti_kconfig(plan: &Plan, name: &str, place: &Place, deployment: &Deployment) -> String {
+    let mut fragment = Fragment(header("#", plan, name));
+    if let Some(deployed) = deployment.rti_of(plan) {
+        federation(&mut fragment, plan, &deployed, place);
+    }
+    rti(&mut fragment, plan);
+    fragment.set("LF_FEDERATE", "n");
+    network(&mut fragment, place);
+    sockets(&mut fragment, 0, rti_sockets(plan), place);
+    let federates = plan.federates.len();
+    buffers(&mut fragment, Connections { ends: federates, receiving: federates, local: false }, place);
+    neighbors(&mut fragment, plan.federates.len(), place);
+    datagrams(&mut fragment, plan);
+    fragment.set("LF_USER_THREADS", 0);
+    logging(&mut fragment, plan.target.logging);
+    fragment.0
+}
+
+fn federation(fragment: &mut Fragment, plan: &Plan, rti: &Rti, place: &Place) {
+    fragment.comment("The federation.");
+    fragment.set_text("LF_FEDERATION_ID", &rti.federation_id);
+    fragment.set("LF_RTI_PORT", rti.port);
+    if plan.target.authentication {
+        fragment.set("LF_AUTHENTICATION", "y");
+        // native_sim takes the computer's random numbers, not those of its driver for tests.
+        if !place.platform.is_native_sim() {
+            fragment.set("ENTROPY_GENERATOR", "y");
+        }
+    }
+}
+
+/// What an RTI needs: as many places as there are federates, and as the federate with the most neighbors has.
+fn rti(fragment: &mut Fragment, plan: &Plan) {
+    let upstream = plan.federates.iter().map(|federate| federate.upstream.len()).max().unwrap_or(0);
+    fragment.comment("The RTI.");
+    fragment.set("LF_RTI", "y");
+    fragment.set("LF_RTI_FEDERATES", plan.federates.len());
+    fragment.set("LF_RTI_UPSTREAM", upstream);
+    fragment.set("LF_RTI_CONNECTIONS", rti_connections(plan));
+}
+
+/// One for each federate, and one so that who does not belong to the federation is told so.
+fn rti_connections(plan: &Plan) -> usize {
+    plan.federates.len() + 1
+}
+
+/// The connections, the listener, and a port for the datagrams of clock synchronization.
+fn rti_sockets(plan: &Plan) -> usize {
+    rti_connections(plan) + 1 + usize::from(has_datagrams(plan))
+}
+
+fn has_datagrams(plan: &Plan) -> bool {
+    plan.is_federated() && plan.target.clock_sync == ClockSync::On
+}
+
+fn network(fragment: &mut Fragment, place: &Place) {
+    let Some(network) = &place.network else { return };
+    if place.platform.is_native_sim() {
+        fragment.comment("Zephyr's own network stack over a TAP interface, in place of the sockets of this computer.");
+        fragment.set("NET_SOCKETS_OFFLOAD", "n");
+        fragment.set("NET_NATIVE_OFFLOADED_SOCKETS", "n");
+        fragment.set("HEAP_MEM_POOL_SIZE", 0);
+        fragment.set("NET_L2_ETHERNET", "y");
+        fragment.set("ETH_NATIVE_TAP", "y");
+        fragment.set("ETH_NATIVE_TAP_RANDOM_MAC", "n");
+        // Virtual boards that were given none have one that follows from their address.
+        if let Some(mac) = place.mac {
+            fragment.set_text("ETH_NATIVE_TAP_MAC_ADDR", &mac.to_string());
+        }
+    }
+    fragment.comment("This board's address.");
+    fragment.set("NET_CONFIG_SETTINGS", "y");
+    fragment.set("NET_CONFIG_NEED_IPV4", "y");
+    fragment.set_text("NET_CONFIG_MY_IPV4_ADDR", &network.ip.to_string());
+    fragment.set_text("NET_CONFIG_MY_IPV4_NETMASK", &network.netmask.to_string());
+    // Without a gateway, that of the board's own configuration must not remain.
+    let gateway = network.gateway.map(|gateway| gateway.to_string()).unwrap_or_default();
+    fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
+}
+
+/// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, those
+/// that have not said whose they are, and one for the datagrams of clock synchronization.
+fn federate_sockets(plan: &Plan, federate: &Federate) -> usize {
+    let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
+    let listening = if peers_in > 0 { 1 + VISITORS } else { 0 };
+    1 + peers_in + listening + peers_out + usize::from(has_datagrams(plan))
+}
+
+/// What Zephyr needs for the sockets of the federate and of the RTI, either of which may be none.
+fn sockets(fragment: &mut Fragment, federate: usize, rti: usize, place: &Place) {
+    let all = federate + rti;
+    fragment.comment("Descriptors for the sockets, the wake-up and the console; each event loop polls its own.");
+    fragment.set("ZVFS_OPEN_MAX", all + 3);
+    fragment.set("ZVFS_POLL_MAX", 2 * federate.max(rti) + 1);
+    if all > 0 && !place.is_offloaded() {
+        // A connection that was closed is kept for a while, and one that others begin before it is accepted.
+        fragment.comment("What Zephyr's own network stack keeps for them.");
+        fragment.set("NET_MAX_CONTEXTS", all + 2);
+        fragment.set("NET_MAX_CONN", all + 3);
+    }
+}
+
+/// Those of a federate, and of the RTI in the same image if there is one. Over a physical connection data goes one way.
+fn connections(plan: &Plan, federate: &Federate, is_joint: bool) -> Connections {
+    let (peers_in, peers_out) = (federate.peers_in().len(), federate.peers_out().len());
+    let rti_ends = usize::from(plan.is_federated());
+    let (federates, others) = if is_joint { (plan.federates.len(), plan.federates.len() - 1) } else { (0, rti_ends) };
+    Connections { ends: rti_ends + federates + peers_in + peers_out, receiving: others + peers_in, local: is_joint }
+}
+
+/// Packets and buffers of Zephyr's own network stack.
+fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
+    let Platform::Zephyr(board) = &place.platform else { return };
+    if connections.ends == 0 || place.is_offloaded() {
+        return;
+    }
+    let pools = connections.pools_on(board);
+    fragment.comment("Packets and buffers by connection, so that none that is not read keeps the others from theirs.");
+    fragment.set("NET_TCP_MAX_RECV_WINDOW_SIZE", pools.window_bytes);
+    fragment.set("NET_PKT_RX_COUNT", pools.packets_in);
+    fragment.set("NET_PKT_TX_COUNT", pools.packets_out);
+    fragment.set("NET_BUF_RX_COUNT", pools.buffers_in);
+    fragment.set("NET_BUF_TX_COUNT", pools.buffers_out);
+}
+
+/// So many others on the same network, and the gateway, have MAC addresses that have to be known.
+fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
+    if place.network.is_some() {
+        fragment.comment("Who has which MAC address.");
+        fragment.set("NET_ARP_TABLE_SIZE", count + 1);
+    }
+}
+
+fn datagrams(fragment: &mut Fragment, plan: &Plan) {
+    if has_datagrams(plan) {
+        fragment.comment("Clock synchronization while the federation runs.");
+        fragment.set("NET_UDP", "y");
+    }
+}
+
+fn user_threads(fragment: &mut Fragment, plan: &Plan, federate: &Federate) {
+    let is_physical = |kind: &TriggerKind| matches!(kind, TriggerKind::Action { physical: true, .. });
+    let threads = match plan.target.user_threads {
+        0 => federate.triggers.iter().filter(|trigger| is_physical(&trigger.kind)).count(),
+        given => usize::from(given),
+    };
+    fragment.comment("Threads that bodies start: `user-threads`, or one for each physical action.");
+    fragment.set("LF_USER_THREADS", threads);
+}
+
+/// A federate with several upstream federates may have to hold messages of the fastest until the slowest lets it go on;
+/// what its queues do not take stays in the receive buffer. With one upstream a grant follows every message.
+fn receive_buffer(fragment: &mut Fragment, federate: &Federate, place: &Place) {
+    if federate.upstream.len() < 2 {
+        return;
+    }
+    let bytes = match &place.platform {
+        Platform::Zephyr(_) if !place.platform.is_native_sim() => 2048,
+        _ => 65536,
+    };
+    fragment.comment("Messages of one upstream federate wait here for grants that depend on another.");
+    fragment.set("LF_RECEIVE_BUFFER_SIZE", bytes);
+}
+
+fn logging(fragment: &mut Fragment, logging: Logging) {
+    let level = match logging {
+        Logging::Error => "ERR",
+        Logging::Warn => "WRN",
+        // This is Zephyr's default, which a user's own file can then change without a conflict.
+        Logging::Info => return,
+        Logging::Log | Logging::Debug => "DBG",
+    };
+    fragment.comment("The target property `logging`.");
+    fragment.set(&format!("LF_LOG_LEVEL_{level}"), "y");
+}
+
+/// The devicetree overlay of an image; without a MAC address it changes nothing.
+pub(crate) fn overlay(plan: &Plan, name: &str, mac: Option<(Mac, &str)>) -> String {
+    let mut text = header("//", plan, name);
+    if let Some((mac, label)) = mac {
+        let bytes: Vec<String> = mac.0.iter().map(|byte| format!("{byte:02x}")).collect();
+        let _ = write!(
+            text,
+            "\n&{label} {{\n\t/delete-property/ zephyr,random-mac-address;\n\tlocal-mac-address = [{}];\n}};\n",
+            bytes.join(" ")
+        );
+    }
+    text
+}
+
+fn header(mark: &str, plan: &Plan, name: &str) -> String {
+    format!(
+        "{mark} SPDX-License-Identifier: Apache-2.0\n\
+         {mark} Generated by lfz for {name} of {}; do not edit.\n\
+         {mark} Settings of your own belong into prj_{name}.conf and boards/<board>_{name}.overlay.\n",
+        plan.name
+    )
+}

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What Zephyr is told about an image, whatever its program is written in: boards, Kconfig fragments, overlays.
+
+mod boards;
+mod kconfig;
+mod network_buffers;
+
+pub(crate) use boards::ethernet_label;
+pub(crate) use kconfig::{federate_kconfig, overlay, rti_kconfig};

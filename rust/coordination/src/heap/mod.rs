@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The memory of an RTI, owned, for programs that have a heap: the RTI itself only borrows it, as [`RtiStorage`].
+
+mod growing;
+
+use std::vec;
+use std::vec::Vec;
+
+use lf_model::time::Tag;
+
+use crate::rti::{Connection, Node, PathWords, RtiStorage, Slot};
+
+pub use growing::Growing;
+
+/// How much an RTI can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// Federates of the federation, at least 1.
+    pub federates: usize,
+    /// Connections that can be open at once: one for each federate, and a few more so that wrong ones can be told why
+    /// they are refused.
+    pub connections: usize,
+    /// The most upstream federates that one may have; as many as there are federates always suffice.
+    pub upstream: usize,
+    /// How many different tags of messages to one federate are remembered exactly while they are on their way, at
+    /// least 1.
+    pub in_transit: usize,
+}
+
+/// The memory of an RTI. A copy, together with what the RTI says when it is suspended, is a copy of the RTI.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Memory {
+    slots: Vec<Slot>,
+    nodes: Vec<Node>,
+    connections: Vec<Connection>,
+    paths: Vec<PathWords>,
+    upstream: Vec<PathWords>,
+    in_transit: Vec<Tag>,
+}
+
+impl Memory {
+    /// Fresh memory.
+    pub fn new(sizes: Sizes) -> Self {
+        let Sizes { federates, connections, upstream, in_transit } = sizes;
+        Self {
+            slots: vec![Slot::EMPTY; federates],
+            nodes: vec![Node::EMPTY; federates],
+            connections: vec![Connection::EMPTY; connections],
+            paths: vec![PathWords::default(); 2 * federates * federates],
+            upstream: vec![PathWords::default(); federates * upstream],
+            in_transit: vec![Tag::NEVER; federates * in_transit],
+        }
+    }
+
+    /// How many federates it is for.
+    pub fn federates(&self) -> usize {
+        self.slots.len()
+    }
+
+    /// What the RTI borrows.
+    pub fn storage(&mut self) -> RtiStorage<'_> {
+        RtiStorage {
+            slots: &mut self.slots,
+            nodes: &mut self.nodes,
+            connections: &mut self.connections,
+            paths: &mut self.paths,
+            upstream: &mut self.upstream,
+            in_transit: &mut self.in_transit,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::string::ToString as _;
+
+    use crate::rti::{Config, Rti, SetupError};
+
+    use super::{Memory, Sizes};
+
+    const LEAST: Sizes = Sizes { federates: 3, connections: 3, upstream: 0, in_transit: 1 };
+
+    fn setup(sizes: Sizes) -> Result<(), SetupError> {
+        Rti::new(Config::new(b"memory", 0), Memory::new(sizes).storage()).map(drop)
+    }
+
+    #[test]
+    fn the_least_sizes_suffice_and_less_is_refused_by_name() {
+        assert_eq!(setup(LEAST), Ok(()));
+        let refused = |sizes| setup(sizes).expect_err("this is too little").to_string();
+        assert!(refused(Sizes { federates: 0, ..LEAST }).contains("not 0"));
+        assert!(refused(Sizes { connections: 2, ..LEAST }).contains("storage for connections needs 3"));
+        assert!(refused(Sizes { in_transit: 0, ..LEAST }).contains("messages in transit needs 3"));
+    }
+}

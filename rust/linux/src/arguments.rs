@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The command line of a generated program: the options that stock LF programs have.
+
+use std::ffi::OsString;
+use std::fmt::{self, Write as _};
+use std::path::PathBuf;
+
+use lexopt::prelude::{Long, Short, Value, ValueExt as _};
+use lf_model::Settings;
+use lf_model::time::Interval;
+use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
+use lf_runtime::Description;
+
+/// What the user wants.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Invocation {
+    /// Run the program.
+    Run(Arguments),
+    /// Explain the options.
+    Help,
+}
+
+/// What the user has set; all of it has defaults in the program.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Arguments {
+    /// `-o`: the last tag's time after the start.
+    pub(crate) timeout: Option<Interval>,
+    /// `-f`
+    pub(crate) fast: Option<bool>,
+    /// `-k`
+    pub(crate) keepalive: Option<bool>,
+    /// `-i`: the federation to join.
+    pub(crate) federation_id: Option<String>,
+    /// `-r HOST`
+    pub(crate) rti_host: Option<String>,
+    /// `-r HOST:PORT`
+    pub(crate) rti_port: Option<u16>,
+    /// `--observations FILE`
+    pub(crate) observations: Option<PathBuf>,
+}
+
+/// What is wrong with a command line.
+#[derive(Debug)]
+pub(crate) struct UsageError(String);
+
+impl fmt::Display for UsageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for UsageError {}
+
+impl From<lexopt::Error> for UsageError {
+    fn from(error: lexopt::Error) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl Arguments {
+    /// Reads a command line, the program's name first.
+    ///
+    /// # Errors
+    /// What is wrong with it, as a phrase.
+    pub(crate) fn parse(
+        line: impl IntoIterator<Item = OsString, IntoIter: 'static>,
+        federated: bool,
+    ) -> Result<Invocation, UsageError> {
+        let mut parser = lexopt::Parser::from_iter(line);
+        let mut arguments = Self::default();
+        while let Some(argument) = parser.next()? {
+            match argument {
+                Short('h') | Long("help") => return Ok(Invocation::Help),
+                Short('o') | Long("timeout") => arguments.timeout = Some(interval(&mut parser)?),
+                Short('f') | Long("fast") => arguments.fast = Some(boolean(&mut parser)?),
+                Short('k') | Long("keepalive") => arguments.keepalive = Some(boolean(&mut parser)?),
+                Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
+                Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
+                Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
+                Short('i' | 'r') | Long("id" | "rti" | "observations") => {
+                    return Err(UsageError(
+                        "this program is not federated: it has no RTI and no federation".to_owned(),
+                    ));
+                }
+                other => return Err(other.unexpected().into()),
+            }
+        }
+        Ok(Invocation::Run(arguments))
+    }
+
+    /// The program's settings, as the user has changed them.
+    pub(crate) fn settings(&self, program: Settings) -> Settings {
+        Settings {
+            timeout: self.timeout.or(program.timeout),
+            fast: self.fast.unwrap_or(program.fast),
+            keepalive: self.keepalive.unwrap_or(program.keepalive),
+            ..program
+        }
+    }
+
+    /// Takes `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and means nothing here.
+    fn set_rti(&mut self, text: &str) -> Result<(), UsageError> {
+        let place = text.rsplit_once('@').map_or(text, |(_, place)| place);
+        let (host, port) = match place.split_once(':') {
+            None => (place, None),
+            Some((host, port)) => {
+                let number = port.parse().ok().filter(|port| *port != 0);
+                let number = number.ok_or_else(|| UsageError(format!("\"{port}\" is no TCP port")))?;
+                (host, Some(number))
+            }
+        };
+        self.rti_host = Some(host).filter(|host| !host.is_empty()).map(str::to_owned);
+        self.rti_port = port;
+        Ok(())
+    }
+}
+
+/// `true` or `false` where the user says so, else `true`.
+fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
+    let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
+    let value = match next.as_deref().and_then(std::ffi::OsStr::to_str) {
+        Some("true") => true,
+        Some("false") => false,
+        _ => return Ok(true),
+    };
+    match parser.next()? {
+        Some(Value(_)) | None => Ok(value),
+        Some(other) => Err(other.unexpected().into()),
+    }
+}
+
+/// A number and a unit, in one argument or in two.
+fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
+    let first = parser.value()?.string()?;
+    let (number, unit) = number_and_unit(&first);
+    let mut unit = unit.to_owned();
+    // The unit of 0 may be left out.
+    if unit.is_empty() {
+        unit = if number == "0" && !next_is_unit(parser) { "ns".to_owned() } else { parser.value()?.string()? };
+    }
+    nanoseconds(number, &unit).map(Interval::from_nanos).map_err(|error| UsageError(error.to_string()))
+}
+
+/// Whether the next argument is a unit of time.
+fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
+    let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
+    next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())
+}
+
+/// What `--help` prints.
+pub(crate) fn usage(description: &Description) -> String {
+    let mut text = format!(
+        "Runs {} of the Lingua Franca program {}.\n\nOptions:\n\
+         \x20 -o, --timeout TIME UNIT   last tag, counted from the start, such as 500 msec\n\
+         \x20 -f, --fast [true|false]   do not wait for physical time\n\
+         \x20 -k, --keepalive [true|false]  do not stop when there are no events\n",
+        description.name, description.program
+    );
+    if let Some(federation) = &description.federation {
+        let _ = write!(
+            text,
+            "\x20 -r, --rti HOST[:PORT]     where the RTI listens (default: {}:{})\n\
+             \x20 -i, --id FEDERATION       the federation to join (default: {})\n\
+             \x20     --observations FILE   write down when tags begin and messages go and come\n",
+            federation.rti_host, federation.rti_port, federation.federation_id
+        );
+    }
+    text + "  -h, --help                this text"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(line: &str) -> Result<Invocation, UsageError> {
+        let words = std::iter::once("program").chain(line.split_whitespace()).map(OsString::from).collect::<Vec<_>>();
+        Arguments::parse(words, true)
+    }
+
+    fn run(line: &str) -> Arguments {
+        match parse(line) {
+            Ok(Invocation::Run(arguments)) => arguments,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// The spellings that stock programs take.
+    #[test]
+    fn options_of_stock_programs_are_understood() {
+        assert_eq!(run(""), Arguments::default());
+        assert_eq!(run("-o 500 msec").timeout, Some(Interval::from_millis(500)));
+        assert_eq!(run("--timeout 2sec").timeout, Some(Interval::from_secs(2)));
+        assert_eq!(run("-o 1 wk").timeout, Some(Interval::from_secs(7 * 86_400)));
+        assert_eq!(run("-o 0").timeout, Some(Interval::ZERO));
+        assert_eq!(run("-o 0 msec -f").timeout, Some(Interval::ZERO));
+        assert_eq!(run("-o 0 -f").timeout, Some(Interval::ZERO));
+        assert_eq!(run("-f").fast, Some(true));
+        assert_eq!(run("-f false -k true").fast, Some(false));
+        assert_eq!(run("-f -k").keepalive, Some(true));
+        let arguments = run("-r user@host.example:15046 -i grid");
+        assert_eq!(arguments.rti_host.as_deref(), Some("host.example"));
+        assert_eq!(arguments.rti_port, Some(15046));
+        assert_eq!(arguments.federation_id.as_deref(), Some("grid"));
+        assert_eq!(run("-r 10.0.0.1").rti_port, None);
+        assert_eq!(run("--observations seen.txt").observations, Some(PathBuf::from("seen.txt")));
+        assert!(matches!(parse("-o 1 sec --help"), Ok(Invocation::Help)));
+    }
+
+    /// What makes no sense is refused in words that name it.
+    #[test]
+    fn nonsense_is_refused_by_name() {
+        for (line, word) in [
+            ("-o", "missing"),
+            ("-o 5 parsecs", "parsecs"),
+            ("-o 99999999999999999999 sec", "99999999999999999999"),
+            ("-r host:port", "port"),
+            ("-r host:0", "0"),
+            ("--frobnicate", "frobnicate"),
+            ("stray", "stray"),
+        ] {
+            let error = parse(line).expect_err(line).to_string();
+            assert!(error.contains(word), "{line}: {error}");
+        }
+        let unfederated = Arguments::parse(["program", "-i", "grid"].map(OsString::from), false);
+        assert!(unfederated.expect_err("not federated").to_string().contains("not federated"));
+    }
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The Linux platform, and what generated programs for this computer link.
+//!
+//! Generated code names this crate `lf`, and its bodies see [`prelude`]. The crate also runs the RTI for the `lfz`
+//! program.
+#![forbid(unsafe_code)]
+
+mod arguments;
+mod attention;
+mod clock;
+mod logger;
+mod main_program;
+mod observations;
+mod outside;
+mod platform;
+pub mod rti;
+mod sockets;
+mod thread;
+mod trace;
+mod wake;
+
+pub use lf_model as model;
+pub use lf_runtime as runtime;
+pub use log;
+pub use logger::install as install_logger;
+pub use main_program::main;
+pub use platform::Linux;
+pub use thread::SpawnPhysicalThread;
+pub use wake::interruption_status;
+
+/// What reaction bodies and preambles see without asking for it.
+pub mod prelude {
+    pub use crate::SpawnPhysicalThread;
+    pub use lf_model::prelude::*;
+    // Both spellings work: `info!` and `log::info!`.
+    pub use log::{self, debug, error, info, trace, warn};
+}

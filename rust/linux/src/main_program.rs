@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The `main` of a generated program.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
+use std::process::ExitCode;
+use std::{fmt, io};
+
+use lf_model::time::{Interval, Tag};
+use lf_model::{Engine, Program, Storage};
+use lf_runtime::{
+    Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+};
+
+use crate::arguments::{Arguments, Invocation, usage};
+use crate::observations::Observations;
+use crate::platform::Linux;
+
+/// The exit status for a command line that makes no sense.
+const USAGE: u8 = 2;
+
+/// The least receive buffer. Memory is no concern here, and the more messages can be looked behind, the longer a burst
+/// can be that comes before the grant for its first message.
+const INPUT_BYTES: usize = 1 << 18;
+/// The least buffer of a connection with another federate.
+const PEER_BYTES: usize = 1 << 14;
+
+/// Runs a generated program with this process's command line.
+pub fn main<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+    const TARDY_WORDS: usize,
+    const TARDY_INPUTS: usize,
+>(
+    description: &'static Description,
+    mut program: impl Program,
+    mut storage: Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>,
+) -> ExitCode {
+    let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
+        Ok(Invocation::Run(arguments)) => arguments,
+        Ok(Invocation::Help) => {
+            println!("{}", usage(description));
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            eprintln!("error: {error}; see --help");
+            return ExitCode::from(USAGE);
+        }
+    };
+    crate::logger::install(description.logging);
+    let tables = program.tables();
+    let engine = Engine::new(tables, &mut storage, arguments.settings(description.settings()));
+    match run(description, &arguments, &mut program, engine) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(if error.is_interruption() { crate::interruption_status() } else { 1 })
+        }
+    }
+}
+
+fn run(
+    description: &Description,
+    arguments: &Arguments,
+    program: &mut dyn Program,
+    engine: Engine<'_>,
+) -> Result<(), MainError> {
+    let Some(federation) = &description.federation else {
+        let mut host = Linux::new().map_err(MainError::System)?;
+        return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
+    };
+    // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
+    let rti = rti_address(arguments, federation)?;
+    let mut host = Linux::new().map_err(MainError::System)?;
+    let federation = &if federation.local_clock_sync || !is_own_address(*rti.ip()) {
+        *federation
+    } else {
+        Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
+    };
+    if let Some(path) = &arguments.observations {
+        host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
+    }
+    let federation_id = arguments.federation_id.as_deref().unwrap_or(federation.federation_id);
+    description.check_key(federation_id.as_bytes());
+    let (mut input, mut output) = (vec![0; federation.input_bytes.max(INPUT_BYTES)], vec![0; federation.output_bytes]);
+    let mut peer_inputs = vec![vec![0; federation.peer_input_bytes.max(PEER_BYTES)]; federation.peers_in.len()];
+    let mut peer_outputs = vec![vec![0; federation.peer_output_bytes.max(PEER_BYTES)]; federation.peers_out.len()];
+    let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
+    let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
+    let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
+    let join = Join { federation_id: federation_id.as_bytes(), rti };
+    let mut known = vec![Tag::NEVER; federation.awaited.len()];
+    run_federate(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
+}
+
+/// Where the RTI listens: as the command line says, else as the program does.
+fn rti_address(arguments: &Arguments, federation: &Federation) -> Result<SocketAddrV4, MainError> {
+    let host = arguments.rti_host.as_deref().unwrap_or(federation.rti_host);
+    let port = arguments.rti_port.unwrap_or(federation.rti_port);
+    let unknown = |reason: String| MainError::Resolve { host: host.to_owned(), reason };
+    let addresses = (host, port).to_socket_addrs().map_err(|error| unknown(error.to_string()))?;
+    let ipv4 = addresses.filter_map(|address| match address {
+        SocketAddr::V4(address) => Some(address),
+        SocketAddr::V6(_) => None,
+    });
+    ipv4.into_iter().next().ok_or_else(|| unknown("it has no IPv4 address".to_owned()))
+}
+
+/// Whether this computer has this address, and with it the clock of who listens there.
+fn is_own_address(address: Ipv4Addr) -> bool {
+    // To connect a UDP socket sends nothing: it looks up the route, and one to oneself begins at the same address.
+    let begins_there = || -> io::Result<bool> {
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        // Any port but 0.
+        socket.connect((address, 1))?;
+        Ok(socket.local_addr()?.ip() == IpAddr::V4(address))
+    };
+    address.is_loopback() || begins_there().unwrap_or(false)
+}
+
+/// Why a program ends early.
+#[derive(Debug)]
+enum MainError {
+    /// The system refuses what every program needs.
+    System(io::Error),
+    /// What is observed cannot be written.
+    Observations(io::Error),
+    /// The RTI's host is unknown.
+    Resolve { host: String, reason: String },
+    /// The event loop ended early.
+    Run(RunError),
+}
+
+impl MainError {
+    fn is_interruption(&self) -> bool {
+        matches!(self, Self::Run(RunError::Interrupted))
+    }
+}
+
+impl fmt::Display for MainError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
+            Self::Observations(error) => write!(f, "cannot create the file of observations: {error}"),
+            Self::Resolve { host, reason } => {
+                write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")
+            }
+            Self::Run(error) => error.fmt(f),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_addresses_of_this_computer_are_told_from_others() {
+        assert!(is_own_address(Ipv4Addr::LOCALHOST));
+        assert!(is_own_address(Ipv4Addr::new(127, 1, 2, 3)));
+        // Addresses that nobody has, in blocks for documentation and for multicast.
+        assert!(!is_own_address(Ipv4Addr::new(198, 51, 100, 77)));
+        assert!(!is_own_address(Ipv4Addr::new(233, 252, 0, 1)));
+    }
+}

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI as a program of this computer.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use lf_coordination::clock_sync::RTI_UDP_PORT;
+use lf_coordination::heap::{Growing, Memory, Sizes};
+use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
+pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
+use lf_model::time::Interval;
+use lf_runtime::platform::{NetError, Platform, SocketId};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
+
+use crate::platform::Linux;
+use crate::trace::Traced;
+pub use crate::trace::{Trace, TraceFormat};
+
+/// Connections beyond one per federate, for those that are told why they are refused.
+const SPARE_CONNECTIONS: usize = 16;
+/// Length of a buffer that has not had to hold more: twice what is read at once, so that what is left of a message
+/// takes no room from what comes next.
+const BUFFER_BYTES_IDLE: usize = 1 << 17;
+/// Most bytes that wait for a receiver before its senders have to, unless a single message is longer.
+const BUFFER_BYTES_USUAL: usize = 1 << 21;
+/// The longest message is this part of the computer's memory, unless told otherwise: it lies in the buffers of its
+/// sender and its receiver, which grow by doubling, and there is more than one of each.
+const MEMORY_PART: usize = 8;
+/// How many different tags of messages to one federate are remembered exactly while they are on their way: at most and
+/// at least. In between, all federates together have so many that they take 2 MB.
+const IN_TRANSIT_MAX: usize = 1024;
+const IN_TRANSIT_MIN: usize = 128;
+const IN_TRANSIT_ALL: usize = 1 << 17;
+
+/// What the user tells the RTI.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How many federates the federation has, at least 1.
+    pub federates: u16,
+    /// The federation's id.
+    pub federation_id: String,
+    /// Whether federates have to prove that they know the federation's id.
+    pub authentication: bool,
+    /// The TCP port; 0 lets the system choose.
+    pub port: u16,
+    /// Clock synchronization.
+    pub clock_sync: ClockSync,
+    /// Rounds the start time up to a multiple of this.
+    pub start_time_multiple: Option<Interval>,
+    /// Whether DNETs are sent.
+    pub dnet: bool,
+    /// Whether the others go on when a federate is lost; otherwise the federation is stopped.
+    pub go_on_after_loss: bool,
+    /// While the federation runs, it is logged of each participant that waits for longer than this what it waits for.
+    pub log_waits: Option<Interval>,
+    /// How long the start waits for a federate that was there and has left; `None`: for ever.
+    pub start_barrier_time_out: Option<Interval>,
+    /// Files for traces of the messages.
+    pub traces: Vec<Trace>,
+    /// The longest message payload that is forwarded, in bytes.
+    pub payload_bytes_max: usize,
+}
+
+impl Options {
+    /// The longest message payload that is forwarded unless told otherwise, in bytes: an eighth of this computer's
+    /// memory, and no more than a message can have.
+    pub fn payload_bytes_max_default() -> usize {
+        let system = rustix::system::sysinfo();
+        let units = usize::try_from(system.totalram).unwrap_or(usize::MAX);
+        let bytes = units.saturating_mul(usize::try_from(system.mem_unit).unwrap_or(1));
+        (bytes / MEMORY_PART).min(usize::try_from(u32::MAX).unwrap_or(usize::MAX))
+    }
+
+    /// An RTI without clock synchronization for this federation, on a port that the system chooses.
+    pub fn new(federates: u16, federation_id: &str) -> Self {
+        let payload_bytes_max = Self::payload_bytes_max_default();
+        let Config { start_barrier_time_out, .. } = Config::new(federation_id.as_bytes(), payload_bytes_max);
+        Self {
+            federates,
+            start_barrier_time_out,
+            log_waits: None,
+            traces: Vec::new(),
+            federation_id: federation_id.to_owned(),
+            authentication: false,
+            port: 0,
+            clock_sync: ClockSync::Off,
+            start_time_multiple: None,
+            dnet: true,
+            go_on_after_loss: false,
+            payload_bytes_max,
+        }
+    }
+}
+
+/// Why there is no RTI, or none any more.
+#[derive(Debug)]
+pub enum RtiError {
+    /// The system refuses what every program needs.
+    System(std::io::Error),
+    /// The port cannot be listened on.
+    Listen {
+        /// The port.
+        port: u16,
+        /// Why not.
+        error: NetError,
+    },
+    /// No UDP port can be opened for clock synchronization.
+    Bind(NetError),
+    /// The trace cannot be written.
+    Trace {
+        /// The file.
+        file: PathBuf,
+        /// Why not.
+        error: std::io::Error,
+    },
+    /// The event loop ended early.
+    Run(RunError),
+}
+
+impl fmt::Display for RtiError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(error) => write!(f, "the system has no resources for the RTI: {error}"),
+            Self::Listen { port, error } => {
+                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one with -p")
+            }
+            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
+            Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
+            Self::Run(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for RtiError {}
+
+/// Runs the RTI of one federation until it is over. `listening` is told the port once federates can connect.
+///
+/// # Errors
+/// Why there is no RTI.
+pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
+    let host = Linux::new().map_err(RtiError::System)?;
+    if options.traces.is_empty() {
+        return serve_on(host, options, listening);
+    }
+    let traced = Traced::new(host, &options.traces).map_err(|(file, error)| RtiError::Trace { file, error })?;
+    serve_on(traced, options, listening)
+}
+
+fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
+    let listen = |error| RtiError::Listen { port: options.port, error };
+    let listener = host.listen(options.port).map_err(listen)?;
+    listening(host.local_port(listener).map_err(listen)?);
+
+    let datagrams = open_datagrams(&mut host, options.clock_sync)?;
+    let count = usize::from(options.federates);
+    let connections = count + SPARE_CONNECTIONS;
+    let in_transit = (IN_TRANSIT_ALL / count.max(1)).clamp(IN_TRANSIT_MIN, IN_TRANSIT_MAX);
+    let config = Config {
+        authentication: options.authentication.then_some(AUTHENTICATOR),
+        clock_sync: options.clock_sync,
+        start_time_multiple: options.start_time_multiple,
+        dnet: options.dnet,
+        after_loss: if options.go_on_after_loss { AfterLoss::GoOn } else { AfterLoss::StopAll },
+        start_barrier_time_out: options.start_barrier_time_out,
+        start_report: Some(START_REPORT),
+        log_waits: options.log_waits,
+        ..Config::new(options.federation_id.as_bytes(), options.payload_bytes_max)
+    };
+    let buffer = || Growing::new(BUFFER_BYTES_IDLE, BUFFER_BYTES_USUAL, config.message_bytes_max(count));
+    let (mut inlets, mut outgoings): (Vec<_>, Vec<_>) =
+        (0..connections).map(|_| (Inlet::new(buffer()), Outgoing::new(buffer()))).unzip();
+    let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
+    let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
+    let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
+    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Run)
+}
+
+/// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to where the
+/// datagrams come from, so another port than the usual one will do.
+fn open_datagrams(host: &mut impl Platform, clock_sync: ClockSync) -> Result<Option<SocketId>, RtiError> {
+    let ClockSync::On { .. } = clock_sync else { return Ok(None) };
+    let usual = host.bind(RTI_UDP_PORT);
+    let socket = if usual == Err(NetError::AddressInUse) { host.bind(0) } else { usual };
+    socket.map(Some).map_err(RtiError::Bind)
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What does not change while a federation runs.
+
+use lf_model::time::Tag;
+
+use crate::bounds::Bounds;
+use crate::graph::{Delay, FEDERATES_MAX, Graph};
+use crate::moment::{Moment, START};
+
+/// A federation, apart from its state.
+#[derive(Clone, Debug)]
+pub(crate) struct World {
+    pub(crate) graph: Graph,
+    pub(crate) bounds: Bounds,
+    pub(crate) awaited: [[bool; FEDERATES_MAX]; FEDERATES_MAX],
+    pub(crate) ranks: [usize; FEDERATES_MAX],
+}
+
+impl World {
+    pub(crate) fn has_upstream(&self, id: usize) -> bool {
+        self.graph.upstream(id).next().is_some()
+    }
+
+    /// The federates whose messages a federate may have to wait for within a tag.
+    pub(crate) fn awaited(&self, to: usize) -> impl Iterator<Item = usize> {
+        (0..self.graph.federates()).filter(move |from| self.awaited[*from][to])
+    }
+
+    pub(crate) fn is_awaited(&self, from: usize, to: usize) -> bool {
+        self.awaited[from][to]
+    }
+
+    /// The place of a federate's reactions among those of its cycle.
+    pub(crate) fn rank(&self, id: usize) -> usize {
+        self.ranks[id]
+    }
+
+    /// This tag, if it is within the bounds.
+    pub(crate) fn moment(&self, tag: Tag) -> Option<Moment> {
+        let Bounds { time_max, microstep_max, .. } = self.bounds;
+        let time = u8::try_from(tag.time.as_nanos().checked_sub(START.as_nanos())?).ok()?;
+        let microstep = u8::try_from(tag.microstep.0).ok()?;
+        (time <= time_max && microstep <= microstep_max).then(|| Moment::new(time, microstep))
+    }
+
+    /// A tag that is later than all within the bounds: which one it is makes no difference to anybody.
+    pub(crate) fn end(&self) -> Tag {
+        Moment::new(self.bounds.time_max + 1, 0).tag()
+    }
+
+    /// When a message arrives that is sent at `at`, if that is within the bounds.
+    pub(crate) fn arrival(&self, delay: Delay, at: Moment) -> Option<Moment> {
+        let within = match delay {
+            Delay::Zero => true,
+            Delay::Microstep => at.microstep() < self.bounds.microstep_max,
+            Delay::Tick => at.time() < self.bounds.time_max,
+        };
+        within.then(|| delay.after(at))
+    }
+}

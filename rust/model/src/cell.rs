@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the engine and bodies need of ports, timers, actions and inputs, whatever their values are.
+use crate::error::DeliverError;
+use crate::outside::Outside;
+use crate::payload::PayloadError;
+use crate::queue::Full;
+use crate::tables::{ActionTiming, TriggerId};
+use crate::time::{Instant, Interval, Tag};
+
+/// What a body can read: ports, actions, timers.
+pub trait Readable {
+    /// The type of its values.
+    type Value;
+
+    /// Whether it has an event at the current tag.
+    fn is_present(&self) -> bool;
+
+    /// The event's value, if there is an event and it has one.
+    fn value(&self) -> Option<&Self::Value>;
+}
+
+/// What a body can schedule: logical and physical actions.
+pub trait Schedulable {
+    /// The type of its values.
+    type Value;
+
+    /// Which trigger it is.
+    fn id(&self) -> TriggerId;
+
+    /// Adds an event to its queue.
+    ///
+    /// # Errors
+    /// When the queue is full.
+    fn schedule(&mut self, value: Option<Self::Value>, moment: &Moment<'_>) -> Result<(), Full>;
+
+    /// The tag of its earliest pending event.
+    fn pending(&self) -> Option<Tag>;
+
+    /// How many events its queue holds.
+    fn capacity(&self) -> usize;
+}
+
+/// Implements [`Schedulable`] for an action with a capacity by way of its view, so that the code exists once per type
+/// of value, not once per capacity.
+macro_rules! schedule_by_view {
+    ($owned:ident, $view:ident, T $($bound:tt)*) => {
+        impl<T $($bound)*, const N: usize> Schedulable for $owned<T, N> {
+            type Value = T;
+            fn id(&self) -> TriggerId {
+                Schedulable::id(self as &$view<T>)
+            }
+            fn schedule(&mut self, value: Option<T>, moment: &Moment<'_>) -> Result<(), Full> {
+                Schedulable::schedule(self as &mut $view<T>, value, moment)
+            }
+            fn pending(&self) -> Option<Tag> {
+                Schedulable::pending(self as &$view<T>)
+            }
+            fn capacity(&self) -> usize {
+                N
+            }
+        }
+    };
+}
+pub(crate) use schedule_by_view;
+
+/// When something is scheduled.
+#[allow(missing_debug_implementations)]
+pub struct Moment<'a> {
+    pub(crate) timing: &'a ActionTiming,
+    pub(crate) offset: Interval,
+    pub(crate) bounds: Bounds,
+    pub(crate) outside: &'a dyn Outside,
+}
+
+/// What the engine needs of a port.
+pub trait PortCell {
+    /// Whether it has a value at this tag.
+    fn is_present(&self) -> bool;
+
+    /// Drops the value, at the end of the tag.
+    fn clear(&mut self);
+}
+
+/// What the engine needs of a trigger's queue.
+pub trait TriggerCell {
+    /// Makes the value of the event at `tag` visible to reactions; gives the tag of the next pending event.
+    fn activate(&mut self, tag: Tag) -> Option<Tag>;
+
+    /// Takes the value back, at the end of the tag.
+    fn clear(&mut self);
+
+    /// The tag of the earliest pending event.
+    fn pending(&self) -> Option<Tag> {
+        None
+    }
+
+    /// Whether another event fits.
+    fn has_room(&self) -> bool {
+        true
+    }
+
+    /// The tag that its value at this tag was intended for, if it is tardy.
+    fn intended(&self) -> Option<Tag> {
+        None
+    }
+
+    /// Schedules the events that came from other threads, as many as fit.
+    fn drain(&mut self, _timing: &ActionTiming, _bounds: &Bounds) {}
+}
+
+/// Implements [`TriggerCell`] for a queue with a capacity by way of its view, so that the code exists once per type of
+/// value, not once per capacity.
+macro_rules! cell_by_view {
+    ($owned:ident, $view:ident, T $($bound:tt)*) => {
+        impl<T $($bound)*, const N: usize> TriggerCell for $owned<T, N> {
+            fn activate(&mut self, tag: Tag) -> Option<Tag> {
+                TriggerCell::activate(self as &mut $view<T>, tag)
+            }
+            fn clear(&mut self) {
+                TriggerCell::clear(self as &mut $view<T>);
+            }
+            fn pending(&self) -> Option<Tag> {
+                TriggerCell::pending(self as &$view<T>)
+            }
+            fn has_room(&self) -> bool {
+                TriggerCell::has_room(self as &$view<T>)
+            }
+            fn intended(&self) -> Option<Tag> {
+                TriggerCell::intended(self as &$view<T>)
+            }
+            fn drain(&mut self, timing: &crate::tables::ActionTiming, bounds: &crate::cell::Bounds) {
+                TriggerCell::drain(self as &mut $view<T>, timing, bounds);
+            }
+        }
+    };
+}
+pub(crate) use cell_by_view;
+
+/// The tags between which an event can be scheduled.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// The start of the program.
+    pub start: Instant,
+    /// The tag that is running, or was the last to run; events come after it.
+    pub current: Tag,
+    /// The last tag of the program; events after it are dropped.
+    pub stop: Tag,
+}
+
+/// Where a message stands in a queue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// The tag at which it happens.
+    pub tag: Tag,
+    /// Whether it was intended for an earlier one.
+    pub tardy: bool,
+}
+
+/// Why a queue did not take a message; the engine adds which one it was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Undelivered {
+    /// It is full.
+    Full(Full),
+    /// The bytes are not a value.
+    Payload(PayloadError),
+    /// The program has no such input.
+    NoSuchPort,
+}
+
+impl Undelivered {
+    pub(crate) fn at(self, input: &'static str, port: u16) -> DeliverError {
+        match self {
+            Self::Full(Full { capacity }) => DeliverError::Full { input, capacity },
+            Self::Payload(error) => DeliverError::Payload { input, error },
+            Self::NoSuchPort => DeliverError::NoSuchPort { port },
+        }
+    }
+}

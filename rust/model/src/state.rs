@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The engine's variables, apart from its queues.
+use crate::bits::Bits;
+use crate::cell::Bounds;
+use crate::error::ModelError;
+use crate::tables::{PortId, ReactionId, Tables, TriggerId};
+use crate::time::{Instant, Interval, Tag};
+
+/// How a program runs: what the target properties say.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Whether other federates have a say in when it stops.
+    pub federated: bool,
+    /// The last tag is this long after the start.
+    pub timeout: Option<Interval>,
+    /// Without events, wait for some instead of stopping.
+    pub keepalive: bool,
+    /// Logical time does not wait for physical time. The event loop honours it.
+    pub fast: bool,
+}
+
+impl Settings {
+    /// Not federated, no timeout, ends without events, in real time.
+    pub const DEFAULT: Self = Self { federated: false, timeout: None, keepalive: false, fast: false };
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    NotStarted,
+    BetweenTags,
+    InTag,
+    Done,
+}
+
+/// The engine's own variables, apart from its tables.
+#[derive(Debug)]
+pub(crate) struct State {
+    pub(crate) phase: Phase,
+    pub(crate) start: Instant,
+    /// The tag that is open, or the last one that was; before the first, the one before the start.
+    pub(crate) current: Tag,
+    pub(crate) stop: Tag,
+    pub(crate) stop_request: Option<Tag>,
+    pub(crate) error: Option<ModelError>,
+    pub(crate) network_input: bool,
+    /// The least level of which no reaction has run at the open tag, nor any of a higher level.
+    pub(crate) untouched: u16,
+}
+
+impl State {
+    pub(crate) fn bounds(&self) -> Bounds {
+        Bounds { start: self.start, current: self.current, stop: self.stop }
+    }
+
+    /// Remembers the first error, which ends the program after the reaction.
+    pub(crate) fn fail(&mut self, error: ModelError) {
+        self.error.get_or_insert(error);
+    }
+
+    pub(crate) fn request_stop(&mut self, tag: Tag, federated: bool) {
+        if !federated {
+            self.stop = self.stop.min(tag);
+        } else if tag < self.stop {
+            self.stop_request = Some(self.stop_request.map_or(tag, |earlier| earlier.min(tag)));
+        }
+    }
+}
+
+/// A message that was in time: its tag, and the tag at which it happens, after others with the same tag.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Last {
+    pub(crate) sent: Tag,
+    pub(crate) happens: Tag,
+}
+
+impl Last {
+    pub(crate) const NONE: Self = Self { sent: Tag::NEVER, happens: Tag::NEVER };
+}
+
+/// What is tardy at the open tag. Without memory, for programs whose inputs never are, it stays empty.
+#[derive(Debug)]
+pub(crate) struct Tardy<'s> {
+    /// The reactions that see a tardy input, or a port that was set because of one.
+    pub(crate) reactions: Bits<'s>,
+    /// By input: what its value was intended for; NEVER where it is not tardy.
+    pub(crate) intended: &'s mut [Tag],
+}
+
+impl Tardy<'_> {
+    pub(crate) fn clear(&mut self) {
+        self.reactions.clear();
+        self.intended.fill(Tag::NEVER);
+    }
+
+    pub(crate) fn contains(&self, reaction: ReactionId) -> bool {
+        !self.reactions.0.is_empty() && self.reactions.contains(reaction.0)
+    }
+
+    pub(crate) fn mark(&mut self, reactions: &[ReactionId]) {
+        for reaction in reactions {
+            self.reactions.insert(reaction.0);
+        }
+    }
+
+    /// What the value of the input that fills this port was intended for, if it is tardy.
+    pub(crate) fn intended_for(&self, tables: &Tables, port: PortId) -> Option<Tag> {
+        let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
+        let mut inputs = tables.inputs.iter().zip(&*self.intended);
+        let (_, intended) = inputs.find(|(input, _)| fills(input.trigger))?;
+        Some(*intended).filter(|intended| *intended != Tag::NEVER)
+    }
+}

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The compiler, for sources that are made here.
+
+use std::collections::BTreeMap;
+
+use lf_compiler::plan::Plan;
+use lf_compiler::{Code, Style, compile};
+
+/// The plan, or whether the reason why there is none is a loop, and what was said.
+pub(crate) fn compile_text(text: &str) -> Result<Plan, (bool, String)> {
+    let files = BTreeMap::from([("Simulated.lf".to_owned(), text.to_owned())]);
+    let compilation = compile("Simulated.lf", &files);
+    compilation.plan.ok_or_else(|| {
+        let is_loop = compilation.diagnostics.iter().any(|entry| entry.code == Code::CausalityLoop);
+        (is_loop, compilation.diagnostics.render(Style::Plain))
+    })
+}

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Plays the federates of a recording against an RTI, wherever that runs, and compares what it answers.
+//!
+//! After every action, what comes on each connection has to be what was recorded, byte by byte where nothing is masked;
+//! between connections the order does not matter. One freedom is taken: the recorded RTI, after a RESIGN, waits for the
+//! federate to close its connection before it looks at the others. An RTI that does so at once is just as right, so the
+//! RESIGN and the close are one action for the other connections.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use super::hmac;
+use super::recording::{Fill, Frame, Recording, Role, Step};
+
+/// What came on a connection.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Received {
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// Whether the RTI has closed its direction.
+    pub ended: bool,
+}
+
+/// An RTI to play against. Connections have the numbers of the recording.
+pub trait Rti {
+    /// Why the RTI cannot be reached.
+    type Error: fmt::Display;
+
+    /// Opens a connection.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    fn connect(&mut self, connection: u16) -> Result<(), Self::Error>;
+
+    /// Sends bytes.
+    ///
+    /// # Errors
+    /// They cannot be sent.
+    fn send(&mut self, connection: u16, bytes: &[u8]) -> Result<(), Self::Error>;
+
+    /// Closes a connection, at once and in both directions.
+    ///
+    /// # Errors
+    /// It cannot be closed.
+    fn close(&mut self, connection: u16) -> Result<(), Self::Error>;
+
+    /// Takes all that has come on a connection since the last time. Waits, as long as is reasonable, until there are
+    /// `bytes` bytes, and for the end of the connection if `end`. Beyond that it need not wait, but has to return what
+    /// is there.
+    ///
+    /// # Errors
+    /// The connection cannot be read.
+    fn receive(&mut self, connection: u16, bytes: usize, end: bool) -> Result<Received, Self::Error>;
+
+    /// Opens a UDP port for a federate; returns its number.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    fn bind(&mut self, federate: u16) -> Result<u16, Self::Error>;
+
+    /// Sends a datagram of a federate to where its last one came from.
+    ///
+    /// # Errors
+    /// It cannot be sent.
+    fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> Result<(), Self::Error>;
+
+    /// Waits for the next datagram to a federate, as long as is reasonable.
+    ///
+    /// # Errors
+    /// None has come.
+    fn receive_datagram(&mut self, federate: u16) -> Result<Vec<u8>, Self::Error>;
+}
+
+/// Where a replay differed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// Name of the recording.
+    pub recording: String,
+    /// The step, counted from 0: the action after which it differed.
+    pub step: usize,
+    /// What differed.
+    pub reason: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, step {}: {}", self.recording, self.step, self.reason)
+    }
+}
+
+impl std::error::Error for Difference {}
+
+/// Plays a recording of role `rti`.
+///
+/// # Errors
+/// The first [`Difference`], or what prevented the replay.
+pub fn replay<R: Rti>(recording: &Recording, rti: &mut R) -> Result<(), Difference> {
+    let mut replay = Replay { rti, open: BTreeSet::new(), varying: BTreeMap::new(), ports: BTreeMap::new() };
+    let fail = |step: usize, reason: String| Difference { recording: recording.name.clone(), step, reason };
+    if !matches!(recording.role, Role::Rti(_)) {
+        return Err(fail(0, "this is not the recording of an RTI".into()));
+    }
+    let mut index = 0;
+    while index < recording.steps.len() {
+        let first = index;
+        let (action, mut expected, mut next) = round(&recording.steps, index);
+        let mut outcome = replay.act(action);
+        if let Some((connection, close)) = resignation(action, recording.steps.get(next)) {
+            let (own, others): (Vec<_>, Vec<_>) = expected.into_iter().partition(|step| of(step) == Some(connection));
+            outcome = outcome.and_then(|()| replay.check(connection, &own)).and_then(|()| replay.act(close));
+            let (_, later, after) = round(&recording.steps, next);
+            expected = others.into_iter().chain(later).collect();
+            next = after;
+        }
+        outcome.and_then(|()| replay.check_all(&expected)).map_err(|reason| fail(first, reason))?;
+        index = next;
+    }
+    Ok(())
+}
+
+/// The action at `index`, what was recorded because of it, and the index of the next action.
+fn round(steps: &[Step], index: usize) -> (&Step, Vec<&Step>, usize) {
+    let is_expectation =
+        |step: &&Step| matches!(step, Step::Recv(_) | Step::UdpRecv { .. } | Step::ClosedByPeer(_) | Step::Silence(_));
+    let expected: Vec<_> = steps[index + 1..].iter().take_while(is_expectation).collect();
+    let next = index + 1 + expected.len();
+    (&steps[index], expected, next)
+}
+
+/// The connection and the close, if a federate resigns and then closes its connection.
+fn resignation<'r>(action: &Step, next: Option<&'r Step>) -> Option<(u16, &'r Step)> {
+    match (action, next) {
+        (Step::Send(Frame { connection, message, .. }), Some(close @ Step::Close(closed)))
+            if message == "RESIGN" && connection == closed =>
+        {
+            Some((*connection, close))
+        }
+        _ => None,
+    }
+}
+
+/// The connection of an expectation.
+fn of(step: &Step) -> Option<u16> {
+    match step {
+        Step::Recv(frame) => Some(frame.connection),
+        Step::ClosedByPeer(connection) => Some(*connection),
+        _ => None,
+    }
+}
+
+struct Replay<'r, R> {
+    rti: &'r mut R,
+    open: BTreeSet<u16>,
+    /// What came last on each connection where the recording masks it.
+    varying: BTreeMap<u16, Vec<u8>>,
+    /// The UDP ports of the federates.
+    ports: BTreeMap<u16, u16>,
+}
+
+impl<R: Rti> Replay<'_, R> {
+    fn act(&mut self, step: &Step) -> Result<(), String> {
+        let done = match step {
+            Step::Connect(connection) => {
+                self.open.insert(*connection);
+                self.rti.connect(*connection)
+            }
+            Step::Send(frame) => {
+                let bytes = self.filled(frame)?;
+                self.rti.send(frame.connection, &bytes)
+            }
+            Step::Close(connection) => {
+                self.open.remove(connection);
+                self.rti.close(*connection)
+            }
+            Step::UdpBind(federate) => self.rti.bind(*federate).map(|port| {
+                self.ports.insert(*federate, port);
+            }),
+            Step::UdpSend(frame) => {
+                let bytes = self.filled(frame)?;
+                self.rti.send_datagram(frame.connection, &bytes)
+            }
+            other => return Err(format!("this replay cannot do {other:?}")),
+        };
+        done.map_err(|error| format!("{step:?}: {error}"))
+    }
+
+    /// What is sent, with the proof of a federate that authenticates: over the type of its message and the RTI's nonce.
+    fn filled(&self, frame: &Frame) -> Result<Vec<u8>, String> {
+        match &frame.fill {
+            None => frame.bytes.exact().ok_or_else(|| "nothing says how to fill the masked bytes".to_owned()),
+            Some(Fill::Hmac { key }) => {
+                let message_type = frame.bytes.bytes().first().copied().flatten();
+                let nonce = self.varying.get(&frame.connection).ok_or("no nonce has come")?;
+                let proven: Vec<u8> = message_type.into_iter().chain(nonce.iter().copied()).collect();
+                Ok(frame.bytes.fill_with(hmac(key, &proven)))
+            }
+            Some(Fill::UdpPort) => {
+                let port = self.ports.get(&frame.connection).ok_or("no UDP port is open")?;
+                Ok(frame.bytes.fill_with(port.to_le_bytes()))
+            }
+            Some(other) => Err(format!("this replay cannot fill in {other:?}")),
+        }
+    }
+
+    fn check_all(&mut self, expected: &[&Step]) -> Result<(), String> {
+        for connection in self.open.clone() {
+            let own: Vec<_> = expected.iter().copied().filter(|step| of(step) == Some(connection)).collect();
+            self.check(connection, &own)?;
+        }
+        // Where each datagram comes from, its receiver sees to: whoever sends T3 there gets T4.
+        for step in expected {
+            let Step::UdpRecv { frame, .. } = step else { continue };
+            let found = self.rti.receive_datagram(frame.connection).map_err(|error| format!("{step:?}: {error}"))?;
+            if !frame.bytes.matches(&found) {
+                return Err(format!(
+                    "federate {} should get {}, but got {}",
+                    frame.connection,
+                    frame.message,
+                    hex(&found)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&mut self, connection: u16, expected: &[&Step]) -> Result<(), String> {
+        let frames: Vec<&Frame> = expected.iter().filter_map(|step| frame(step)).collect();
+        let len = frames.iter().map(|frame| frame.bytes.len()).sum();
+        let end = expected.iter().any(|step| matches!(step, Step::ClosedByPeer(_)));
+        let received =
+            self.rti.receive(connection, len, end).map_err(|error| format!("connection {connection}: {error}"))?;
+        let mut rest = &received.bytes[..];
+        for frame in frames {
+            let (found, after) = rest.split_at(rest.len().min(frame.bytes.len()));
+            if !frame.bytes.matches(found) {
+                let (message, bytes) = (&frame.message, &frame.bytes);
+                let found = hex(rest);
+                return Err(format!("connection {connection} should get {message} ({bytes}), but got {found:?}"));
+            }
+            if let Some(varying) = frame.bytes.extract(found).filter(|varying| !varying.is_empty()) {
+                self.varying.insert(connection, varying);
+            }
+            rest = after;
+        }
+        if !rest.is_empty() {
+            return Err(format!("connection {connection} got {} which nothing accounts for", hex(rest)));
+        }
+        if received.ended && !end {
+            return Err(format!("connection {connection} was closed, which nothing accounts for"));
+        }
+        if end && !received.ended {
+            return Err(format!("connection {connection} should be closed by the RTI, but is open"));
+        }
+        if end {
+            // Nothing more can come, so there is nothing more to compare.
+            self.open.remove(&connection);
+        }
+        Ok(())
+    }
+}
+
+fn frame(step: &Step) -> Option<&Frame> {
+    match step {
+        Step::Recv(frame) => Some(frame),
+        _ => None,
+    }
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |text, byte| text + &format!("{byte:02x}"))
+}

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Messages that own what they are made of, and their bytes, for tests and tools: a [`Message`] only borrows.
+
+use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag};
+
+/// What any message can be made of; each takes what it needs.
+#[derive(Clone, Debug)]
+pub struct Parts {
+    /// Which message it is.
+    pub message_type: MessageType,
+    /// Why something is refused.
+    pub code: u8,
+    /// A federate's port; in `UDP_PORT`, one of the network.
+    pub port: u16,
+    /// A federate.
+    pub federate: u16,
+    /// A tag; messages with a time take its time.
+    pub tag: Tag,
+    /// A port of the network, as addresses have it.
+    pub int: i32,
+    /// An IP address.
+    pub address: [u8; 4],
+    /// What authentication is asked to prove.
+    pub nonce: [u8; 8],
+    /// The proof.
+    pub hmac: [u8; 32],
+    /// The federation's id; the wire carries at most 255 bytes.
+    pub id: Vec<u8>,
+    /// A value.
+    pub payload: Vec<u8>,
+    /// The upstream federates, and the delays from them.
+    pub upstream: Vec<(u16, i64)>,
+    /// The downstream federates.
+    pub downstream: Vec<u16>,
+}
+
+impl Parts {
+    /// The message that these parts make.
+    pub fn message(&self) -> Message<'_> {
+        let Self { port, federate, tag, int, address, nonce, hmac, .. } = *self;
+        let (federation_id, payload) = (&self.id[..], &self.payload[..]);
+        match self.message_type {
+            MessageType::Reject => Message::Reject(RejectCode::from_byte(self.code)),
+            MessageType::FedIds => Message::FedIds { federate, federation_id },
+            MessageType::Timestamp => Message::Timestamp(tag.time),
+            MessageType::Resign => Message::Resign,
+            MessageType::TaggedMessage => Message::TaggedMessage { port, federate, tag, payload },
+            MessageType::NextEventTag => Message::NextEventTag(tag),
+            MessageType::TagGrant => Message::TagGrant(tag),
+            MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(tag),
+            MessageType::LatestTagComplete => Message::LatestTagComplete(tag),
+            MessageType::StopRequest => Message::StopRequest(tag),
+            MessageType::StopReply => Message::StopReply(tag),
+            MessageType::StopGranted => Message::StopGranted(tag),
+            MessageType::AddressQuery => Message::AddressQuery { federate },
+            MessageType::AddressQueryReply => Message::AddressQueryReply { port: int, address },
+            MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: int },
+            MessageType::P2pSendingFedId => Message::P2pSendingFedId { federate, federation_id },
+            MessageType::P2pMessage => Message::P2pMessage { port, federate, payload },
+            MessageType::P2pTaggedMessage => Message::P2pTaggedMessage { port, federate, tag, payload },
+            MessageType::T1 => Message::T1(tag.time),
+            MessageType::T3 => Message::T3 { federate },
+            MessageType::T4 => Message::T4(tag.time),
+            MessageType::CodedProbe => Message::CodedProbe(tag.time),
+            MessageType::PortAbsent => Message::PortAbsent { port, federate, tag },
+            MessageType::NeighborStructure => {
+                Message::NeighborStructure(NeighborStructure::new(&self.upstream, &self.downstream))
+            }
+            MessageType::Failed => Message::Failed,
+            MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(tag),
+            MessageType::FedNonce => Message::FedNonce { federate, nonce },
+            MessageType::RtiResponse => Message::RtiResponse { nonce, hmac },
+            MessageType::FedResponse => Message::FedResponse { hmac },
+            MessageType::UdpPort => Message::UdpPort(port),
+            MessageType::Ack => Message::Ack,
+        }
+    }
+
+    /// The bytes of that message.
+    ///
+    /// # Panics
+    /// As [`encoded`].
+    pub fn bytes(&self) -> Vec<u8> {
+        encoded(&self.message())
+    }
+}
+
+/// The bytes of a message.
+///
+/// # Panics
+/// If the wire cannot carry it, because a length is more than its field can say.
+pub fn encoded(message: &Message<'_>) -> Vec<u8> {
+    let mut bytes = vec![0; message.encoded_len()];
+    let len = message.encode(&mut bytes).expect("the wire can carry it, and there is as much room as it is long");
+    assert_eq!(len, bytes.len(), "{message:?} is as long as it says");
+    bytes
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+//! UDP: datagrams that arrive late, in another order, twice or not at all.
+
+use std::net::SocketAddrV4;
+
+use lf_runtime::platform::{NetError, SocketId};
+
+use super::socket::{Arriving, Kind};
+use super::switch::Network;
+use super::{Medium, address_of};
+
+impl<M: Medium> Network<M> {
+    /// Opens a port for datagrams; port 0 stands for one that no other socket of the participant has.
+    ///
+    /// # Errors
+    /// When the participant is no more, or has no place left.
+    pub fn bind(&mut self, owner: usize, port: u16) -> Result<SocketId, NetError> {
+        let table = &mut self.tables[owner];
+        let port = if port == 0 { table.ephemeral_port() } else { port };
+        table.insert(Kind::Datagrams { port, arriving: Arriving::default() })
+    }
+
+    /// Takes the first datagram that has come, cut to the length of the buffer; how long it is then, and who sent it.
+    ///
+    /// # Errors
+    /// When the id names no port for datagrams.
+    pub fn receive_from(
+        &mut self,
+        owner: usize,
+        id: SocketId,
+        buffer: &mut [u8],
+        now: u64,
+    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+        let Kind::Datagrams { arriving, .. } = &mut self.tables[owner].get(id)?.kind else {
+            return Err(NetError::Stale);
+        };
+        let Some((from, bytes)) = arriving.take(now) else { return Ok(None) };
+        let count = bytes.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&bytes[..count]);
+        Ok(Some((count, from)))
+    }
+
+    /// Sends a datagram; whether it comes, nobody says.
+    ///
+    /// # Errors
+    /// When the id names no port for datagrams, or nobody has the address.
+    pub fn send_to(
+        &mut self,
+        owner: usize,
+        id: SocketId,
+        to: SocketAddrV4,
+        bytes: &[u8],
+        now: u64,
+    ) -> Result<(), NetError> {
+        let Kind::Datagrams { port, .. } = self.tables[owner].get(id)?.kind else { return Err(NetError::Stale) };
+        let from = SocketAddrV4::new(address_of(owner), port);
+        let host = self.host_at(*to.ip()).ok_or(NetError::Unreachable)?;
+        for _ in 0..self.medium.copies() {
+            let at = now + self.medium.latency_ns(owner.max(host), bytes.len());
+            // Where nobody listens, nobody notices.
+            if let Some(arriving) = self.tables[host].arriving_at(to.port()) {
+                arriving.0.push((at, from, bytes.to_vec()));
+                self.medium.wake(host, at);
+            }
+        }
+        Ok(())
+    }
+}

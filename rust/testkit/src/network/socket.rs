@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The sockets of one participant.
+
+use std::collections::VecDeque;
+use std::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_runtime::platform::{Interest, NetError, SocketId};
+
+/// Datagrams on their way to a port: when each comes, from where, and what it carries.
+#[derive(Debug, Default)]
+pub(crate) struct Arriving(pub(super) Vec<(u64, SocketAddrV4, Vec<u8>)>);
+
+impl Arriving {
+    /// When the first one comes.
+    pub(crate) fn next_time(&self) -> Option<u64> {
+        self.0.iter().map(|(at, ..)| *at).min()
+    }
+
+    pub(crate) fn take(&mut self, now: u64) -> Option<(SocketAddrV4, Vec<u8>)> {
+        let first = (0..self.0.len()).min_by_key(|index| self.0[*index].0)?;
+        (self.0[first].0 <= now).then(|| self.0.swap_remove(first)).map(|(_, from, bytes)| (from, bytes))
+    }
+}
+
+/// What a socket is.
+#[derive(Debug)]
+pub(crate) enum Kind {
+    /// The outcome is known at the time; `None` for never.
+    Connecting { at: Option<u64>, outcome: Result<usize, NetError> },
+    /// One side (0 or 1) of a connection; it writes into the pipe of its own number.
+    Open { connection: usize, side: usize },
+    /// Who has come: when, the connection, and from where.
+    Listening { port: u16, waiting: VecDeque<(u64, usize, Ipv4Addr)> },
+    /// A port for datagrams.
+    Datagrams { port: u16, arriving: Arriving },
+}
+
+#[derive(Debug)]
+pub(crate) struct Socket {
+    pub(crate) kind: Kind,
+    pub(crate) interest: Interest,
+}
+
+/// The sockets of one participant.
+#[derive(Debug, Default)]
+pub(crate) struct Table {
+    /// How often each place was used, and what is there.
+    places: Vec<(u16, Option<Socket>)>,
+    /// The participant is no more.
+    pub(crate) off: bool,
+}
+
+impl Table {
+    pub(crate) fn insert(&mut self, kind: Kind) -> Result<SocketId, NetError> {
+        if self.off {
+            return Err(NetError::Unreachable);
+        }
+        let free = self.places.iter().position(|(_, place)| place.is_none()).unwrap_or_else(|| {
+            self.places.push((0, None));
+            self.places.len() - 1
+        });
+        let index = u16::try_from(free).map_err(|_| NetError::NoSocketLeft)?;
+        let (generation, place) = &mut self.places[free];
+        *place = Some(Socket { kind, interest: Interest::NONE });
+        Ok(SocketId { index, generation: *generation })
+    }
+
+    pub(crate) fn get(&mut self, id: SocketId) -> Result<&mut Socket, NetError> {
+        match self.places.get_mut(usize::from(id.index)) {
+            Some((generation, Some(socket))) if *generation == id.generation => Ok(socket),
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    /// Frees the place of a socket.
+    pub(crate) fn take(&mut self, id: SocketId) -> Option<Socket> {
+        self.get(id).ok()?;
+        let (generation, place) = &mut self.places[usize::from(id.index)];
+        *generation = generation.wrapping_add(1);
+        place.take()
+    }
+
+    /// Those who wait at this port, if somebody listens there.
+    pub(crate) fn waiting_at(&mut self, wanted: u16) -> Option<&mut VecDeque<(u64, usize, Ipv4Addr)>> {
+        self.places.iter_mut().find_map(|(_, place)| match place {
+            Some(Socket { kind: Kind::Listening { port, waiting }, .. }) if *port == wanted => Some(waiting),
+            _ => None,
+        })
+    }
+
+    /// The datagrams for this port, if somebody has it.
+    pub(crate) fn arriving_at(&mut self, wanted: u16) -> Option<&mut Arriving> {
+        self.places.iter_mut().find_map(|(_, place)| match place {
+            Some(Socket { kind: Kind::Datagrams { port, arriving }, .. }) if *port == wanted => Some(arriving),
+            _ => None,
+        })
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (SocketId, &Socket)> {
+        let ids = (0..).zip(&self.places);
+        ids.filter_map(|(index, (generation, place))| {
+            Some((SocketId { index, generation: *generation }, place.as_ref()?))
+        })
+    }
+
+    /// A port that no other socket of this participant has, since each has had its own place.
+    pub(crate) fn ephemeral_port(&self) -> u16 {
+        let free = self.places.iter().position(|(_, place)| place.is_none()).unwrap_or(self.places.len());
+        49_152 + u16::try_from(free).unwrap_or(0) % 16_384
+    }
+}

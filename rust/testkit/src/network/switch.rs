@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+//! All sockets and connections.
+
+use std::collections::VecDeque;
+use std::net::{Ipv4Addr, SocketAddrV4};
+
+use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
+
+use super::pipe::Pipe;
+use super::socket::{Kind, Socket, Table};
+use super::{Event, Medium, address_of};
+
+/// A connection: side 0 is the participant that has begun it. Each side writes into the pipe of its own number.
+#[derive(Debug)]
+struct Link {
+    pipes: [Pipe; 2],
+    owners: [usize; 2],
+    interests: [Interest; 2],
+}
+
+/// All sockets and connections of some participants. Their calls are those of
+/// [`Platform`](lf_runtime::platform::Platform), and say who calls (`owner`), and when (`now`).
+#[derive(Debug)]
+pub struct Network<M> {
+    pub(crate) medium: M,
+    links: Vec<Link>,
+    pub(crate) tables: Vec<Table>,
+}
+
+impl<M: Medium> Network<M> {
+    /// A network without participants.
+    pub fn new(medium: M) -> Self {
+        Self { medium, links: Vec::new(), tables: Vec::new() }
+    }
+
+    /// One more participant; its number. Before it listens, connections to it are refused.
+    pub fn join(&mut self) -> usize {
+        self.tables.push(Table::default());
+        self.tables.len() - 1
+    }
+
+    /// What lies between the participants.
+    pub fn medium(&self) -> &M {
+        &self.medium
+    }
+
+    /// What lies between the participants.
+    pub fn medium_mut(&mut self) -> &mut M {
+        &mut self.medium
+    }
+
+    /// The participant that has this address.
+    pub(crate) fn host_at(&self, address: Ipv4Addr) -> Option<usize> {
+        (0..self.tables.len()).find(|host| address_of(*host) == address)
+    }
+
+    /// Listens; port 0 stands for one that no other socket of the participant has.
+    ///
+    /// # Errors
+    /// When the participant is no more, or has no place left.
+    pub fn listen(&mut self, owner: usize, port: u16) -> Result<SocketId, NetError> {
+        let table = &mut self.tables[owner];
+        let port = if port == 0 { table.ephemeral_port() } else { port };
+        table.insert(Kind::Listening { port, waiting: VecDeque::new() })
+    }
+
+    /// The port of a listener or of one for datagrams.
+    ///
+    /// # Errors
+    /// When the id names neither.
+    pub fn local_port(&mut self, owner: usize, id: SocketId) -> Result<u16, NetError> {
+        match self.tables[owner].get(id)?.kind {
+            Kind::Listening { port, .. } | Kind::Datagrams { port, .. } => Ok(port),
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    /// Begins to connect. It is refused where nobody listens, and never answered where nobody is.
+    ///
+    /// # Errors
+    /// When the participant is no more, or has no place left.
+    pub fn connect(&mut self, owner: usize, to: SocketAddrV4, now: u64) -> Result<SocketId, NetError> {
+        let there = now + self.medium.latency_ns(owner, 0);
+        let at = Some(there + self.medium.latency_ns(owner, 0));
+        let number = self.links.len();
+        let Some(host) = self.host_at(*to.ip()) else {
+            return self.tables[owner].insert(Kind::Connecting { at: None, outcome: Err(NetError::Unreachable) });
+        };
+        let Some(waiting) = self.tables[host].waiting_at(to.port()) else {
+            return self.tables[owner].insert(Kind::Connecting { at, outcome: Err(NetError::Refused) });
+        };
+        let comes = waiting.back().map_or(0, |(at, ..)| *at).max(there);
+        waiting.push_back((comes, number, address_of(owner)));
+        self.medium.wake(host, comes);
+        let pipes = [Pipe::default(), Pipe::default()];
+        self.links.push(Link { pipes, owners: [owner, host], interests: [Interest::NONE; 2] });
+        self.medium.see(Event::Begun { connection: number, by: owner, to: host }, now);
+        self.tables[owner].insert(Kind::Connecting { at, outcome: Ok(number) })
+    }
+
+    /// The outcome of [`Network::connect`].
+    ///
+    /// # Errors
+    /// Why it did not connect.
+    pub fn connected(&mut self, owner: usize, id: SocketId, now: u64) -> Result<(), NetError> {
+        let socket = self.tables[owner].get(id)?;
+        match socket.kind {
+            Kind::Connecting { at: Some(at), outcome } if at <= now => {
+                socket.kind = Kind::Open { connection: outcome?, side: 0 };
+                Ok(())
+            }
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    /// Takes a connection that waits at a listener.
+    ///
+    /// # Errors
+    /// When the id names no listener, or there is no place left.
+    pub fn accept(&mut self, owner: usize, id: SocketId, now: u64) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+        let Kind::Listening { waiting, .. } = &mut self.tables[owner].get(id)?.kind else {
+            return Err(NetError::Stale);
+        };
+        let has_come = waiting.front().is_some_and(|(at, ..)| *at <= now);
+        match if has_come { waiting.pop_front() } else { None } {
+            None => Ok(None),
+            Some((_, connection, peer)) => {
+                Ok(Some((self.tables[owner].insert(Kind::Open { connection, side: 1 })?, peer)))
+            }
+        }
+    }
+
+    /// The connection of an open socket, and the side.
+    fn open(&mut self, owner: usize, id: SocketId) -> Result<(usize, usize), NetError> {
+        match self.tables[owner].get(id)?.kind {
+            Kind::Open { connection, side } => Ok((connection, side)),
+            _ => Err(NetError::Stale),
+        }
+    }
+
+    /// Reads what has come, or a part of it.
+    ///
+    /// # Errors
+    /// When the connection is broken, or the id names none.
+    pub fn read(&mut self, owner: usize, id: SocketId, target: &mut [u8], now: u64) -> Result<Transfer, NetError> {
+        let (connection, side) = self.open(owner, id)?;
+        let pipe = &self.links[connection].pipes[1 - side];
+        if pipe.is_reset(now) {
+            return Err(NetError::Reset);
+        }
+        let most = pipe.available(now).min(target.len());
+        if most == 0 {
+            return Ok(if pipe.has_ended(now) { Transfer::Closed } else { Transfer::WouldBlock });
+        }
+        let bytes = self.medium.piece(most);
+        let back = self.medium.latency_ns(self.links[connection].owners[0], 0);
+        let link = &mut self.links[connection];
+        link.pipes[1 - side].take(&mut target[..bytes]);
+        self.medium.see(Event::Read { connection, side: 1 - side, bytes }, now);
+        if link.interests[1 - side].writable {
+            // The news of the room travels back.
+            self.medium.wake(link.owners[1 - side], now + back);
+        }
+        Ok(Transfer::Bytes(bytes))
+    }
+
+    /// Writes what there is room for, or a part of it.
+    ///
+    /// # Errors
+    /// When the connection is broken or ended, or the id names none.
+    pub fn write(&mut self, owner: usize, id: SocketId, bytes: &[u8], now: u64) -> Result<Transfer, NetError> {
+        let (connection, side) = self.open(owner, id)?;
+        let link = &mut self.links[connection];
+        let beginner = link.owners[0];
+        if link.pipes[1 - side].is_reset(now) || link.pipes[side].end.is_some() {
+            return Err(NetError::Reset);
+        }
+        if link.pipes[side].deserted {
+            // The peer's system answers to what nobody reads any more by breaking the connection.
+            let at = now + self.medium.latency_ns(beginner, 0);
+            self.break_off(connection, 1 - side, at);
+            return Ok(Transfer::Bytes(bytes.len()));
+        }
+        let room = self.medium.pipe_bytes(beginner).saturating_sub(link.pipes[side].len());
+        let most = room.min(bytes.len());
+        if most == 0 {
+            self.medium.see(Event::Refused, now);
+            return Ok(Transfer::WouldBlock);
+        }
+        let bytes = &bytes[..self.medium.piece(most)];
+        let at = link.pipes[side].after_all(now + self.medium.latency_ns(beginner, bytes.len()));
+        link.pipes[side].push(at, bytes);
+        if link.interests[1 - side].readable {
+            self.medium.wake(link.owners[1 - side], at);
+        }
+        self.medium.see(Event::Written { connection, side, bytes, arrives: at }, now);
+        Ok(Transfer::Bytes(bytes.len()))
+    }
+
+    /// Who reads what this side writes learns then that the connection is broken.
+    fn break_off(&mut self, connection: usize, side: usize, at: u64) {
+        let link = &mut self.links[connection];
+        link.pipes[side].reset.get_or_insert(at);
+        self.medium.wake(link.owners[1 - side], at);
+    }
+
+    /// Who reads what this side writes learns then, or after all that was written, that no more comes.
+    fn end(&mut self, connection: usize, side: usize, at: u64) {
+        let link = &mut self.links[connection];
+        let at = link.pipes[side].after_all(at);
+        link.pipes[side].end.get_or_insert(at);
+        self.medium.wake(link.owners[1 - side], at);
+    }
+
+    /// When news of a connection that is sent now comes.
+    fn news(&mut self, connection: usize, now: u64) -> u64 {
+        now + self.medium.latency_ns(self.links[connection].owners[0], 0)
+    }
+
+    /// Closes the writing direction of a connection.
+    pub fn shut_down_writing(&mut self, owner: usize, id: SocketId, now: u64) {
+        if let Ok((connection, side)) = self.open(owner, id) {
+            let at = self.news(connection, now);
+            self.end(connection, side, at);
+        }
+    }
+
+    /// Closes a socket; a stale id is ignored.
+    pub fn close(&mut self, owner: usize, id: SocketId, now: u64) {
+        match self.tables[owner].take(id).map(|socket| socket.kind) {
+            Some(Kind::Open { connection, side }) => {
+                self.desert(connection, side, now);
+            }
+            Some(Kind::Connecting { outcome: Ok(connection), .. }) => self.desert(connection, 0, now),
+            Some(Kind::Listening { waiting, .. }) => {
+                for (_, connection, _) in waiting {
+                    let at = self.news(connection, now);
+                    self.break_off(connection, 1, at);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// One side has closed its socket: the other sees the end, or a broken connection if something was unread.
+    fn desert(&mut self, connection: usize, side: usize, now: u64) {
+        let at = self.news(connection, now);
+        let link = &mut self.links[connection];
+        link.interests[side] = Interest::NONE;
+        link.pipes[1 - side].deserted = true;
+        let writer = link.owners[1 - side];
+        if link.pipes[1 - side].len() > 0 {
+            self.break_off(connection, side, at);
+        } else {
+            self.end(connection, side, at);
+        }
+        self.medium.wake(writer, at);
+    }
+
+    fn sockets_of(&self, owner: usize) -> Vec<SocketId> {
+        self.tables[owner].iter().map(|(id, _)| id).collect()
+    }
+
+    /// The participant is no more: its system closes its sockets, and refuses connections.
+    pub fn switch_off(&mut self, owner: usize, now: u64) {
+        for id in self.sockets_of(owner) {
+            self.close(owner, id, now);
+        }
+        self.tables[owner].off = true;
+    }
+
+    /// All connections of a participant break, for both sides.
+    pub fn break_all(&mut self, owner: usize, now: u64) {
+        for id in self.sockets_of(owner) {
+            if let Ok((connection, _)) = self.open(owner, id) {
+                self.break_off(connection, 0, now);
+                self.break_off(connection, 1, now);
+            }
+        }
+    }
+
+    /// Says what a participant waits for on a socket; a stale id is ignored.
+    pub fn set_interest(&mut self, owner: usize, id: SocketId, interest: Interest) {
+        let Ok(socket) = self.tables[owner].get(id) else { return };
+        socket.interest = interest;
+        if let Kind::Open { connection, side } = socket.kind {
+            self.links[connection].interests[side] = interest;
+        }
+    }
+
+    /// When a socket first is readable, when writable, and when broken.
+    fn times(&self, kind: &Kind) -> (Option<u64>, Option<u64>, Option<u64>) {
+        match kind {
+            Kind::Connecting { at, .. } => (None, *at, None),
+            Kind::Listening { waiting, .. } => (waiting.front().map(|(at, ..)| *at), None, None),
+            Kind::Datagrams { arriving, .. } => (arriving.next_time(), None, None),
+            Kind::Open { connection, side } => {
+                let link = &self.links[*connection];
+                let (incoming, outgoing) = (&link.pipes[1 - side], &link.pipes[*side]);
+                let room = outgoing.deserted || outgoing.len() < self.medium.pipe_bytes(link.owners[0]);
+                (incoming.next_time(), room.then_some(0), incoming.reset)
+            }
+        }
+    }
+
+    /// The sockets of a participant that are waited for.
+    fn awaited(&self, owner: usize) -> impl Iterator<Item = (SocketId, &Socket)> {
+        self.tables[owner].iter().filter(|(_, socket)| socket.interest != Interest::NONE)
+    }
+
+    /// Reports the sockets of a participant that are as their interest says.
+    pub fn ready(&self, owner: usize, now: u64, mut report: impl FnMut(SocketId, Interest)) {
+        for (id, Socket { kind, interest }) in self.awaited(owner) {
+            let (readable, writable, broken) = self.times(kind);
+            let due = |at: Option<u64>| at.is_some_and(|at| at <= now);
+            let broken = due(broken);
+            let is = Interest {
+                readable: (interest.readable && due(readable)) || broken,
+                writable: (interest.writable && due(writable)) || broken,
+            };
+            if is != Interest::NONE {
+                report(id, is);
+            }
+        }
+    }
+
+    /// When the first socket of a participant is as its interest says.
+    pub fn next_ready(&self, owner: usize) -> Option<u64> {
+        let times = self.awaited(owner).flat_map(|(_, Socket { kind, interest })| {
+            let (readable, writable, broken) = self.times(kind);
+            [readable.filter(|_| interest.readable), writable.filter(|_| interest.writable), broken]
+        });
+        times.flatten().min()
+    }
+}
