@@ -35,12 +35,13 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
         return None;
     }
     let language = languages::named(&target.language)?;
-    let (classes, main) = resolve::check(&program, language, diagnostics);
+    let expanded = resolve::expand(&program, language, diagnostics);
+    let (classes, main) = resolve::check(&program, &expanded, language, diagnostics);
     let main = main?;
     if diagnostics.has_errors() {
         return None;
     }
-    let tree = instances::build(&classes, main, diagnostics)?;
+    let tree = instances::build(&classes, main, language, diagnostics)?;
     let parts = federates::cut(&tree, &classes, diagnostics);
     analysis::analyse(&program, &classes, &tree, &parts, language, target, diagnostics)
 }

@@ -36,13 +36,20 @@ pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnost
     }
     check_federated(class, diagnostics);
     let mut parts = Vec::new();
-    for (child, top) in class.children.iter().zip(&root.children) {
+    for (child, members) in class.children.iter().zip(&root.children) {
         let host = child.ast.host.as_ref();
         if let Some(host) = host {
             check_host(host, diagnostics);
         }
         let host = host.map(|host| host.address.clone());
-        parts.push(Part { name: child.ast.name.text.clone(), top: *top, host });
+        for top in members {
+            // A member of a bank has the name that it has in LF.
+            let name = match tree.instances[*top].bank_index {
+                Some(index) => format!("{}__{index}", child.ast.name.text),
+                None => child.ast.name.text.clone(),
+            };
+            parts.push(Part { name, top: *top, host: host.clone() });
+        }
     }
     let mut of: Vec<Option<usize>> = Vec::new();
     for (position, instance) in tree.instances.iter().enumerate() {

@@ -1,29 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The tree of instances, with the time parameters worked out.
+//! The tree of instances: each member of a bank, with the parameters that are times or numbers worked out, and the
+//! widths of ports.
 //!
 //! Other parameters stay as they are written: the target language evaluates them when the program starts.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::languages::Language;
+use crate::plan::BANK_INDEX;
 use crate::resolve::{Class, ClassId};
-use crate::syntax::ast::{Expression, ExpressionKind};
+use crate::syntax::ast::{Expression, ExpressionKind, Instantiation, Literal, Width, WidthTerm};
 use crate::syntax::literal_ns;
 
 /// How many instances a program may have.
 const INSTANCES_MAX: usize = 10_000;
 
+/// How many channels a port may have, and how many members a bank: the tables number them in 16 bits.
+const WIDTH_MAX: i64 = u16::MAX as i64;
+
 /// An instance of a reactor.
 #[derive(Debug)]
 pub(crate) struct Instance {
-    /// Names from below the main reactor, joined by `.`; the main reactor's own name for the first.
+    /// Names from below the main reactor, joined by `.`; the main reactor's own name for the first. A member of a bank
+    /// has its number behind its name: `sensors[2]`.
     pub(crate) path: String,
     pub(crate) class: ClassId,
     pub(crate) parent: Option<usize>,
     /// Which of the children of the parent's class it is.
     pub(crate) child: Option<usize>,
-    /// The positions of the contained instances, in the order of the class.
-    pub(crate) children: Vec<usize>,
-    /// The time parameters that are known, in nanoseconds, in the order of the class.
-    times: Vec<Option<i64>>,
+    /// Which member of a bank it is.
+    pub(crate) bank_index: Option<usize>,
+    /// Per child of the class: the position of the instance, or those of a bank's members.
+    pub(crate) children: Vec<Vec<usize>>,
+    /// Per port of the class: how many channels it has; nothing for one that is no multiport.
+    pub(crate) widths: Vec<Option<usize>>,
+    /// The parameters that are known, in the order of the class; times in nanoseconds.
+    numbers: Vec<Option<i64>>,
     pub(crate) span: Span,
 }
 
@@ -33,62 +44,165 @@ pub(crate) struct Tree {
     pub(crate) instances: Vec<Instance>,
 }
 
+/// What is to be added to the tree.
+struct Next {
+    parent: Option<usize>,
+    child: Option<usize>,
+    bank_index: Option<usize>,
+    class: ClassId,
+}
+
 /// Builds the tree below the main reactor. The classes must not contain each other in a cycle.
-pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Tree> {
-    let mut tree = Tree { instances: Vec::new() };
-    // What is to be added next stands last: parent, and which child it is.
-    let mut open: Vec<(Option<usize>, Option<usize>, ClassId)> = vec![(None, None, main)];
-    while let Some((parent, child, class)) = open.pop() {
-        if tree.instances.len() == INSTANCES_MAX {
+pub(crate) fn build(
+    classes: &[Class<'_>],
+    main: ClassId,
+    language: &'static dyn Language,
+    diagnostics: &mut Diagnostics,
+) -> Option<Tree> {
+    let mut work = Builder { classes, language, diagnostics, tree: Tree { instances: Vec::new() } };
+    // What is to be added next stands last.
+    let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
+    while let Some(next) = open.pop() {
+        if work.tree.instances.len() >= INSTANCES_MAX {
             let message = format!("this program has more than {INSTANCES_MAX} instances of reactors");
-            diagnostics.push(Diagnostic::new(Code::TooLarge, classes[main.0].ast.span(), message));
+            work.diagnostics.push(Diagnostic::new(Code::TooLarge, classes[main.0].ast.span(), message));
             return None;
         }
-        let position = tree.instances.len();
-        let instance = tree.instance(parent, child, class, classes);
-        tree.instances.push(instance);
-        if let Some(parent) = parent {
-            tree.instances[parent].children.push(position);
+        let (position, class) = (work.tree.instances.len(), next.class);
+        let instance = work.instance(&next);
+        work.tree.instances.push(instance);
+        if let (Some(parent), Some(child)) = (next.parent, next.child) {
+            work.tree.instances[parent].children[child].push(position);
         }
-        for (index, contained) in classes[class.0].children.iter().enumerate().rev() {
-            if let Some(class) = contained.class {
-                open.push((Some(position), Some(index), class));
+        let mut contained = Vec::new();
+        for (index, child) in classes[class.0].children.iter().enumerate() {
+            let Some(class) = child.class else { continue };
+            let count = child.ast.width.as_ref().map(|width| work.width(position, width).unwrap_or_default());
+            let members = count.map_or(vec![None], |count| (0..count).map(Some).collect());
+            contained.extend(members.into_iter().map(|bank_index| Next {
+                parent: Some(position),
+                child: Some(index),
+                bank_index,
+                class,
+            }));
+            if open.len() + contained.len() > INSTANCES_MAX {
+                break;
             }
         }
+        open.extend(contained.into_iter().rev());
     }
-    Some(tree)
+    let tree = work.tree;
+    (!diagnostics.has_errors()).then_some(tree)
+}
+
+struct Builder<'a> {
+    classes: &'a [Class<'a>],
+    language: &'static dyn Language,
+    diagnostics: &'a mut Diagnostics,
+    tree: Tree,
+}
+
+impl Builder<'_> {
+    fn instance(&mut self, next: &Next) -> Instance {
+        let declared = &self.classes[next.class.0];
+        let container = next.parent.map(|parent| &self.tree.instances[parent]);
+        let child =
+            container.zip(next.child).map(|(container, child)| &self.classes[container.class.0].children[child]);
+        let named = |instantiation: &Instantiation| match next.bank_index {
+            Some(index) => format!("{}[{index}]", instantiation.name.text),
+            None => instantiation.name.text.clone(),
+        };
+        let (path, span) = match (container, child) {
+            (Some(container), Some(child)) if container.parent.is_some() => {
+                (format!("{}.{}", container.path, named(child.ast)), child.ast.name.span)
+            }
+            (_, Some(child)) => (named(child.ast), child.ast.name.span),
+            _ => (declared.name.clone(), declared.ast.span()),
+        };
+        let mut numbers: Vec<Option<i64>> = Vec::new();
+        for (index, parameter) in declared.parameters.iter().enumerate() {
+            let given = child.and_then(|child| child.arguments.get(index).copied().flatten());
+            let member = next.bank_index.filter(|_| parameter.name.text == BANK_INDEX).map(as_number);
+            let number = match (given, member, parameter.default, container) {
+                (Some(value), _, _, Some(container)) => {
+                    let scope = Scope { class: &self.classes[container.class.0], numbers: &container.numbers };
+                    scope.number(value, next.bank_index, self.language)
+                }
+                (None, Some(member), _, _) => Some(member),
+                (None, None, Some(value), _) => {
+                    Scope { class: declared, numbers: &numbers }.number(value, None, self.language)
+                }
+                _ => None,
+            };
+            numbers.push(number);
+        }
+        let mut instance = Instance {
+            path,
+            class: next.class,
+            parent: next.parent,
+            child: next.child,
+            bank_index: next.bank_index,
+            children: vec![Vec::new(); declared.children.len()],
+            widths: Vec::new(),
+            numbers,
+            span,
+        };
+        for port in &declared.ports {
+            let width = port.width.map(|width| self.sum(&instance, width).unwrap_or_default());
+            instance.widths.push(width);
+        }
+        instance
+    }
+
+    /// The width of a bank in an instance.
+    fn width(&mut self, instance: usize, width: &Width) -> Option<usize> {
+        // It goes back to where it is.
+        let instances = std::mem::take(&mut self.tree.instances);
+        let sum = self.sum(&instances[instance], width);
+        self.tree.instances = instances;
+        sum
+    }
+
+    /// A width in the scope of an instance; reports one that is not known, or too large.
+    fn sum(&mut self, instance: &Instance, width: &Width) -> Option<usize> {
+        let class = &self.classes[instance.class.0];
+        let scope = Scope { class, numbers: &instance.numbers };
+        let mut sum = 0_i64;
+        for term in &width.terms {
+            let (known, span) = match term {
+                WidthTerm::Value(value) => (scope.number(value, None, self.language), value.span),
+                WidthTerm::WidthOf(port) => {
+                    let own = class.ports.iter().position(|own| own.name.text == port.name.text);
+                    let own = own.filter(|_| port.container.is_none());
+                    let known = own.and_then(|own| instance.widths.get(own).copied());
+                    (known.map(|width| as_number(width.unwrap_or(1))), port.span)
+                }
+            };
+            let Some(known) = known else {
+                let message = format!("this width is not known when the program is compiled (in `{}`)", instance.path);
+                let hint = "a width is a number, a parameter with one, arithmetic of them as code, or `widthof` of a \
+                            port of this reactor that is declared before it";
+                self.diagnostics.push(Diagnostic::new(Code::BadWidth, span, message).hint(hint));
+                return None;
+            };
+            sum = sum.saturating_add(known);
+        }
+        if !(0..=WIDTH_MAX).contains(&sum) {
+            let message = format!("this width is {sum} in `{}`, and has to be one of 0 to {WIDTH_MAX}", instance.path);
+            self.diagnostics.push(Diagnostic::new(Code::BadWidth, width.span, message));
+        }
+        usize::try_from(sum).ok().filter(|_| sum <= WIDTH_MAX)
+    }
+}
+
+fn as_number(index: usize) -> i64 {
+    i64::try_from(index).unwrap_or(i64::MAX)
 }
 
 impl Tree {
-    fn instance(&self, parent: Option<usize>, child: Option<usize>, class: ClassId, classes: &[Class<'_>]) -> Instance {
-        let declared = &classes[class.0];
-        let container = parent.map(|parent| &self.instances[parent]);
-        let instantiation = container.zip(child).map(|(container, child)| &classes[container.class.0].children[child]);
-        let (path, span) = match (container, instantiation) {
-            (Some(container), Some(child)) if container.parent.is_some() => {
-                (format!("{}.{}", container.path, child.ast.name.text), child.ast.name.span)
-            }
-            (_, Some(child)) => (child.ast.name.text.clone(), child.ast.name.span),
-            _ => (declared.name.clone(), declared.ast.span()),
-        };
-        let mut times: Vec<Option<i64>> = Vec::new();
-        for (index, parameter) in declared.parameters.iter().enumerate() {
-            let given = instantiation.and_then(|child| child.arguments.get(index).copied().flatten());
-            let time = match (parameter.is_time, given, parameter.default, container) {
-                (true, Some(value), _, Some(container)) => {
-                    evaluate(value, &classes[container.class.0], &container.times)
-                }
-                (true, None, Some(value), _) => evaluate(value, declared, &times),
-                _ => None,
-            };
-            times.push(time);
-        }
-        Instance { path, class, parent, child, children: Vec::new(), times, span }
-    }
-
     /// The nanoseconds of a parameter of an instance, if they are known.
     pub(crate) fn parameter(&self, instance: usize, parameter: usize) -> Option<i64> {
-        self.instances[instance].times.get(parameter).copied().flatten()
+        self.instances[instance].numbers.get(parameter).copied().flatten()
     }
 
     /// The nanoseconds of a value in the scope of an instance; reports a value that is not known at build time.
@@ -100,7 +214,7 @@ impl Tree {
         diagnostics: &mut Diagnostics,
     ) -> Option<i64> {
         let instance = &self.instances[instance];
-        let time = evaluate(value, &classes[instance.class.0], &instance.times);
+        let time = Scope { class: &classes[instance.class.0], numbers: &instance.numbers }.time(value);
         if time.is_none() {
             let message = format!("this time is not known when the program is compiled (in `{}`)", instance.path);
             let hint = "its parameter is given as code somewhere; write a time there, like `10 ms`";
@@ -110,13 +224,38 @@ impl Tree {
     }
 }
 
-/// The nanoseconds of a value, given those of the parameters in its scope.
-fn evaluate(value: &Expression, class: &Class<'_>, times: &[Option<i64>]) -> Option<i64> {
-    match &value.kind {
-        ExpressionKind::Name(name) => {
-            let position = class.parameters.iter().position(|parameter| parameter.name.text == *name)?;
-            times.get(position).copied().flatten()
+/// The parameters that a value can name, as far as they are known.
+struct Scope<'a> {
+    class: &'a Class<'a>,
+    numbers: &'a [Option<i64>],
+}
+
+impl Scope<'_> {
+    fn parameter(&self, name: &str) -> Option<i64> {
+        let position = self.class.parameters.iter().position(|parameter| parameter.name.text == name)?;
+        self.numbers.get(position).copied().flatten()
+    }
+
+    fn time(&self, value: &Expression) -> Option<i64> {
+        match &value.kind {
+            ExpressionKind::Name(name) => self.parameter(name),
+            _ => literal_ns(value),
         }
-        _ => literal_ns(value),
+    }
+
+    /// A time or an integer. In what is given to a member of a bank, `bank_index` is its number, unless the container
+    /// has such a parameter.
+    fn number(&self, value: &Expression, bank_index: Option<usize>, language: &dyn Language) -> Option<i64> {
+        let named = |name: &str| {
+            let own = self.class.parameters.iter().any(|parameter| parameter.name.text == name);
+            let member = bank_index.filter(|_| name == BANK_INDEX && !own);
+            member.map(as_number).or_else(|| self.parameter(name))
+        };
+        match &value.kind {
+            ExpressionKind::Name(name) => named(name),
+            ExpressionKind::Literal(Literal::Int(digits)) => digits.parse().ok(),
+            ExpressionKind::Code(code) => language.integer(&code.text, &named),
+            _ => literal_ns(value),
+        }
     }
 }

@@ -8,7 +8,7 @@
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
 
-use crate::plan::{self, Argument, Federate, Plan, SpacingPolicy, Type};
+use crate::plan::{self, Federate, Plan, SpacingPolicy, Type};
 
 /// The tables of a federate: rows in the order of their ids.
 #[derive(Clone, Debug)]
@@ -283,7 +283,7 @@ fn input_row<'p>(plan: &Plan, federate: &Federate, input: &'p plan::NetworkInput
 fn readers(federate: &Federate, port: plan::PortIndex) -> Vec<ReactionId> {
     let triggered = &federate.ports[port.0].reactions;
     let reads = |reaction: &plan::ScheduledReaction| match &reaction.kind {
-        plan::ReactionKind::Body { arguments, .. } => arguments.contains(&Argument::Port(port)),
+        plan::ReactionKind::Body { arguments, .. } => arguments.iter().any(|argument| argument.ports().contains(&port)),
         plan::ReactionKind::Send(_) => false,
     };
     let all = federate.reactions.iter().enumerate().filter(|(_, reaction)| reads(reaction));

@@ -39,12 +39,18 @@ const MEMBERS: &[(&str, &str)] = &[
     ("several connections at once, broadcasts", "(x)+ -> a.x, b.x"),
     ("connections with a delay", "a.y -> b.x after 10 ms"),
     ("physical connections", "a.y ~> b.x"),
+    ("multiports", "input[3] channels: i32  output[2] more: i32"),
+    ("banks of reactors", "bank = new[3] Child()  (x)+ -> bank.x"),
+    ("`interleaved`", "output[2] out: i32  bank = new[2] Child()  interleaved(bank.y) -> out"),
+    ("methods", "const method twice(x: i32): i32 {= x * 2 =}"),
     ("how many events a queue holds (ours)", "@capacity(16) logical action again: u32"),
 ];
 
 /// The same of files.
 const FILES: &[(&str, &str)] = &[
     ("parameters of reactors", "reactor Sensor(period: time = 10 ms, unit: usize = 0) { … }"),
+    ("inheritance", "reactor Base { input x: i32 }  reactor Derived extends Base { reaction(x) {= … =} }"),
+    ("type parameters", "reactor Box<T> { input x: T }  reactor User { numbers = new Box<u32>() }"),
     ("imports from files", "import Sensor from \"lib/Sensor.lf\""),
     ("programs of one reactor", "main reactor { … }"),
 ];
@@ -56,6 +62,7 @@ const FEDERATIONS: &[(&str, &str)] = &[
         "cycles of federates without delay",
         "federated reactor { a = new Child()  b = new Child()  a.y, b.y -> b.x, a.x }",
     ),
+    ("banks of federates", "federated reactor { members = new[3] Child() }"),
     ("where the RTI is", "federated reactor at 10.0.0.1:15045 { a = new Child() }"),
 ];
 

@@ -95,3 +95,18 @@ fn queues_follow_waits_up_to_a_limit_and_what_is_beyond_is_said() {
 fn federates_that_wait_for_each_other_for_ever_are_named() {
     check("endless_waits");
 }
+
+#[test]
+fn multiports_and_banks_are_as_wide_as_their_parameters_say() {
+    check("banks");
+}
+
+#[test]
+fn each_member_of_a_bank_in_a_federated_reactor_is_a_federate() {
+    check("banks_of_federates");
+}
+
+#[test]
+fn reactors_have_what_they_inherit_and_types_in_place_of_type_parameters() {
+    check("inherited");
+}

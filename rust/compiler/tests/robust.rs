@@ -64,14 +64,15 @@ fn check_reactions(plan: &Plan, federate: &Federate) {
                 let declared = &class.reactions[number - 1];
                 assert_eq!(declared.parameters.len(), arguments.len());
                 for (parameter, argument) in declared.parameters.iter().zip(arguments) {
-                    match argument {
-                        Argument::Trigger(trigger) => assert!(trigger.0 < federate.triggers.len()),
-                        Argument::Port(port) if parameter.effect => {
+                    if let Argument::Trigger(trigger) = argument {
+                        assert!(trigger.0 < federate.triggers.len());
+                    }
+                    for port in argument.ports() {
+                        if parameter.effect {
                             written[port.0] = written[port.0].max(Some(reaction.level));
                             let readers = &federate.ports[port.0].reactions;
                             assert!(readers.iter().all(|reader| reader.0 > position), "written before it is read");
-                        }
-                        Argument::Port(port) => {
+                        } else {
                             assert!(written[port.0].is_none_or(|writer| writer < reaction.level));
                         }
                     }

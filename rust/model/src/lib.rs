@@ -33,6 +33,7 @@ mod env;
 mod error;
 mod events;
 mod macros;
+mod multiport;
 mod outside;
 mod payload;
 mod physical;
@@ -54,6 +55,7 @@ pub use env::{Env, Outgoing, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
 #[doc(hidden)]
 pub use macros::__private;
+pub use multiport::{Multiport, MultiportMut};
 pub use outside::{Mailbox, Outside};
 pub use payload::{FixedPayload, Payload, PayloadError};
 pub use physical::{
@@ -80,8 +82,8 @@ pub mod prelude {
 
     pub use crate::Offset::{After, Asap};
     pub use crate::{
-        EventTag, FixedPayload, Instant, LogicalAction, Offset, Payload, PhysicalAction, PhysicalActionRef,
-        PhysicalLink, Port, ReactionContext, Timer,
+        EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,
+        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer,
     };
     pub use crate::{after, assert_tag_is, delay, payload, tag};
 }

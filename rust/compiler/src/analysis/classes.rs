@@ -7,7 +7,7 @@ use crate::diagnostics::{SourceMap, Span};
 use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
-use crate::resolve::{Class, ClassId, Variable, signature};
+use crate::resolve::{Class, ClassId, Method, Variable, signature};
 use crate::syntax::{ast, literal_ns};
 
 /// Turns spans into locations.
@@ -99,6 +99,7 @@ fn class(
             ast::Direction::Output => plan::PortDirection::Output,
         },
         ty: places.ty(&port.ty, port.ty_span),
+        is_wide: port.width.is_some(),
         at: places.at(port.name.span),
     });
     let actions = class.actions.iter().map(|action| plan::ActionDeclaration {
@@ -116,6 +117,9 @@ fn class(
         name: class.name.clone(),
         at: places.at(class.ast.span()),
         docs: class.ast.docs.clone(),
+        types: class.types.iter().map(|it| (it.name.clone(), places.ty(&it.ty, it.span))).collect(),
+        files: class.files.iter().map(|file| plan::FileIndex(*file)).collect(),
+        users: class.users.iter().filter_map(|user| index.get(user).copied()).collect(),
         preambles: body.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
         parameters: parameters.collect(),
         state: state.collect(),
@@ -123,7 +127,19 @@ fn class(
         actions: actions.collect(),
         timers: timers.collect(),
         children: children(class, classes, index, places),
+        methods: class.methods.iter().map(|method| self::method(method, places)).collect(),
         reactions: reactions(class, classes, places),
+    }
+}
+
+fn method(method: &Method<'_>, places: &Places<'_>) -> plan::Method {
+    plan::Method {
+        name: method.ast.name.text.clone(),
+        constant: method.ast.constant,
+        arguments: method.arguments.iter().map(|(name, ty, span)| (name.clone(), places.ty(ty, *span))).collect(),
+        ty: method.ty.as_ref().map(|(ty, span)| places.ty(ty, *span)),
+        body: places.code(&method.ast.code),
+        at: places.at(method.ast.name.span),
     }
 }
 
@@ -147,6 +163,7 @@ fn children(
             name: child.ast.name.text.clone(),
             class: class_index,
             arguments: arguments.collect(),
+            is_bank: child.ast.width.is_some(),
             at: places.at(child.ast.name.span),
         });
     }
@@ -205,8 +222,10 @@ fn variable_kind(
             }
         }
         Variable::Port(port) => {
+            let is_wide = class.is_wide(port, classes);
             let port = class.port(port, classes)?;
-            plan::VariableKind::Port { ty: places.ty(&port.ty, port.ty_span) }
+            let ty = places.ty(&port.ty, port.ty_span);
+            if is_wide { plan::VariableKind::Multiport { ty } } else { plan::VariableKind::Port { ty } }
         }
     })
 }

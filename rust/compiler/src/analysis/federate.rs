@@ -49,7 +49,16 @@ impl Builder<'_> {
             let arguments = reaction.parameters.iter().filter_map(|parameter| {
                 Some(match parameter.variable {
                     Variable::Startup | Variable::Shutdown => return None,
-                    Variable::Port(port) => Argument::Port(self.port(graph.node(tree, step.instance, port))),
+                    Variable::Port(port) => {
+                        let nodes = graph.nodes(tree, step.instance, port);
+                        let ports = nodes.into_iter().map(|node| self.port(node));
+                        let class = &classes[tree.instances[step.instance].class.0];
+                        if class.is_wide(port, classes) {
+                            Argument::Ports(ports.collect())
+                        } else {
+                            Argument::Port(ports.last()?)
+                        }
+                    }
                     Variable::Timer(timer) => Argument::Trigger(self.sources[&Source::Timer(step.instance, timer)]),
                     Variable::Action(action) => Argument::Trigger(self.sources[&Source::Action(step.instance, action)]),
                 })
@@ -105,13 +114,18 @@ impl Builder<'_> {
                     let class = self.class_of(*instance);
                     let declared = &described.classes[described.index[&class].0].reactions[*reaction - 1];
                     for (parameter, argument) in declared.parameters.iter().zip(arguments) {
-                        let list = match argument {
-                            Argument::Port(port) => &mut ports[port.0].reactions,
-                            Argument::Trigger(trigger) => &mut self.triggers[trigger.0].reactions,
-                        };
-                        if parameter.triggers && list.last() != Some(&index) {
-                            list.push(index);
+                        if !parameter.triggers {
+                            continue;
                         }
+                        let add = |list: &mut Vec<ReactionIndex>| {
+                            if list.last() != Some(&index) {
+                                list.push(index);
+                            }
+                        };
+                        if let Argument::Trigger(trigger) = argument {
+                            add(&mut self.triggers[trigger.0].reactions);
+                        }
+                        argument.ports().iter().for_each(|port| add(&mut ports[port.0].reactions));
                     }
                     self.join_ends(class, *reaction, index);
                 }
@@ -160,6 +174,7 @@ impl Builder<'_> {
                 class: described.index[&instance.class],
                 parent: instance.parent.and_then(|parent| self.instances.get(&parent).copied()),
                 child: instance.child,
+                bank_index: instance.bank_index,
                 at: places.at(instance.span),
             });
         }

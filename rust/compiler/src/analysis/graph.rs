@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The ports and reactions of all instances, and how they are joined.
 
+use core::ops::Range;
+use std::collections::BTreeSet;
+
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
-use crate::resolve::{Class, PortRef, Variable};
+use crate::languages::Language;
+use crate::resolve::{Class, Connection, End, PortRef, Variable, type_mismatch};
 
-/// A port of an instance, by its number in the whole program.
+/// A port of an instance, or a channel of a multiport, by its number in the whole program.
 pub(super) type Node = usize;
 
 /// A reaction of an instance.
@@ -53,13 +57,18 @@ impl Link {
     }
 }
 
+/// How many ports and channels a program may have.
+const PORTS_MAX: usize = 1_000_000;
+
 /// All ports, connections and reactions of a program.
 #[derive(Debug)]
 pub(super) struct Graph {
-    /// The number of the first port of each instance.
-    base: Vec<usize>,
+    /// The number of each port of each instance, or that of its first channel.
+    first: Vec<Vec<Node>>,
     /// The instance of each port.
     pub(super) instance: Vec<usize>,
+    /// The position of each port in its class, and the channel of a multiport.
+    declared: Vec<(usize, Option<usize>)>,
     /// All connections, in the order of the text within each container.
     pub(super) links: Vec<Link>,
     /// The connection into each port.
@@ -80,11 +89,13 @@ impl Graph {
         classes: &[Class<'_>],
         tree: &Tree,
         parts: &Parts,
+        language: &dyn Language,
         diagnostics: &mut Diagnostics,
     ) -> Option<Self> {
         let mut graph = Self {
-            base: Vec::new(),
+            first: Vec::new(),
             instance: Vec::new(),
+            declared: Vec::new(),
             links: Vec::new(),
             into: Vec::new(),
             root: Vec::new(),
@@ -93,36 +104,80 @@ impl Graph {
             readers: Vec::new(),
         };
         for (position, instance) in tree.instances.iter().enumerate() {
-            graph.base.push(graph.instance.len());
-            graph.instance.extend(classes[instance.class.0].ports.iter().map(|_| position));
+            let mut first = Vec::new();
+            for (port, width) in instance.widths.iter().enumerate() {
+                first.push(graph.instance.len());
+                let channels = width.map_or(vec![None], |width| (0..width).map(Some).collect());
+                graph.instance.extend(channels.iter().map(|_| position));
+                graph.declared.extend(channels.iter().map(|channel| (port, *channel)));
+            }
+            graph.first.push(first);
         }
-        graph.link(classes, tree, parts, diagnostics);
+        if graph.instance.len() > PORTS_MAX {
+            let message = format!("this program has more than {PORTS_MAX} ports and channels of ports");
+            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
+            return None;
+        }
+        graph.link(classes, tree, parts, language, diagnostics);
         graph.alias(classes, tree, diagnostics)?;
         graph.place_reactions(classes, tree);
         Some(graph)
     }
 
-    /// The port that a reactor's reference means in an instance of it.
-    pub(super) fn node(&self, tree: &Tree, instance: usize, port: PortRef) -> Node {
+    /// The ports that a reactor's reference means in an instance of it: each channel of a multiport, for each member of
+    /// a bank.
+    pub(super) fn nodes(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Node> {
+        self.members(tree, instance, port).into_iter().flatten().collect()
+    }
+
+    /// The same, apart for each member of a bank.
+    fn members(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Range<Node>> {
+        let channels = |instance: usize, port: usize| {
+            let first = self.first[instance][port];
+            first..first + tree.instances[instance].widths[port].unwrap_or(1)
+        };
         match port {
-            PortRef::Own(port) => self.base[instance] + port,
-            PortRef::Child(child, port) => self.base[tree.instances[instance].children[child]] + port,
+            PortRef::Own(port) => vec![channels(instance, port)],
+            PortRef::Child(child, port) => {
+                tree.instances[instance].children[child].iter().map(|member| channels(*member, port)).collect()
+            }
         }
+    }
+
+    /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
+    fn channels(&self, tree: &Tree, instance: usize, end: &End<'_>) -> Vec<Node> {
+        let members = self.members(tree, instance, end.port);
+        if !end.ast.interleaved {
+            return members.into_iter().flatten().collect();
+        }
+        let widest = members.iter().map(Range::len).max().unwrap_or_default();
+        let channel = |channel: usize| members.iter().filter_map(move |member| member.clone().nth(channel));
+        (0..widest).flat_map(channel).collect()
     }
 
     /// The position of a port in its class.
     pub(super) fn port_of(&self, node: Node) -> usize {
-        node - self.base[self.instance[node]]
+        self.declared[node].0
     }
 
-    /// The path of a port: `unit_a.sensor.voltage`.
+    /// The path of a port: `unit_a.sensor.voltage`, or `unit_a.voltages[1]` for a channel.
     pub(super) fn path(&self, node: Node, tree: &Tree, classes: &[Class<'_>]) -> String {
         let instance = &tree.instances[self.instance[node]];
         let name = &classes[instance.class.0].ports[self.port_of(node)].name.text;
-        format!("{}.{name}", instance.path)
+        match self.declared[node].1 {
+            Some(channel) => format!("{}.{name}[{channel}]", instance.path),
+            None => format!("{}.{name}", instance.path),
+        }
     }
 
-    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts, diagnostics: &mut Diagnostics) {
+    fn link(
+        &mut self,
+        classes: &[Class<'_>],
+        tree: &Tree,
+        parts: &Parts,
+        language: &dyn Language,
+        diagnostics: &mut Diagnostics,
+    ) {
         self.into = vec![None; self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
             for connection in &classes[instance.class.0].connections {
@@ -131,16 +186,63 @@ impl Graph {
                 let delay = connection.after.map(&mut known);
                 let max_wait = connection.max_wait.map(|wait| known(wait.value));
                 let absent_after = connection.absent_after.map(|wait| known(wait.value));
-                let from = self.node(tree, position, connection.from);
-                let to = self.node(tree, position, connection.to);
-                let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
-                self.into[to] = Some(self.links.len());
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
-                let link = Link { from, to, delay, physical, capacity, network, max_wait, absent_after, span };
-                self.links.push(link);
+                for (from, to) in self.pairs(connection, position, classes, tree, language, diagnostics) {
+                    let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
+                    self.into[to] = Some(self.links.len());
+                    let link = Link { from, to, delay, physical, capacity, network, max_wait, absent_after, span };
+                    self.links.push(link);
+                }
             }
         }
+    }
+
+    /// Which port is connected to which; says where channels are left over, and where types differ.
+    fn pairs(
+        &self,
+        connection: &Connection<'_>,
+        position: usize,
+        classes: &[Class<'_>],
+        tree: &Tree,
+        language: &dyn Language,
+        diagnostics: &mut Diagnostics,
+    ) -> Vec<(Node, Node)> {
+        let class = &classes[tree.instances[position].class.0];
+        let side = |ends: &[End<'_>]| -> Vec<(Node, usize)> {
+            let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(tree, position, it)));
+            nodes.flat_map(|(end, nodes)| nodes.into_iter().map(move |node| (node, end))).collect()
+        };
+        let (left, right) = (side(&connection.left), side(&connection.right));
+        let (sources, destinations) = (left.len(), right.len());
+        let fits = match sources {
+            0 => destinations == 0,
+            _ if connection.iterated => destinations.is_multiple_of(sources),
+            _ => destinations == sources,
+        };
+        if !fits {
+            let message = format!(
+                "{sources} channels on the left side are connected to {destinations} on the right side (in `{}`)",
+                tree.instances[position].path
+            );
+            let hint = match sources {
+                0 => "nothing comes there; remove the connection",
+                _ if connection.iterated => "the last repetition of the left side is not whole",
+                _ if sources > destinations => "what is set on the others is not seen anywhere",
+                _ => "nothing comes to the others; `( … )+` around the left side repeats it",
+            };
+            diagnostics.push(Diagnostic::new(Code::UnequalWidths, connection.span, message).hint(hint));
+        }
+        let times = if connection.iterated { destinations } else { sources };
+        let mut checked = BTreeSet::new();
+        let pairs = left.iter().cycle().take(times).zip(&right).map(|((from, from_end), (to, to_end))| {
+            if checked.insert((from_end, to_end)) {
+                let ends = (&connection.left[*from_end], &connection.right[*to_end]);
+                diagnostics.extend(type_mismatch(ends.0, ends.1, class, classes, language));
+            }
+            (*from, *to)
+        });
+        pairs.collect()
     }
 
     /// Follows undelayed connections backwards to the port that stores the value.
@@ -176,11 +278,14 @@ impl Graph {
                 self.steps.push(Step { instance: position, reaction: index });
                 for parameter in &reaction.parameters {
                     let Variable::Port(port) = parameter.variable else { continue };
-                    let root = self.root[self.node(tree, position, port)];
-                    if parameter.effect {
-                        self.writers[root].push(step);
-                    } else {
-                        self.readers[root].push((step, parameter.triggers));
+                    for node in self.nodes(tree, position, port) {
+                        let root = self.root[node];
+                        // Several channels can have one source.
+                        if parameter.effect {
+                            add(&mut self.writers[root], step);
+                        } else {
+                            add(&mut self.readers[root], (step, parameter.triggers));
+                        }
                     }
                 }
             }
@@ -195,5 +300,11 @@ impl Graph {
             Some(name) => format!("{}.{}", instance.path, name.text),
             None => format!("{}.reaction_{}", instance.path, reaction + 1),
         }
+    }
+}
+
+fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
+    if list.last() != Some(&item) {
+        list.push(item);
     }
 }

@@ -41,7 +41,7 @@ pub(crate) fn analyse(
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
-    let graph = Graph::build(classes, tree, parts, diagnostics)?;
+    let graph = Graph::build(classes, tree, parts, language, diagnostics)?;
     let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {

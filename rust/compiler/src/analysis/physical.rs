@@ -55,8 +55,9 @@ fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {
             };
             match effect.variable {
                 Variable::Port(port) => {
-                    let node = context.graph.root[context.graph.node(context.tree, paths.instance(step), port)];
-                    for (root, added) in paths.ports_behind(node) {
+                    let nodes = context.graph.nodes(context.tree, paths.instance(step), port);
+                    let behind = nodes.into_iter().flat_map(|node| paths.ports_behind(context.graph.root[node]));
+                    for (root, added) in behind {
                         for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
                             reach(*reader, added);
                         }

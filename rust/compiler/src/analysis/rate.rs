@@ -117,7 +117,13 @@ impl<'a> Rates<'a> {
                 Some(spacing) => Rate::one(Some(spacing)),
                 None => Rate::UNKNOWN,
             },
-            Variable::Port(port) => self.of_port(self.graph.root[self.graph.node(self.tree, instance, port)]),
+            Variable::Port(port) => {
+                let mut rate = Rate::NONE;
+                for node in self.graph.nodes(self.tree, instance, port) {
+                    rate.add(self.of_port(self.graph.root[node]));
+                }
+                rate
+            }
         }
     }
 }

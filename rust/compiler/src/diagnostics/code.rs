@@ -92,6 +92,10 @@ codes! {
     CyclicInstantiation = "E051-cyclic-instantiation",
     /// A parameter given twice.
     DuplicateValue = "E052-duplicate-value",
+    /// Types for the type parameters of a reactor that has another number of them.
+    TypeArguments = "E053-type-arguments",
+    /// A width that is not known when the program is compiled.
+    BadWidth = "E054-bad-width",
 
     /// A reaction without a trigger.
     MissingTrigger = "E060-missing-trigger",
@@ -157,6 +161,8 @@ codes! {
     OlderForm = "W007-older-form",
     /// Federates that wait for each other for ever.
     EndlessWait = "W008-endless-wait",
+    /// A connection that leaves channels of one side without an end.
+    UnequalWidths = "W009-unequal-widths",
 }
 
 impl Code {

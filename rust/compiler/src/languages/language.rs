@@ -43,6 +43,9 @@ pub(crate) trait Language: Debug + Sync {
     /// A value as an expression of the language, for a place of this type.
     fn value_text(&self, value: &Expression, ty: &str) -> String;
 
+    /// The value of code that is arithmetic of integers and parameters; nothing for any other code.
+    fn integer(&self, code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64>;
+
     /// Adds the files of a participant's program, and what they stem from.
     ///
     /// # Errors

@@ -149,17 +149,14 @@ fn causes(plan: &Plan, federate: &Federate, port: PortIndex) -> BTreeSet<Cause> 
         }
         for (position, reaction) in federate.reactions.iter().enumerate() {
             let Some(dependencies) = dependencies(plan, federate, &reaction.kind) else { continue };
-            if !dependencies.iter().any(|(it, argument)| it.effect && **argument == Argument::Port(port)) {
+            if !dependencies.iter().any(|(it, argument)| it.effect && argument.ports().contains(&port)) {
                 continue;
             }
             for (_, argument) in dependencies.iter().filter(|(parameter, _)| parameter.triggers) {
-                match argument {
-                    Argument::Port(port) if seen.insert(*port) => open.push(*port),
-                    Argument::Port(_) => {}
-                    Argument::Trigger(_) => {
-                        causes.insert(Cause::OwnEvent);
-                    }
+                if let Argument::Trigger(_) = argument {
+                    causes.insert(Cause::OwnEvent);
                 }
+                open.extend(argument.ports().iter().filter(|port| seen.insert(**port)));
             }
             // Startup and shutdown are no arguments.
             for trigger in &federate.triggers {

@@ -3,7 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::source::{ClassIndex, Code, Location, Type, Value};
+use super::source::{ClassIndex, Code, FileIndex, Location, Type, Value};
+
+/// The parameter that tells a member of a bank its number.
+pub const BANK_INDEX: &str = "bank_index";
 
 /// A reactor that at least one federate instantiates.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -14,6 +17,13 @@ pub struct ReactorClass {
     pub at: Location,
     /// The comment directly before the declaration, without comment marks.
     pub docs: Option<String>,
+    /// The types that stand for its type parameters, by their names.
+    pub types: Vec<(String, Type)>,
+    /// The files in which names of its code may be declared, beside its own: those of what it inherits, and those in
+    /// which `types` are written.
+    pub files: Vec<FileIndex>,
+    /// The reactors whose declarations `types` may name.
+    pub users: Vec<ClassIndex>,
     /// The reactor's preambles, in order.
     pub preambles: Vec<Code>,
     /// Parameters, in order of declaration.
@@ -28,8 +38,27 @@ pub struct ReactorClass {
     pub timers: Vec<TimerDeclaration>,
     /// Contained reactors, in order of declaration; of the federated reactor, the federates.
     pub children: Vec<Child>,
+    /// Methods, in order of declaration.
+    pub methods: Vec<Method>,
     /// Reactions, in order of declaration.
     pub reactions: Vec<Reaction>,
+}
+
+/// A method of a reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Method {
+    /// Its name.
+    pub name: String,
+    /// Whether it leaves the state as it is.
+    pub constant: bool,
+    /// Its arguments with their types.
+    pub arguments: Vec<(String, Type)>,
+    /// What it returns.
+    pub ty: Option<Type>,
+    /// The body.
+    pub body: Code,
+    /// Where it is declared.
+    pub at: Location,
 }
 
 /// A parameter of a reactor.
@@ -55,6 +84,8 @@ pub struct Child {
     /// One per parameter of that reactor, in the order of declaration: the value as it is written, which may name
     /// parameters of the containing reactor; `None` for the parameter's default.
     pub arguments: Vec<Option<Value>>,
+    /// Whether it is a bank, whose members know their numbers by the parameter `bank_index`.
+    pub is_bank: bool,
     /// Where it is declared.
     pub at: Location,
 }
@@ -91,6 +122,8 @@ pub struct PortDeclaration {
     pub direction: PortDirection,
     /// The type of its values.
     pub ty: Type,
+    /// Whether it is a multiport; how wide it is may differ per instance.
+    pub is_wide: bool,
     /// Where it is declared.
     pub at: Location,
 }
@@ -172,6 +205,11 @@ pub struct ReactionParameter {
 pub enum VariableKind {
     /// A port of this reactor or of a contained one.
     Port {
+        /// The type of its values.
+        ty: Type,
+    },
+    /// A multiport, or a port of each member of a bank.
+    Multiport {
         /// The type of its values.
         ty: Type,
     },

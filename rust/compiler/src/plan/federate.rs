@@ -79,6 +79,8 @@ pub struct Instance {
     /// Which of the containing class's [`children`](super::ReactorClass::children) it is; for a federate's top, which
     /// of the main class's. `None` for the main reactor of a program that is not federated.
     pub child: Option<usize>,
+    /// Which member of a bank it is.
+    pub bank_index: Option<usize>,
     /// Where it is instantiated.
     pub at: Location,
 }
@@ -210,13 +212,26 @@ pub enum ReactionKind {
 }
 
 /// The storage that a variable of a reaction stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Argument {
     /// A port.
     Port(PortIndex),
+    /// The channels of a multiport, of each member of a bank.
+    Ports(Vec<PortIndex>),
     /// An action or a timer.
     Trigger(TriggerIndex),
+}
+
+impl Argument {
+    /// The ports that it stands for.
+    pub fn ports(&self) -> &[PortIndex] {
+        match self {
+            Self::Port(port) => core::slice::from_ref(port),
+            Self::Ports(ports) => ports,
+            Self::Trigger(_) => &[],
+        }
+    }
 }
 
 /// A connection to another federate, at its source.

@@ -11,8 +11,8 @@ mod source;
 use serde::{Deserialize, Serialize};
 
 pub use class::{
-    ActionDeclaration, Child, Parameter, PortDeclaration, PortDirection, Reaction, ReactionParameter, ReactorClass,
-    StateVariable, Tardy, TimerDeclaration, VariableKind,
+    ActionDeclaration, BANK_INDEX, Child, Method, Parameter, PortDeclaration, PortDirection, Reaction,
+    ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub use federate::{
     Argument, Federate, Instance, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction, SpacingPolicy,

@@ -4,7 +4,7 @@
 use core::fmt::{self, Display, Formatter};
 
 use super::{
-    ADVANCE_INTERVAL_NS_DEFAULT, Argument, Coordination, Federate, NetworkInput, NetworkOutput, Plan, Port,
+    ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, NetworkInput, NetworkOutput, Plan, Port,
     ReactionIndex, ReactionKind, ScheduledReaction, Tardy, Target, Trigger, TriggerKind, Value,
 };
 
@@ -153,8 +153,11 @@ impl Plan {
             let given = self.child(federate, instance).map_or(&[][..], |child| &child.arguments);
             let mut open = "(";
             for (index, parameter) in class.parameters.iter().enumerate() {
-                let value = given.get(index).and_then(Option::as_ref).or(parameter.default.as_ref());
-                if let Some(value) = value {
+                let given = given.get(index).and_then(Option::as_ref);
+                if let (None, Some(index), BANK_INDEX) = (given, instance.bank_index, parameter.name.as_str()) {
+                    write!(f, "{open}{BANK_INDEX} = {index}")?;
+                    open = ", ";
+                } else if let Some(value) = given.or(parameter.default.as_ref()) {
                     write!(f, "{open}{} = {}", parameter.name, OneLine(value))?;
                     open = ", ";
                 }
@@ -173,6 +176,10 @@ impl Plan {
                 let open = if index == 0 { "  [" } else { ", " };
                 let storage = match argument {
                     Argument::Port(port) => format!("port {port}"),
+                    Argument::Ports(ports) => {
+                        let ports: Vec<_> = ports.iter().map(ToString::to_string).collect();
+                        format!("ports {}", ports.join(" "))
+                    }
                     Argument::Trigger(trigger) => format!("trigger {trigger}"),
                 };
                 write!(f, "{open}{}: {storage}", parameter.name)?;

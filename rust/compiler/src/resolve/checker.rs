@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What all checks share.
 
-use std::collections::BTreeMap;
-
 use super::load::Program;
-use super::model::{Class, ClassId, PortRef, ReactorId};
+use super::model::{Class, PortRef};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::languages::Language;
 use crate::syntax::ast;
@@ -13,7 +11,6 @@ use crate::syntax::ast;
 pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
     pub(super) language: &'static dyn Language,
-    pub(super) by_id: BTreeMap<ReactorId, ClassId>,
     pub(super) found: Vec<Diagnostic>,
     /// Whether names may be declared where they cannot be seen, by features that have been refused.
     pub(super) lenient: bool,
@@ -21,7 +18,7 @@ pub(super) struct Checker<'p> {
 
 /// Whether a reactor uses a feature that is not supported and that declares names which are not known here.
 pub(super) fn is_opaque(reactor: &ast::Reactor) -> bool {
-    !reactor.extends.is_empty() || !reactor.body.modes.is_empty()
+    !reactor.body.modes.is_empty()
 }
 
 impl<'p> Checker<'p> {

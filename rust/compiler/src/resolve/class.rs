@@ -3,14 +3,17 @@
 
 use super::attributes::Target;
 use super::checker::{Checker, is_opaque};
-use super::model::{Action, Class, Parameter, Port, ReactorId, State};
+use super::expand::Expanded;
+use super::model::{Action, Class, ClassId, Method, Parameter, Port, State};
 use super::value::Destination;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::plan::BANK_INDEX;
 use crate::syntax::ast;
 
 impl<'p> Checker<'p> {
     /// The declarations of a reactor with their types; contained reactors, connections and reactions follow later.
-    pub(super) fn declare(&mut self, id: ReactorId, reactor: &'p ast::Reactor) -> Class<'p> {
+    pub(super) fn declare(&mut self, expanded: &'p Expanded) -> Class<'p> {
+        let (id, reactor) = (expanded.id, &expanded.ast);
         let name = match &reactor.name {
             Some(name) => name.text.clone(),
             None => super::mains::file_stem(&self.program.units[id.unit].path).to_owned(),
@@ -19,7 +22,7 @@ impl<'p> Checker<'p> {
         self.check_attributes(&reactor.attributes, Target::Other);
         let parameters = self.parameters(reactor);
         let states = self.states(reactor, &parameters);
-        let ports = self.ports(reactor);
+        let ports = self.ports(reactor, &parameters);
         for timer in &reactor.body.timers {
             self.check_attributes(&timer.attributes, Target::Other);
             let name = &timer.name.text;
@@ -38,6 +41,9 @@ impl<'p> Checker<'p> {
         }
         Class {
             id,
+            types: &expanded.types,
+            files: &expanded.files,
+            users: expanded.users.iter().map(|user| ClassId(*user)).collect(),
             ast: reactor,
             name,
             opaque: is_opaque(reactor),
@@ -46,6 +52,7 @@ impl<'p> Checker<'p> {
             ports,
             timers: reactor.body.timers.iter().collect(),
             actions,
+            methods: reactor.body.methods.iter().map(|method| self.method(method)).collect(),
             children: Vec::new(),
             connections: Vec::new(),
             reactions: Vec::new(),
@@ -95,22 +102,48 @@ impl<'p> Checker<'p> {
         states
     }
 
-    fn ports(&mut self, reactor: &'p ast::Reactor) -> Vec<Port<'p>> {
+    fn ports(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<Port<'p>> {
         let mut ports = Vec::new();
         for declared in &reactor.body.ports {
             let target = if declared.direction == ast::Direction::Input { Target::Queue } else { Target::Other };
             let capacity = self.check_attributes(&declared.attributes, target).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
+            if let Some(width) = &declared.width {
+                self.check_width(width, parameters);
+            }
             ports.push(Port {
                 name: &declared.name,
                 direction: declared.direction,
                 ty: ty.text,
                 ty_span: ty.span,
-                wide: declared.width.is_some(),
+                width: declared.width.as_ref(),
                 capacity,
             });
         }
         ports
+    }
+
+    /// Reports what cannot be a part of a width.
+    pub(super) fn check_width(&mut self, width: &ast::Width, scope: &[Parameter<'p>]) {
+        if width.terms.is_empty() {
+            let message = "this width is left open, and has to be known when the program is compiled";
+            let hint = "write a number or a parameter: `[4]`";
+            self.report(Diagnostic::new(Code::BadWidth, width.span, message).hint(hint));
+        }
+        for term in &width.terms {
+            let ast::WidthTerm::Value(value) = term else { continue };
+            match &value.kind {
+                ast::ExpressionKind::Name(name) if scope.iter().all(|it| it.name.text != *name) => {
+                    self.unknown_parameter(name, value.span, scope);
+                }
+                ast::ExpressionKind::Name(_) | ast::ExpressionKind::Code(_) => {}
+                ast::ExpressionKind::Literal(ast::Literal::Int(_)) => {}
+                _ => {
+                    let diagnostic = Diagnostic::new(Code::BadWidth, value.span, "a width is a number");
+                    self.report(diagnostic.hint("write a number, a parameter, or code that gives one"));
+                }
+            }
+        }
     }
 
     fn actions(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<Action<'p>> {
@@ -137,6 +170,16 @@ impl<'p> Checker<'p> {
             actions.push(Action { ast: declared, ty: ty.text, ty_span: ty.span, capacity });
         }
         actions
+    }
+
+    fn method(&mut self, declared: &'p ast::Method) -> Method<'p> {
+        let mut arguments = Vec::new();
+        for (name, ty) in &declared.arguments {
+            let ty = self.value_type(ty.as_ref(), None, name, &[]);
+            arguments.push((name.text.clone(), ty.text, ty.span));
+        }
+        let ty = declared.ty.as_ref().map(|ty| self.signal_type(Some(ty), &declared.name));
+        Method { ast: declared, arguments, ty: ty.map(|ty| (ty.text, ty.span)) }
     }
 
     /// The values that an instance gives to the parameters of its class, in the order of the class.
@@ -170,7 +213,12 @@ impl<'p> Checker<'p> {
             let what = format!("parameter `{}` of `{}`", name.text, class.name);
             let place =
                 Destination { what: &what, ty: &parameter.ty, ty_span: parameter.ty_span, is_time: parameter.is_time };
-            self.check_value(&given.init.value, place, &container.parameters);
+            // The number of a member of a bank is no parameter of the container.
+            let member = instance.width.is_some()
+                && matches!(&given.init.value.kind, ast::ExpressionKind::Name(name) if name == BANK_INDEX);
+            if !member || container.parameters.iter().any(|parameter| parameter.name.text == BANK_INDEX) {
+                self.check_value(&given.init.value, place, &container.parameters);
+            }
             arguments[position] = Some(&given.init.value);
         }
         for (parameter, given) in class.parameters.iter().zip(&arguments) {

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 
 use super::attributes::{Attributes, Container, Target};
 use super::checker::Checker;
-use super::model::{Class, Connection, PortRef, Variable};
+use super::model::{Class, Connection, End, PortRef, Variable};
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::languages::Language;
 use crate::syntax::ast::{self, Direction, Reference};
 
 impl<'p> Checker<'p> {
@@ -27,49 +28,47 @@ impl<'p> Checker<'p> {
                 let message = "a connection without `after` has no queue, so this capacity has no effect";
                 self.report(Diagnostic::new(Code::NoEffect, declared.span, message).hint("remove `@capacity`"));
             }
-            let left: Vec<_> = declared.left.iter().map(|end| self.find_port(end, class, classes)).collect();
-            let right: Vec<_> = declared.right.iter().map(|end| self.find_port(end, class, classes)).collect();
-            if !self.check_widths(declared, &left, &right, class, classes) {
+            let left = self.ends(&declared.left, class, classes);
+            let right = self.ends(&declared.right, class, classes);
+            let (Some(left), Some(right)) = (left, right) else { continue };
+            if !self.check_directions(&left, &right, class, classes) {
                 continue;
             }
-            for (index, (to, to_end)) in right.iter().zip(&declared.right).enumerate() {
-                let from_end = &declared.left[index % declared.left.len()];
-                let (Some(from), Some(to)) = (left[index % left.len()], *to) else { continue };
-                if self.check_ends((from, from_end), (to, to_end), class, classes) {
-                    let after = declared.after.as_ref();
-                    let physical = declared.physical.is_some();
-                    let span = declared.span;
-                    let connection = Connection { from, to, after, physical, capacity, max_wait, absent_after, span };
-                    connections.push(connection);
-                }
+            // How many channels multiports and banks have is known for each instance only.
+            let is_wide = left.iter().chain(&right).any(|end| class.is_wide(end.port, classes));
+            if !is_wide && !self.check_pairs(declared, &left, &right, class, classes) {
+                continue;
             }
+            connections.push(Connection {
+                left,
+                right,
+                iterated: declared.iterated,
+                after: declared.after.as_ref(),
+                physical: declared.physical.is_some(),
+                capacity,
+                max_wait,
+                absent_after,
+                span: declared.span,
+            });
         }
         connections
     }
 
-    /// Whether both sides have the same number of ports, or the left one is repeated.
-    fn check_widths(
+    /// The ports of one side; nothing if one does not exist, which has been reported.
+    fn ends(&mut self, side: &'p [Reference], class: &Class<'p>, classes: &[Class<'p>]) -> Option<Vec<End<'p>>> {
+        let ends: Vec<_> = side.iter().map(|end| (self.find_port(end, class, classes), end)).collect();
+        ends.into_iter().map(|(port, ast)| Some(End { port: port?, ast })).collect()
+    }
+
+    /// Whether both sides have the same number of ports, or the left one is repeated, and all pairs have one type.
+    fn check_pairs(
         &mut self,
         declared: &ast::Connection,
-        left: &[Option<PortRef>],
-        right: &[Option<PortRef>],
+        left: &[End<'p>],
+        right: &[End<'p>],
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
-        let many = |end: &Option<PortRef>| match end {
-            None => true,
-            Some(port) => {
-                let bank = match port {
-                    PortRef::Child(child, _) => class.children[*child].ast.width.is_some(),
-                    PortRef::Own(_) => false,
-                };
-                bank || class.port(*port, classes).is_some_and(|port| port.wide)
-            }
-        };
-        // Widths of multiports and of what is unknown are not known; both have been reported.
-        if left.iter().chain(right).any(many) {
-            return false;
-        }
         let (sources, destinations) = (left.len(), right.len());
         let fits = if declared.iterated { destinations % sources == 0 } else { destinations == sources };
         if !fits {
@@ -80,52 +79,38 @@ impl<'p> Checker<'p> {
                 "each port on the left side needs one on the right side"
             };
             self.report(Diagnostic::new(Code::WidthMismatch, declared.span, message).hint(hint));
+            return false;
+        }
+        let mut fits = true;
+        for (from, to) in left.iter().cycle().zip(right) {
+            let mismatch = type_mismatch(from, to, class, classes, self.language);
+            fits &= mismatch.is_none();
+            self.found.extend(mismatch);
         }
         fits
     }
 
-    /// Whether a source may be connected to a destination.
-    fn check_ends(
+    /// Whether all of the left side can be sources, and all of the right side destinations.
+    fn check_directions(
         &mut self,
-        (from, from_end): (PortRef, &Reference),
-        (to, to_end): (PortRef, &Reference),
+        left: &[End<'p>],
+        right: &[End<'p>],
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
-        let (Some(source), Some(destination)) = (class.port(from, classes), class.port(to, classes)) else {
-            return false;
-        };
-        let is_source = (source.direction == Direction::Input) == matches!(from, PortRef::Own(_));
-        let is_destination = (destination.direction == Direction::Input) == matches!(to, PortRef::Child(..));
-        let source_type = (source.ty.clone(), source.ty_span);
-        let destination_type = (destination.ty.clone(), destination.ty_span);
-        if !is_source {
-            self.wrong_direction(from_end, from, "a source", source.direction);
+        let mut fits = true;
+        for (side, is_left) in [(left, true), (right, false)] {
+            for end in side {
+                let Some(port) = class.port(end.port, classes) else { continue };
+                let own = matches!(end.port, PortRef::Own(_));
+                if ((port.direction == Direction::Input) == own) != is_left {
+                    let role = if is_left { "a source" } else { "a destination" };
+                    self.wrong_direction(end.ast, end.port, role, port.direction);
+                    fits = false;
+                }
+            }
         }
-        if !is_destination {
-            self.wrong_direction(to_end, to, "a destination", destination.direction);
-        }
-        if !is_source || !is_destination {
-            return false;
-        }
-        if !self.language.is_same_type(&source_type.0, &destination_type.0) {
-            let message = format!(
-                "`{}` has type `{}`, but `{}` has type `{}`",
-                from_end.text(),
-                source_type.0,
-                to_end.text(),
-                destination_type.0
-            );
-            self.report(
-                Diagnostic::new(Code::TypeMismatch, to_end.span, message)
-                    .also(from_end.span, "the source")
-                    .also(source_type.1, "the type of the source")
-                    .also(destination_type.1, "the type of the destination")
-                    .hint("connected ports have the same type, written in the same way"),
-            );
-            return false;
-        }
-        true
+        fits
     }
 
     fn wrong_direction(&mut self, end: &Reference, port: PortRef, role: &str, direction: Direction) {
@@ -144,17 +129,21 @@ impl<'p> Checker<'p> {
     /// Reports ports with more than one connection, or with a connection and a reaction that writes them.
     pub(super) fn writers(&mut self, class: &Class<'p>, classes: &[Class<'p>]) {
         let mut first: BTreeMap<PortRef, Span> = BTreeMap::new();
-        for connection in &class.connections {
-            if let Some(span) = first.get(&connection.to).copied() {
-                let name = port_text(connection.to, class, classes);
+        let ends = class.connections.iter().flat_map(|connection| {
+            let span = connection.span;
+            connection.right.iter().map(move |end| (end.port, span))
+        });
+        for (to, at) in ends {
+            if let Some(span) = first.get(&to).copied() {
+                let name = port_text(to, class, classes);
                 let message = format!("`{name}` already has a source: a port takes one connection");
                 self.report(
-                    Diagnostic::new(Code::TwoWriters, connection.span, message)
+                    Diagnostic::new(Code::TwoWriters, at, message)
                         .also(span, "the first connection")
                         .hint("give the receiver one input for each source"),
                 );
             } else {
-                first.insert(connection.to, connection.span);
+                first.insert(to, at);
             }
         }
         for reaction in &class.reactions {
@@ -172,6 +161,32 @@ impl<'p> Checker<'p> {
             }
         }
     }
+}
+
+/// What is wrong when a source and a destination have different types.
+pub(crate) fn type_mismatch(
+    from: &End<'_>,
+    to: &End<'_>,
+    class: &Class<'_>,
+    classes: &[Class<'_>],
+    language: &dyn Language,
+) -> Option<Diagnostic> {
+    let (source, destination) = (class.port(from.port, classes)?, class.port(to.port, classes)?);
+    if language.is_same_type(&source.ty, &destination.ty) {
+        return None;
+    }
+    let message = format!(
+        "`{}` has type `{}`, but `{}` has type `{}`",
+        from.ast.text(),
+        source.ty,
+        to.ast.text(),
+        destination.ty
+    );
+    let diagnostic = Diagnostic::new(Code::TypeMismatch, to.ast.span, message)
+        .also(from.ast.span, "the source")
+        .also(source.ty_span, "the type of the source")
+        .also(destination.ty_span, "the type of the destination");
+    Some(diagnostic.hint("connected ports have the same type, written in the same way"))
 }
 
 fn port_text(port: PortRef, class: &Class<'_>, classes: &[Class<'_>]) -> String {

@@ -8,6 +8,7 @@ mod attributes;
 mod checker;
 mod class;
 mod connection;
+mod expand;
 mod load;
 mod mains;
 mod model;
@@ -23,10 +24,12 @@ mod value;
 
 pub(crate) use attributes::CAPACITY_MAX;
 
+pub(crate) use connection::type_mismatch;
+pub(crate) use expand::expand;
 pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
 pub(crate) use mains::program_name;
-pub(crate) use model::{Class, ClassId, PortRef, ReactionParameter, Variable, Wait};
+pub(crate) use model::{Class, ClassId, Connection, End, Method, PortRef, ReactionParameter, Variable, Wait};
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
 pub use supported::{Supported, supported};

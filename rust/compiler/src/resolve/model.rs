@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checked reactors: the syntax tree with its names resolved.
 
+use super::expand::TypeArgument;
 pub(crate) use super::load::ReactorId;
 use crate::diagnostics::Span;
 use crate::syntax::ast;
@@ -9,10 +10,15 @@ use crate::syntax::ast;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct ClassId(pub(crate) usize);
 
-/// A checked reactor.
+/// A checked reactor, with types in place of its type parameters.
 #[derive(Debug)]
 pub(crate) struct Class<'p> {
     pub(crate) id: ReactorId,
+    pub(crate) types: &'p [TypeArgument],
+    /// The files in which names of its code may be declared, beside its own.
+    pub(crate) files: &'p [usize],
+    /// The reactors whose declarations `types` may name.
+    pub(crate) users: Vec<ClassId>,
     pub(crate) ast: &'p ast::Reactor,
     pub(crate) name: String,
     /// Whether it uses a feature that is not supported and that declares names which are not known here.
@@ -22,6 +28,7 @@ pub(crate) struct Class<'p> {
     pub(crate) ports: Vec<Port<'p>>,
     pub(crate) timers: Vec<&'p ast::Timer>,
     pub(crate) actions: Vec<Action<'p>>,
+    pub(crate) methods: Vec<Method<'p>>,
     pub(crate) children: Vec<Child<'p>>,
     pub(crate) connections: Vec<Connection<'p>>,
     pub(crate) reactions: Vec<Reaction<'p>>,
@@ -34,6 +41,15 @@ impl Class<'_> {
             PortRef::Own(port) => self.ports.get(port),
             PortRef::Child(child, port) => classes[self.children.get(child)?.class?.0].ports.get(port),
         }
+    }
+
+    /// Whether a port as this reactor sees it is several: a multiport, or one of a bank.
+    pub(crate) fn is_wide(&self, port: PortRef, classes: &[Class<'_>]) -> bool {
+        let bank = match port {
+            PortRef::Own(_) => false,
+            PortRef::Child(child, _) => self.children[child].ast.width.is_some(),
+        };
+        bank || self.port(port, classes).is_some_and(|port| port.width.is_some())
     }
 }
 
@@ -65,8 +81,8 @@ pub(crate) struct Port<'p> {
     pub(crate) direction: ast::Direction,
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
-    /// Whether it is a multiport, which is not supported.
-    pub(crate) wide: bool,
+    /// How many channels it has, if it is a multiport.
+    pub(crate) width: Option<&'p ast::Width>,
     pub(crate) capacity: Option<usize>,
 }
 
@@ -77,6 +93,14 @@ pub(crate) struct Action<'p> {
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
     pub(crate) capacity: Option<usize>,
+}
+
+/// A method, with the types of its arguments and of what it returns, each with its place.
+#[derive(Debug)]
+pub(crate) struct Method<'p> {
+    pub(crate) ast: &'p ast::Method,
+    pub(crate) arguments: Vec<(String, String, Span)>,
+    pub(crate) ty: Option<(String, Span)>,
 }
 
 /// A contained reactor.
@@ -108,11 +132,21 @@ pub(crate) enum PortRef {
     Child(usize, usize),
 }
 
-/// One source connected to one destination.
+/// A port or several at one end of a connection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End<'p> {
+    pub(crate) port: PortRef,
+    /// As it is written.
+    pub(crate) ast: &'p ast::Reference,
+}
+
+/// Sources connected to destinations, channel by channel.
 #[derive(Debug)]
 pub(crate) struct Connection<'p> {
-    pub(crate) from: PortRef,
-    pub(crate) to: PortRef,
+    pub(crate) left: Vec<End<'p>>,
+    pub(crate) right: Vec<End<'p>>,
+    /// Whether the left side is repeated as often as the right one needs.
+    pub(crate) iterated: bool,
     pub(crate) after: Option<&'p ast::Expression>,
     pub(crate) physical: bool,
     pub(crate) capacity: Option<usize>,

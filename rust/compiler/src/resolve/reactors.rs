@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which reactors are checked, and in which order.
 
-use std::collections::BTreeMap;
-
 use super::attributes::{Container, Target};
 use super::checker::Checker;
+use super::expand::Expanded;
 use super::load::Program;
-use super::model::{Child, Class, ClassId, ReactorId};
+use super::model::{Child, Class, ClassId};
 use super::{mains, names, unsupported};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::languages::Language;
 use crate::syntax::ast;
 
@@ -19,13 +18,19 @@ const DEPTH_MAX: usize = 200;
 /// the position of the main or federated one, if there is exactly one.
 pub(crate) fn check<'p>(
     program: &'p Program,
+    expanded: &'p [Expanded],
     language: &'static dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> (Vec<Class<'p>>, Option<ClassId>) {
-    let mut checker = Checker { program, language, by_id: BTreeMap::new(), found: Vec::new(), lenient: false };
-    let mut classes = checker.declarations();
-    for position in 0..classes.len() {
-        checker.children(position, &mut classes);
+    let mut checker = Checker { program, language, found: Vec::new(), lenient: false };
+    let mut classes: Vec<Class<'p>> = Vec::new();
+    for reactor in expanded {
+        names::check(&reactor.ast, language, &mut checker.found);
+        unsupported::check(&reactor.ast, &mut checker.found);
+        classes.push(checker.declare(reactor));
+    }
+    for (position, reactor) in expanded.iter().enumerate() {
+        checker.children(position, &reactor.children, &mut classes);
     }
     for position in 0..classes.len() {
         checker.lenient = classes[position].opaque;
@@ -42,45 +47,15 @@ pub(crate) fn check<'p>(
 }
 
 impl<'p> Checker<'p> {
-    /// Declares the reactors of the main file, and all that they contain.
-    fn declarations(&mut self) -> Vec<Class<'p>> {
-        let mut ids: Vec<_> = (0..self.program.units.first().map_or(0, |unit| unit.ast.reactors.len()))
-            .map(|reactor| ReactorId { unit: 0, reactor })
-            .collect();
-        let mut classes = Vec::new();
-        let mut next = 0;
-        while let Some(id) = ids.get(next).copied() {
-            next += 1;
-            let unit = &self.program.units[id.unit];
-            let reactor = &unit.ast.reactors[id.reactor];
-            names::check(reactor, self.language, &mut self.found);
-            unsupported::check(reactor, &mut self.found);
-            self.by_id.insert(id, ClassId(classes.len()));
-            classes.push(self.declare(id, reactor));
-            for instance in &reactor.body.instances {
-                let contained = unit.scope.get(&instance.class.text).copied();
-                if let Some(contained) = contained.filter(|contained| !ids.contains(contained)) {
-                    ids.push(contained);
-                }
-            }
-        }
-        classes
-    }
-
     /// Resolves the contained reactors of a class and checks the values of their parameters.
-    fn children(&mut self, position: usize, classes: &mut [Class<'p>]) {
+    fn children(&mut self, position: usize, found: &[Option<usize>], classes: &mut [Class<'p>]) {
         let class = &classes[position];
-        let scope = &self.program.units[class.id.unit].scope;
         self.lenient = class.opaque;
         let mut children = Vec::new();
-        for instance in &class.ast.body.instances {
-            let id = scope.get(&instance.class.text).and_then(|id| self.by_id.get(id)).copied();
-            if id.is_none() {
-                let name = &instance.class.text;
-                let hint = did_you_mean(name, scope.keys().map(String::as_str))
-                    .unwrap_or_else(|| format!("declare it, or import it: `import {name} from \"{name}.lf\"`"));
-                let message = format!("there is no reactor `{name}` in this file");
-                self.report(Diagnostic::new(Code::UnknownReactor, instance.class.span, message).hint(hint));
+        for (instance, id) in class.ast.body.instances.iter().zip(found) {
+            let id = id.map(ClassId);
+            if let Some(width) = &instance.width {
+                self.check_width(width, &class.parameters);
             }
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
             let container = Container { is_main, parameters: &class.parameters };

@@ -38,20 +38,12 @@ macro_rules! features {
 }
 
 features! {
-    Multiport: "multiports" are, "declare one port for each channel";
-    Bank: "banks of reactors" are, "write one instance for each member";
-    Interleaved: "`interleaved`" is, "name the ports one by one";
-    Extends: "`extends`" is, "contain the other reactor, or repeat its declarations";
-    TypeParameters: "type parameters of reactors" are, "write one reactor for each type";
-    TypeArguments: "type arguments of reactors" are, "write one reactor for each type";
     Mode: "modes" are, "keep the mode in a state variable and test it in the reactions";
     Transition: "mode transitions" are, "keep the mode in a state variable";
     ResetState: "`reset` state variables" are, "remove the word; without modes nothing is reset";
     ResetTrigger: "the trigger `reset`" is, "without modes nothing is reset; remove it";
-    Method: "methods" are, "write a function in a preamble that takes what it needs";
     Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
     Mutation: "mutations" are, "use a reaction";
-    Mutable: "`mutable` inputs" are, "remove the word and copy the value in the reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
     Alias: "other names for ports" are, "use the port's own name in the body";
     Serializer: "`serializer`" is, "remove it: values are sent in the layout of their type";
@@ -72,31 +64,10 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
     if let Some(span) = reactor.realtime {
         refuse(Feature::Realtime, span);
     }
-    if let Some(span) = reactor.type_parameters.first() {
-        refuse(Feature::TypeParameters, *span);
-    }
-    reactor.extends.iter().for_each(|name| refuse(Feature::Extends, name.span));
     let body = &reactor.body;
     body.modes.iter().for_each(|mode| refuse(Feature::Mode, mode.span));
-    body.methods.iter().for_each(|method| refuse(Feature::Method, method.name.span));
     body.watchdogs.iter().for_each(|watchdog| refuse(Feature::Watchdog, watchdog.name.span));
     body.states.iter().filter_map(|state| state.reset).for_each(|span| refuse(Feature::ResetState, span));
-    for port in &body.ports {
-        if let Some(span) = port.mutable {
-            refuse(Feature::Mutable, span);
-        }
-        if let Some(span) = port.width {
-            refuse(Feature::Multiport, span);
-        }
-    }
-    for instance in &body.instances {
-        if let Some(span) = instance.width {
-            refuse(Feature::Bank, span);
-        }
-        if let Some(span) = instance.type_arguments {
-            refuse(Feature::TypeArguments, span);
-        }
-    }
     check_hosts(reactor, found);
     body.connections.iter().for_each(|connection| check_connection(connection, found));
     body.reactions.iter().for_each(|reaction| check_reaction(reaction, found));
@@ -127,9 +98,6 @@ fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_reference(reference: &Reference, found: &mut Vec<Diagnostic>) {
-    if reference.interleaved {
-        found.push(Feature::Interleaved.refused(reference.span));
-    }
     found.extend(reference.alias.as_ref().map(|alias| Feature::Alias.refused(alias.span)));
     if reference.transition {
         found.push(Feature::Transition.refused(reference.span));

@@ -109,7 +109,7 @@ pub(crate) struct Reactor {
     /// The word `reactor`.
     pub(crate) keyword: Span,
     pub(crate) name: Option<Name>,
-    pub(crate) type_parameters: Vec<Span>,
+    pub(crate) type_parameters: Vec<TypeParameter>,
     pub(crate) parameters: Vec<Parameter>,
     pub(crate) host: Option<Host>,
     pub(crate) extends: Vec<Name>,
@@ -123,6 +123,12 @@ impl Reactor {
     pub(crate) fn span(&self) -> Span {
         self.name.as_ref().map_or(self.keyword, |name| name.span)
     }
+}
+
+/// `T`, `T extends Bound`, or `{= T: Bound =}`; what a type has to be able to do, the target language checks.
+#[derive(Clone, Debug)]
+pub(crate) struct TypeParameter {
+    pub(crate) name: Name,
 }
 
 /// What stands in the braces of a reactor or of a mode.
@@ -164,6 +170,29 @@ pub(crate) struct State {
 #[derive(Clone, Debug)]
 pub(crate) struct Method {
     pub(crate) name: Name,
+    /// Whether it is a `const method`, which does not change the state.
+    pub(crate) constant: bool,
+    pub(crate) arguments: Vec<(Name, Option<Type>)>,
+    /// What it returns.
+    pub(crate) ty: Option<Type>,
+    pub(crate) code: Code,
+}
+
+/// `[ … ]`: how many channels a port has, or how many instances a bank; the sum of the terms.
+#[derive(Clone, Debug)]
+pub(crate) struct Width {
+    /// None for `[]`, which leaves it open.
+    pub(crate) terms: Vec<WidthTerm>,
+    pub(crate) span: Span,
+}
+
+/// A part of a width.
+#[derive(Clone, Debug)]
+pub(crate) enum WidthTerm {
+    /// A number, a parameter, or code.
+    Value(Expression),
+    /// `widthof(port)`
+    WidthOf(Reference),
 }
 
 /// The direction of a port, seen from its own reactor.
@@ -177,9 +206,8 @@ pub(crate) enum Direction {
 #[derive(Clone, Debug)]
 pub(crate) struct Port {
     pub(crate) attributes: Vec<Attribute>,
-    pub(crate) mutable: Option<Span>,
     pub(crate) direction: Direction,
-    pub(crate) width: Option<Span>,
+    pub(crate) width: Option<Width>,
     pub(crate) name: Name,
     pub(crate) ty: Option<Type>,
 }
@@ -216,9 +244,9 @@ pub(crate) struct Watchdog {
 pub(crate) struct Instantiation {
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) name: Name,
-    pub(crate) width: Option<Span>,
+    pub(crate) width: Option<Width>,
     pub(crate) class: Name,
-    pub(crate) type_arguments: Option<Span>,
+    pub(crate) type_arguments: Vec<Type>,
     pub(crate) arguments: Vec<Assignment>,
     pub(crate) host: Option<Host>,
 }

@@ -102,21 +102,23 @@ fn body(
     let declared = &plan.class(&federate.instances[instance.0]).reactions[number - 1];
     let (mut reads, mut effects) = (Vec::new(), Vec::new());
     for (parameter, argument) in declared.parameters.iter().zip(arguments) {
-        let variable = match argument {
-            Argument::Port(port) => Variable::Port(port.0),
-            Argument::Trigger(trigger) => Variable::Trigger(trigger.0),
+        let variables: Vec<_> = match argument {
+            Argument::Trigger(trigger) => vec![Variable::Trigger(trigger.0)],
+            Argument::Port(_) | Argument::Ports(_) => {
+                argument.ports().iter().map(|port| Variable::Port(port.0)).collect()
+            }
         };
         if parameter.triggers || parameter.uses {
-            reads.push(variable);
+            reads.extend(&variables);
         }
-        if parameter.effect {
+        for variable in variables.into_iter().filter(|_| parameter.effect) {
             let shape = match &parameter.kind {
-                VariableKind::Port { ty } => Shape::of(&ty.text),
+                VariableKind::Port { ty } | VariableKind::Multiport { ty } => Shape::of(&ty.text),
                 _ => Shape::Fixed(1),
             };
             let outside = match argument {
                 Argument::Trigger(trigger) => scenario.outside(&federate.triggers[trigger.0].path).to_vec(),
-                Argument::Port(_) => Vec::new(),
+                Argument::Port(_) | Argument::Ports(_) => Vec::new(),
             };
             effects.push(Effect { variable, shape, outside });
         }

@@ -53,6 +53,10 @@ impl Layout {
             let names = class_names.entry(file).or_insert_with(|| Names::reserving(&RESERVED));
             let module = names.give(&module_name(&class.name));
             classes.insert(index, ClassModule { file, module, name: ident(&class.name), whole });
+            for file in &class.files {
+                let module = || file_names.give(&module_name(stem(&plan.files[file.0].path)));
+                files.entry(*file).or_insert_with(module);
+            }
         }
         Self { files, classes, children }
     }
@@ -60,6 +64,11 @@ impl Layout {
     /// The files with their modules.
     pub(super) fn files(&self) -> impl Iterator<Item = (FileIndex, &str)> {
         self.files.iter().map(|(file, module)| (*file, module.as_str()))
+    }
+
+    /// The path of a file's module from anywhere in the crate.
+    pub(super) fn file_path(&self, file: FileIndex) -> Option<String> {
+        self.files.get(&file).map(|module| format!("crate::{module}"))
     }
 
     /// The classes of a file with their modules.

@@ -4,6 +4,7 @@
 mod code_block;
 mod crates;
 mod federate;
+mod integer;
 mod layout;
 mod names;
 mod print;
@@ -66,6 +67,10 @@ impl Language for Rust {
 
     fn value_text(&self, value: &Expression, ty: &str) -> String {
         values::text(value, ty)
+    }
+
+    fn integer(&self, code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {
+        integer::value(code, parameter)
     }
 
     fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {

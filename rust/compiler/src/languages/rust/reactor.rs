@@ -11,7 +11,10 @@ use super::print::interval;
 use super::splice::Splices;
 use super::types::{DURATION, is_copy};
 use crate::emit::{EmitError, File, FileMap};
-use crate::plan::{Child, ClassIndex, Code, Location, Plan, Reaction, ReactorClass, Tardy, Type, Value, VariableKind};
+use crate::plan::{
+    BANK_INDEX, Child, ClassIndex, Code, Location, Method, Plan, Reaction, ReactorClass, Tardy, Type, Value,
+    VariableKind,
+};
 
 /// Emits the module of a class.
 pub(super) fn emit(
@@ -111,12 +114,13 @@ impl<'p> Module<'p> {
             "" => String::new(),
             text => format!(" {text}"),
         });
-        let types = self.types()?;
+        let (types, scope) = (self.types()?, self.scope()?);
         if !self.is_whole {
             return Ok(quote! {
                 #![doc = #about]
                 use super::*;
                 use lf::prelude::*;
+                #scope
                 #(#preambles)*
                 #types
             });
@@ -130,6 +134,9 @@ impl<'p> Module<'p> {
                 methods.push(self.child_method(child)?);
             }
         }
+        for method in &class.methods {
+            methods.push(self.own_method(method)?);
+        }
         for reaction in &class.reactions {
             methods.push(self.reaction(reaction)?);
         }
@@ -137,6 +144,7 @@ impl<'p> Module<'p> {
             #![doc = #about]
             use super::*;
             use lf::prelude::*;
+            #scope
             #(#preambles)*
             #types
             #(#[doc = #comment])*
@@ -147,6 +155,26 @@ impl<'p> Module<'p> {
                 #(#methods)*
             }
         })
+    }
+
+    /// The types that stand for type parameters, and what their names and those of inherited code may be declared in.
+    fn scope(&mut self) -> Result<TokenStream, EmitError> {
+        let mut scope = TokenStream::new();
+        let files = self.class.files.iter().filter_map(|file| self.layout.file_path(*file));
+        let users = self.class.users.iter().filter(|user| **user != self.index && self.layout.has(**user));
+        for path in files.chain(users.map(|user| self.layout.module_path(*user))) {
+            let path: TokenStream = path.parse().unwrap_or_default();
+            scope.extend(quote! {
+                #[allow(unused_imports)]
+                use #path::*;
+            });
+        }
+        for (name, ty) in &self.class.types {
+            let doc = self.splices.doc(&format!("Type parameter `{name}`"), ty.at);
+            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
+            scope.extend(quote! { #doc #[allow(dead_code)] type #name = #ty; });
+        }
+        Ok(scope)
     }
 
     /// Names for the types of ports and actions that only this module can spell.
@@ -256,6 +284,10 @@ impl<'p> Module<'p> {
                     quote!(Some(#value))
                 }
                 (Some(value), None) => self.value(value)?,
+                (None, default) if child.is_bank && parameter.name == BANK_INDEX => {
+                    let index = if parameter.ty.text == "usize" { quote!(member) } else { quote!(member as _) };
+                    if default.is_some() { quote!(Some(#index)) } else { index }
+                }
                 (None, Some(_)) => quote!(None),
                 (None, None) => {
                     let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
@@ -275,11 +307,48 @@ impl<'p> Module<'p> {
                 quote!(let #name = self.#field.clone();)
             }
         });
+        // In what is given to a member, `bank_index` is its number, unless the container has such a parameter.
+        let (member, bank_index) = if child.is_bank {
+            let names = child.arguments.iter().flatten().any(|argument| mentions(argument, BANK_INDEX));
+            let hidden = self.class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX);
+            let bank_index = (names && !hidden).then(|| quote!(let bank_index = member;));
+            (Some(quote!(member: usize)), bank_index)
+        } else {
+            (None, None)
+        };
         Ok(quote! {
             #doc
-            pub fn #method(&self) -> #path {
+            pub fn #method(&self, #member) -> #path {
+                #bank_index
                 #(#copies)*
                 #path::new(#(#values),*)
+            }
+        })
+    }
+
+    fn own_method(&mut self, method: &'p Method) -> Result<TokenStream, EmitError> {
+        let doc = self.splices.doc(&format!("Method `{}`", method.name), method.at);
+        let name = ident(&method.name);
+        let this = if method.constant { quote!(&self) } else { quote!(&mut self) };
+        let (mut arguments, returned) = (
+            Vec::new(),
+            match &method.ty {
+                Some(ty) => {
+                    let ty = type_tokens(self.plan, ty)?;
+                    Some(quote!(-> #ty))
+                }
+                None => None,
+            },
+        );
+        for (name, ty) in &method.arguments {
+            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
+            arguments.push(quote!(#name: #ty));
+        }
+        let body = self.splices.lines(&method.body)?;
+        Ok(quote! {
+            #doc
+            pub fn #name(#this, #(#arguments),*) #returned {
+                #body
             }
         })
     }
@@ -331,6 +400,10 @@ impl<'p> Module<'p> {
             VariableKind::Port { ty } => {
                 let ty = type_tokens(self.plan, ty)?;
                 quote!(& #mutable Port<#ty>)
+            }
+            VariableKind::Multiport { ty } => {
+                let ty = type_tokens(self.plan, ty)?;
+                if effect { quote!(&mut MultiportMut<'_, '_, #ty>) } else { quote!(&Multiport<'_, #ty>) }
             }
             VariableKind::LogicalAction { ty } => {
                 let ty = type_tokens(self.plan, ty)?;

@@ -70,22 +70,22 @@ impl Parser<'_> {
     }
 
     fn method(&mut self) -> Parsed<Method> {
-        self.eat_word("const");
+        let constant = self.eat_word("const").is_some();
         if self.eat_word("method").is_none() {
             return self.unexpected("`method`");
         }
         let name = self.name("the name of a method")?;
         self.expect(Kind::OpenParenthesis, "`(`")?;
-        self.list(Kind::CloseParenthesis, ")", |parser| {
-            parser.name("the name of an argument")?;
-            parser.type_annotation()
+        let arguments = self.list(Kind::CloseParenthesis, ")", |parser| {
+            Ok((parser.name("the name of an argument")?, parser.type_annotation()?))
         })?;
-        self.type_annotation()?;
-        self.code()?;
-        Ok(Method { name })
+        let ty = self.type_annotation()?;
+        let code = self.code()?;
+        Ok(Method { name, constant, arguments, ty, code })
     }
 
     fn port(&mut self, attributes: Vec<Attribute>) -> Parsed<Port> {
+        // A body in Rust gets a copy or a reference of what comes, so that the word says nothing there.
         let mutable = self.eat_word("mutable");
         let direction = if self.eat_word("input").is_some() {
             Direction::Input
@@ -98,7 +98,7 @@ impl Parser<'_> {
         let what = if direction == Direction::Input { "the name of an input" } else { "the name of an output" };
         let name = self.name(what)?;
         let ty = self.type_annotation()?;
-        Ok(Port { attributes, mutable, direction, width, name, ty })
+        Ok(Port { attributes, direction, width, name, ty })
     }
 
     fn timer(&mut self, attributes: Vec<Attribute>) -> Parsed<Timer> {
@@ -169,13 +169,7 @@ impl Parser<'_> {
         }
         let width = self.width()?;
         let class = self.name("the name of a reactor")?;
-        let start = self.here();
-        let type_arguments = if self.eat(Kind::Less) {
-            self.list(Kind::Greater, ">", Self::ty)?;
-            Some(start.to(self.before()))
-        } else {
-            None
-        };
+        let type_arguments = if self.eat(Kind::Less) { self.list(Kind::Greater, ">", Self::ty)? } else { Vec::new() };
         self.expect(Kind::OpenParenthesis, "`(` and the parameters")?;
         let arguments = self.list(Kind::CloseParenthesis, ")", Self::assignment)?;
         let host = self.host()?;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A reactor: its head, and its body as a list of declarations.
 
-use super::super::ast::{Attribute, Body, Mode, Name, Parameter, Reactor, ReactorKind};
+use super::super::ast::{Attribute, Body, Mode, Name, Parameter, Reactor, ReactorKind, TypeParameter};
 use super::super::token::Kind;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -54,14 +54,18 @@ impl Parser<'_> {
         })
     }
 
-    /// One or more words, or a code block.
-    fn type_parameter(&mut self) -> Parsed<Span> {
-        let start = self.here();
-        if !self.eat(Kind::Code) {
-            self.expect(Kind::Word, "a type parameter")?;
-            while self.eat(Kind::Word) {}
+    /// One or more words, or a code block, of which the first word is the name.
+    fn type_parameter(&mut self) -> Parsed<TypeParameter> {
+        if self.at(Kind::Code) {
+            let code = self.code()?;
+            let text = code.text.trim_start();
+            let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+            let name = Name { text: text[..end].to_owned(), span: code.span };
+            return Ok(TypeParameter { name });
         }
-        Ok(start.to(self.before()))
+        let name = self.name("a type parameter")?;
+        while self.eat(Kind::Word) {}
+        Ok(TypeParameter { name })
     }
 
     fn parameter(&mut self) -> Parsed<Parameter> {

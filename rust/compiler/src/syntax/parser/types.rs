@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Types.
 
-use super::super::ast::{Type, TypeKind};
+use super::super::ast::{Type, TypeKind, Width, WidthTerm};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
@@ -63,35 +63,33 @@ impl Parser<'_> {
     }
 
     /// `[ … ]` before the name of a port or of an instance's class; terms joined by `+`.
-    pub(super) fn width(&mut self) -> Parsed<Option<Span>> {
+    pub(super) fn width(&mut self) -> Parsed<Option<Width>> {
         if !self.at(Kind::OpenBracket) {
             return Ok(None);
         }
         let start = self.here();
         self.advance();
+        let mut terms = Vec::new();
         while !self.at(Kind::CloseBracket) {
-            self.width_term()?;
+            terms.push(self.width_term()?);
             if !self.eat(Kind::Plus) {
                 break;
             }
         }
         self.expect(Kind::CloseBracket, "`+` or `]`")?;
-        Ok(Some(start.to(self.before())))
+        Ok(Some(Width { terms, span: start.to(self.before()) }))
     }
 
-    fn width_term(&mut self) -> Parsed<()> {
+    fn width_term(&mut self) -> Parsed<WidthTerm> {
         if self.at_word("widthof") && self.peek(1).kind == Kind::OpenParenthesis {
             self.advance();
             self.advance();
-            self.reference("a port")?;
+            let port = self.reference("a port")?;
             self.expect(Kind::CloseParenthesis, "`)`")?;
-            return Ok(());
+            return Ok(WidthTerm::WidthOf(port));
         }
         match self.kind() {
-            Kind::Int | Kind::Word | Kind::Code => {
-                self.advance();
-                Ok(())
-            }
+            Kind::Int | Kind::Word | Kind::Code => Ok(WidthTerm::Value(self.expression()?)),
             _ => self.unexpected("a width"),
         }
     }

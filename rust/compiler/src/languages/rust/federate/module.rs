@@ -45,7 +45,8 @@ impl Module<'_> {
     pub(super) fn type_of(&self, path: &str, ty: &Type) -> Result<String, EmitError> {
         let declared = path.rsplit_once('.').and_then(|(owner, name)| {
             let instance = self.federate.instances.iter().find(|instance| instance.path == owner)?;
-            Some((instance.class, name))
+            // A channel has the type of its multiport.
+            Some((instance.class, name.split('[').next().unwrap_or(name)))
         });
         match declared {
             Some((class, name)) if !is_copy(&ty.text) => Ok(format!("{}::{}", self.module(class), type_alias(name))),

@@ -94,7 +94,8 @@ impl Module<'_> {
                 Some(child) => {
                     let container = instance.parent.map_or(main, |parent| &self.symbols.instances[parent.0]);
                     let method = child_method(child);
-                    quote!(#container.#method())
+                    let member = instance.bank_index.map(Literal::usize_unsuffixed);
+                    quote!(#container.#method(#member))
                 }
             };
             let is_kept = !self.plan.class(instance).reactions.is_empty();

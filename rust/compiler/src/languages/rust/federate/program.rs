@@ -98,11 +98,16 @@ impl Module<'_> {
             let field = &self.symbols.instances[instance.0];
             let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
                 let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
-                let place = match argument {
-                    Argument::Port(port) => self.port_place(port.0),
-                    Argument::Trigger(trigger) => format!("self.{}", self.symbols.triggers[trigger.0]),
-                };
-                format!(", &{mutable}{place}")
+                match argument {
+                    Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
+                    Argument::Ports(ports) => {
+                        let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
+                        let places = places.collect::<Vec<_>>().join(", ");
+                        let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
+                        format!(", &{mutable}{name}::new(&{mutable}[{places}])")
+                    }
+                    Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
+                }
             });
             Some(format!("ReactionId({id}) => self.{field}.{method}(ctx{})", arguments.collect::<String>()))
         };

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reactors as they are instantiated: with all that they inherit, and with types in place of type parameters.
+//!
+//! What follows sees neither `extends` nor type parameters: a reactor with type parameters is one reactor for each list
+//! of types with which it is instantiated.
+
+use std::collections::BTreeMap;
+
+use super::load::{Program, ReactorId};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
+use crate::languages::Language;
+use crate::syntax::ast::{Body, Instantiation, Name, Reactor, Type, TypeKind};
+
+/// How many reactors a program may have, those with other types included.
+const REACTORS_MAX: usize = 10_000;
+
+/// How long the name of a type may be that stands for a type parameter, so that a reactor which contains itself with a
+/// larger type is noticed soon.
+const TYPE_MAX: usize = 1000;
+
+/// How many reactors may inherit from each other in a row.
+const BASES_MAX: usize = 100;
+
+/// A reactor as it is instantiated.
+#[derive(Debug)]
+pub(crate) struct Expanded {
+    pub(crate) id: ReactorId,
+    /// With what it inherits.
+    pub(crate) ast: Reactor,
+    /// The types that stand for its type parameters.
+    pub(crate) types: Vec<TypeArgument>,
+    /// The files in which names of its code may be declared, beside its own.
+    pub(crate) files: Vec<usize>,
+    /// The reactors that instantiate it with these types, whose declarations the types may name.
+    pub(crate) users: Vec<usize>,
+    /// The reactors of its instances, by position; nothing for one that does not exist.
+    pub(crate) children: Vec<Option<usize>>,
+}
+
+/// A type that stands for a type parameter.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct TypeArgument {
+    pub(crate) name: String,
+    /// In the target language's spelling.
+    pub(crate) ty: String,
+    /// Where the type is written.
+    pub(crate) span: Span,
+}
+
+/// Expands the reactors of the main file and all that they contain; those of the main file come first.
+pub(crate) fn expand(
+    program: &Program,
+    language: &'static dyn Language,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Expanded> {
+    let mut work = Expander { program, language, diagnostics, list: Vec::new(), known: BTreeMap::new() };
+    let own = program.units.first().map_or(&[][..], |unit| &unit.ast.reactors);
+    let ids = (0..own.len()).map(|reactor| ReactorId { unit: 0, reactor });
+    let (plain, generic): (Vec<_>, Vec<_>) = ids.partition(|id| own[id.reactor].type_parameters.is_empty());
+    for id in plain {
+        work.add(id, &[], None);
+    }
+    work.follow(0);
+    // Whoever writes a reactor that nothing contains wants to know what is wrong with it all the same.
+    for id in generic {
+        if !work.known.keys().any(|(known, _)| *known == id) {
+            let next = work.list.len();
+            work.add(id, &[], None);
+            work.follow(next);
+        }
+    }
+    work.list
+}
+
+struct Expander<'a> {
+    program: &'a Program,
+    language: &'static dyn Language,
+    diagnostics: &'a mut Diagnostics,
+    list: Vec<Expanded>,
+    /// By reactor, and the types for its type parameters.
+    known: BTreeMap<(ReactorId, Vec<String>), usize>,
+}
+
+impl<'a> Expander<'a> {
+    fn declared(&self, id: ReactorId) -> &'a Reactor {
+        &self.program.units[id.unit].ast.reactors[id.reactor]
+    }
+
+    /// The position of a reactor with these types; it is expanded if it is not known yet.
+    fn add(&mut self, id: ReactorId, arguments: &[Type], user: Option<usize>) -> usize {
+        let texts: Vec<String> = arguments.iter().map(|ty| self.language.type_text(ty)).collect();
+        if let Some(known) = self.known.get(&(id, texts.clone())).copied() {
+            let users = &mut self.list[known].users;
+            users.extend(user.filter(|user| !users.contains(user)));
+            return known;
+        }
+        let declared = self.declared(id);
+        let mut files = Vec::new();
+        let mut ast = declared.clone();
+        ast.body = Body::default();
+        ast.parameters = Vec::new();
+        self.inherit(id, &mut ast, &mut files, &mut Vec::new());
+        let named = declared.type_parameters.iter().zip(arguments);
+        let types: Vec<(&str, &Type)> = named.map(|(parameter, ty)| (parameter.name.text.as_str(), ty)).collect();
+        for ty in types_of(&mut ast) {
+            self.substitute(ty, &types);
+        }
+        files.extend(arguments.iter().map(|ty| self.unit_of(ty.span)));
+        files.sort_unstable();
+        files.dedup();
+        files.retain(|file| *file != id.unit);
+        let types = types.iter().zip(&texts).map(|((name, ty), text)| TypeArgument {
+            name: (*name).to_owned(),
+            ty: text.clone(),
+            span: ty.span,
+        });
+        let types = types.collect();
+        self.known.insert((id, texts), self.list.len());
+        self.list.push(Expanded { id, ast, types, files, users: user.into_iter().collect(), children: Vec::new() });
+        self.list.len() - 1
+    }
+
+    /// Finds the reactors of all instances from this position on.
+    fn follow(&mut self, mut next: usize) {
+        while next < self.list.len() {
+            let instances = std::mem::take(&mut self.list[next].ast.body.instances);
+            let children = instances.iter().map(|instance| self.child(instance, next)).collect();
+            self.list[next].ast.body.instances = instances;
+            self.list[next].children = children;
+            next += 1;
+            if self.list.len() > REACTORS_MAX {
+                let message = format!("this program has more than {REACTORS_MAX} reactors with different types");
+                let span = self.list[next - 1].ast.span();
+                self.diagnostics.push(Diagnostic::new(Code::TooLarge, span, message));
+                return;
+            }
+        }
+    }
+
+    fn child(&mut self, instance: &Instantiation, container: usize) -> Option<usize> {
+        let id = self.find(&instance.class, "declare it, or import it")?;
+        let declared = self.declared(id);
+        let (given, needed) = (instance.type_arguments.len(), declared.type_parameters.len());
+        if given != needed {
+            let name = &instance.class.text;
+            let message = format!("`{name}` has {needed} type parameters, and here are {given} types");
+            let hint = match needed {
+                0 => format!("write `new {name}(…)`"),
+                _ => {
+                    let names = declared.type_parameters.iter().map(|it| it.name.text.as_str());
+                    format!("write a type for each: `new {name}<{}>(…)`", names.collect::<Vec<_>>().join(", "))
+                }
+            };
+            let diagnostic = Diagnostic::new(Code::TypeArguments, instance.class.span, message).hint(hint);
+            self.diagnostics.push(diagnostic.also(declared.span(), "its declaration"));
+            return None;
+        }
+        if instance.type_arguments.iter().any(|ty| self.language.type_text(ty).len() > TYPE_MAX) {
+            let message = format!("the name of a type is longer than {TYPE_MAX} bytes here");
+            let hint = "a reactor cannot contain itself with another type";
+            self.diagnostics.push(Diagnostic::new(Code::TooLarge, instance.class.span, message).hint(hint));
+            return None;
+        }
+        // Types that are no names of the containing reactor need not be looked for in it.
+        let user = (needed > 0).then_some(container);
+        Some(self.add(id, &instance.type_arguments, user))
+    }
+
+    /// The reactor of a name in the file in which the name is written.
+    fn find(&mut self, name: &Name, otherwise: &str) -> Option<ReactorId> {
+        let scope = &self.program.units[self.unit_of(name.span)].scope;
+        if let Some(id) = scope.get(&name.text) {
+            return Some(*id);
+        }
+        let hint = did_you_mean(&name.text, scope.keys().map(String::as_str))
+            .unwrap_or_else(|| format!("{otherwise}: `import {0} from \"{0}.lf\"`", name.text));
+        let message = format!("there is no reactor `{}` in this file", name.text);
+        self.diagnostics.push(Diagnostic::new(Code::UnknownReactor, name.span, message).hint(hint));
+        None
+    }
+
+    /// The file of a place: texts have the order of files.
+    fn unit_of(&self, span: Span) -> usize {
+        span.file.index().min(self.program.units.len() - 1)
+    }
+
+    /// Adds what a reactor inherits, and then what it declares itself. A reactor from which several others inherit
+    /// counts once.
+    fn inherit(&mut self, id: ReactorId, to: &mut Reactor, files: &mut Vec<usize>, done: &mut Vec<ReactorId>) {
+        done.push(id);
+        let declared = self.declared(id);
+        for name in &declared.extends {
+            let Some(base) = self.find(name, "declare it, or import it") else { continue };
+            if base == id || self.inherits(base, id, 0) {
+                let message = format!("`{}` inherits from itself", name.text);
+                let hint = "a reactor cannot extend itself, neither directly nor through others";
+                self.diagnostics.push(Diagnostic::new(Code::CyclicInstantiation, name.span, message).hint(hint));
+            } else if !done.contains(&base) {
+                files.push(base.unit);
+                self.inherit(base, to, files, done);
+            }
+        }
+        to.parameters.extend(declared.parameters.iter().cloned());
+        append(&mut to.body, &declared.body);
+    }
+
+    /// Whether a reactor inherits from another one, however indirectly.
+    fn inherits(&self, id: ReactorId, from: ReactorId, depth: usize) -> bool {
+        let scope = &self.program.units[id.unit].scope;
+        let bases = self.declared(id).extends.iter().filter_map(|name| scope.get(&name.text));
+        depth > BASES_MAX || bases.into_iter().any(|base| *base == from || self.inherits(*base, from, depth + 1))
+    }
+
+    /// Puts types in place of type parameters.
+    fn substitute(&self, ty: &mut Type, types: &[(&str, &Type)]) {
+        match &mut ty.kind {
+            TypeKind::Time => {}
+            TypeKind::Code(text) => {
+                for (name, by) in types {
+                    *text = replace_word(text, name, &self.language.type_text(by));
+                }
+            }
+            TypeKind::Path { segments, arguments, .. } => {
+                if let ([one], []) = (&segments[..], &arguments[..])
+                    && let Some((_, by)) = types.iter().find(|(name, _)| name == one)
+                {
+                    ty.kind = by.kind.clone();
+                    return;
+                }
+                for argument in arguments {
+                    self.substitute(argument, types);
+                }
+            }
+        }
+    }
+}
+
+/// All that a reactor declares, behind what is there already.
+fn append(to: &mut Body, from: &Body) {
+    let Body {
+        preambles,
+        states,
+        methods,
+        ports,
+        timers,
+        actions,
+        watchdogs,
+        instances,
+        connections,
+        reactions,
+        modes,
+    } = from.clone();
+    to.preambles.extend(preambles);
+    to.states.extend(states);
+    to.methods.extend(methods);
+    to.ports.extend(ports);
+    to.timers.extend(timers);
+    to.actions.extend(actions);
+    to.watchdogs.extend(watchdogs);
+    to.instances.extend(instances);
+    to.connections.extend(connections);
+    to.reactions.extend(reactions);
+    to.modes.extend(modes);
+}
+
+/// All types that are written in a reactor.
+fn types_of(reactor: &mut Reactor) -> Vec<&mut Type> {
+    let Body { states, methods, ports, actions, instances, .. } = &mut reactor.body;
+    let parameters = reactor.parameters.iter_mut().filter_map(|it| it.ty.as_mut());
+    let mut types: Vec<&mut Type> = parameters.collect();
+    types.extend(states.iter_mut().filter_map(|it| it.ty.as_mut()));
+    types.extend(ports.iter_mut().filter_map(|it| it.ty.as_mut()));
+    types.extend(actions.iter_mut().filter_map(|it| it.ty.as_mut()));
+    for method in methods {
+        types.extend(method.arguments.iter_mut().filter_map(|(_, ty)| ty.as_mut()));
+        types.extend(method.ty.as_mut());
+    }
+    types.extend(instances.iter_mut().flat_map(|it| &mut it.type_arguments));
+    types
+}
+
+/// Replaces a name in code, where it stands as a word of its own.
+fn replace_word(text: &str, word: &str, by: &str) -> String {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let (mut replaced, mut rest) = (String::new(), text);
+    while let Some(start) = rest.find(word) {
+        let (before, found) = rest.split_at(start);
+        let behind = &found[word.len()..];
+        let alone = !before.ends_with(is_part) && !behind.starts_with(is_part);
+        replaced = replaced + before + if alone { by } else { word };
+        rest = behind;
+    }
+    replaced + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::replace_word;
+
+    #[test]
+    fn only_whole_words_are_type_parameters() {
+        assert_eq!(replace_word("Option<T>", "T", "u32"), "Option<u32>");
+        assert_eq!(replace_word("Vec<(T, MyT, T_)>", "T", "u8"), "Vec<(u8, MyT, T_)>");
+        assert_eq!(replace_word("U", "T", "u8"), "U");
+    }
+}
