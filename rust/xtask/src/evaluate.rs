@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Builds what is measured and what measures, for release, and runs it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::{process, zephyr};
@@ -13,13 +13,8 @@ pub(crate) fn run(repository: &Path, arguments: &[String]) -> ExitCode {
     if !process::succeeds(&mut cargo) {
         return ExitCode::FAILURE;
     }
-    let folder = target_folder(repository).join("release");
+    let folder = process::target_folder(repository).join("release");
     let mut evaluate = zephyr::command_in_workspace(repository, &folder.join("lf-bench"));
     evaluate.arg("--repository").arg(repository).arg("--lfz").arg(folder.join("lfz")).args(arguments);
     if process::succeeds(&mut evaluate) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// Where cargo puts what it builds.
-fn target_folder(repository: &Path) -> PathBuf {
-    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| repository.join("target"), |folder| repository.join(folder))
 }

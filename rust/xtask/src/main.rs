@@ -9,6 +9,7 @@ mod bless;
 mod counts;
 mod evaluate;
 mod host;
+mod lf_tests;
 mod process;
 mod python;
 mod report;
@@ -64,6 +65,15 @@ enum Command {
     /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
     #[command(alias = "golden")]
     Bless,
+    /// Run all LF programs below a folder, such as LF's own tests, and say of each whether it passes.
+    LfTests {
+        /// The folder.
+        #[arg(value_name = "PATH")]
+        folder: PathBuf,
+        /// Only programs whose paths contain this.
+        #[arg(long, value_name = "TEXT")]
+        only: Option<String>,
+    },
     /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
     #[command(disable_help_flag = true)]
     Evaluate {
@@ -110,6 +120,7 @@ fn main() -> ExitCode {
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless => bless::run(&repository),
+        Command::LfTests { folder, only } => lf_tests::run(&repository, &folder, only.as_deref()),
         Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }
 }

@@ -85,6 +85,11 @@ pub(crate) fn cargo(repository: &Path) -> Command {
     command
 }
 
+/// Where cargo puts what it builds.
+pub(crate) fn target_folder(repository: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| repository.join("target"), |folder| repository.join(folder))
+}
+
 fn show(command: &Command) {
     let mut line = command.get_program().to_string_lossy().into_owned();
     // The full path of the tool chain's cargo says nothing.

@@ -105,8 +105,6 @@ codes! {
     NotWritable = "E062-not-writable",
     /// The same dependency twice in one list.
     DuplicateDependency = "E063-duplicate-dependency",
-    /// A reaction without a body.
-    MissingBody = "E064-missing-body",
 
     /// Connected ports of different types.
     TypeMismatch = "E070-type-mismatch",
@@ -163,6 +161,8 @@ codes! {
     EndlessWait = "W008-endless-wait",
     /// A connection that leaves channels of one side without an end.
     UnequalWidths = "W009-unequal-widths",
+    /// A reaction without a body.
+    MissingBody = "W010-missing-body",
 }
 
 impl Code {

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::unsupported::Feature;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
-use crate::syntax::ast::{Import, ImportSource, Name, SourceUnit};
+use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
 /// Gives the texts of files, so that the compiler itself reads none.
@@ -119,16 +118,32 @@ impl Loader<'_> {
     }
 
     fn import(&mut self, unit: usize, import: &Import) {
-        let name = match &import.source {
-            ImportSource::File(name) => name,
-            ImportSource::Package(name) => {
-                self.diagnostics.push(Feature::Package.refused(name.span));
-                return;
+        let own = &self.units[unit].path;
+        match &import.source {
+            ImportSource::File(name) => {
+                let path = join(own, &name.text);
+                self.import_from(unit, &[path], name, &import.reactors, import.span);
             }
-        };
-        let path = join(&self.units[unit].path, &name.text);
-        let Some(from) = self.imported_unit(&path, name, import.span) else { return };
-        for imported in &import.reactors {
+            // Without a file, each reactor is in one of its name.
+            ImportSource::Package(name) if !name.text.ends_with(".lf") => {
+                for imported in &import.reactors {
+                    let paths = in_package(&self.units[unit].path, &format!("{}/{}.lf", name.text, imported.name.text));
+                    self.import_from(unit, &paths, name, std::slice::from_ref(imported), import.span);
+                }
+            }
+            ImportSource::Package(name) => {
+                let paths = in_package(own, &name.text);
+                self.import_from(unit, &paths, name, &import.reactors, import.span);
+            }
+        }
+    }
+
+    /// Imports reactors from the first of these files that there is.
+    fn import_from(&mut self, unit: usize, paths: &[String], name: &Name, reactors: &[ImportedReactor], span: Span) {
+        let there = |path: &&String| self.by_path.contains_key(*path) || self.sources.read(path).is_ok();
+        let Some(path) = paths.iter().find(there).or(paths.first()) else { return };
+        let Some(from) = self.imported_unit(path, name, span) else { return };
+        for imported in reactors {
             let found = self.units[from]
                 .ast
                 .reactors
@@ -172,12 +187,31 @@ impl Loader<'_> {
             Ok(text) => Some(self.add(path, &text)),
             Err(reason) => {
                 let message = format!("cannot read `{path}`: {reason}");
-                let hint = "the path is relative to the folder of this file";
+                let package = path.contains(PACKAGE_FOLDERS[0]);
+                let hint = if package {
+                    "packages lie in `lf-packages/` or `build/lfc_include/`, beside the folder `src` of this file"
+                } else {
+                    "the path is relative to the folder of this file"
+                };
                 self.diagnostics.push(Diagnostic::new(Code::MissingFile, name.span, message).hint(hint));
                 None
             }
         }
     }
+}
+
+/// Where packages lie, from the project's folder.
+const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];
+
+/// The paths that a file of a package can have: the project is the folder in which the importing file's `src` is.
+fn in_package(importing: &str, file: &str) -> Vec<String> {
+    let (package, file) = file.split_once('/').unwrap_or((file, ""));
+    let to_src = match importing.rfind("src/").filter(|at| *at == 0 || importing[..*at].ends_with('/')) {
+        Some(at) => importing[at..].matches('/').count(),
+        None => 1,
+    };
+    let up = "../".repeat(to_src);
+    PACKAGE_FOLDERS.map(|folder| join(importing, &format!("{up}{folder}/{package}/src/lib/{file}"))).to_vec()
 }
 
 /// The path of an import: relative to the folder of the importing file.
@@ -210,7 +244,15 @@ fn normalize(path: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::join;
+    use super::{in_package, join};
+
+    #[test]
+    fn packages_are_beside_the_folder_of_sources() {
+        let first = |importing| in_package(importing, "lib/a/B.lf").swap_remove(0);
+        assert_eq!(first("src/Main.lf"), "build/lfc_include/lib/src/lib/a/B.lf");
+        assert_eq!(first("/p/src/deep/Main.lf"), "/p/build/lfc_include/lib/src/lib/a/B.lf");
+        assert_eq!(first("Main.lf"), "../build/lfc_include/lib/src/lib/a/B.lf");
+    }
 
     #[test]
     fn imports_are_relative_to_the_importing_file() {

@@ -27,9 +27,9 @@ impl<'p> Checker<'p> {
                 self.report(Diagnostic::new(Code::MissingTrigger, declared.keyword, message).hint(hint));
             }
             if declared.code.is_none() {
-                let diagnostic = Diagnostic::new(Code::MissingBody, declared.keyword, "this reaction has no body")
-                    .hint("write `{= … =}` behind the effects");
-                self.report(diagnostic);
+                let message = "this reaction has no body, so it does nothing";
+                let diagnostic = Diagnostic::new(Code::MissingBody, declared.keyword, message);
+                self.report(diagnostic.hint("write `{= … =}` behind the effects"));
             }
             if let Some(absent_after) = declared.tardy.as_ref().and_then(|tardy| tardy.absent_after.as_ref()) {
                 self.check_time(absent_after, "the offset of this handler", &class.parameters, false);
@@ -62,9 +62,10 @@ impl<'p> Checker<'p> {
         if !self.check_role(reference, variable, role, class, classes) {
             return;
         }
-        let name = match &reference.container {
-            Some(container) => format!("{}__{}", container.text, reference.name.text),
-            None => reference.name.text.clone(),
+        let name = match (&reference.alias, &reference.container) {
+            (Some(alias), _) => alias.text.clone(),
+            (None, Some(container)) => format!("{}__{}", container.text, reference.name.text),
+            (None, None) => reference.name.text.clone(),
         };
         let known = parameters.iter_mut().find(|parameter| parameter.variable == variable);
         let Some(known) = known else {

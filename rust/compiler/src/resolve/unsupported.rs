@@ -45,9 +45,7 @@ features! {
     Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
     Mutation: "mutations" are, "use a reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
-    Alias: "other names for ports" are, "use the port's own name in the body";
     Serializer: "`serializer`" is, "remove it: values are sent in the layout of their type";
-    Package: "imports from packages" are, "import from a file: `import X from \"path/to/File.lf\"`";
 }
 
 impl Feature {
@@ -98,7 +96,6 @@ fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_reference(reference: &Reference, found: &mut Vec<Diagnostic>) {
-    found.extend(reference.alias.as_ref().map(|alias| Feature::Alias.refused(alias.span)));
     if reference.transition {
         found.push(Feature::Transition.refused(reference.span));
     }

@@ -36,6 +36,8 @@ pub(super) fn text(ty: &Type) -> String {
     match &ty.kind {
         TypeKind::Time => DURATION.to_owned(),
         TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
+        // What LF's Rust target calls the type without a value.
+        TypeKind::Path { segments, arguments, .. } if segments == &["unit"] && arguments.is_empty() => "()".to_owned(),
         TypeKind::Path { segments, arguments, .. } => {
             let mut text = segments.join("::");
             if !arguments.is_empty() {
