@@ -150,6 +150,10 @@ impl Plan {
         list(f, "instances", &federate.instances, |instance, f| {
             let class = self.class(instance);
             write!(f, "{}: {}", instance.path, class.name)?;
+            let types: Vec<_> = class.types.iter().map(|(_, ty)| ty.text.as_str()).collect();
+            if !types.is_empty() {
+                write!(f, "<{}>", types.join(", "))?;
+            }
             let given = self.child(federate, instance).map_or(&[][..], |child| &child.arguments);
             let mut open = "(";
             for (index, parameter) in class.parameters.iter().enumerate() {
