@@ -2,7 +2,7 @@
 //! The program of an image: its static memory, and how it is run.
 
 use lf_model::time::Tag;
-use lf_model::{Engine, Program, Settings, Storage, Tables};
+use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::platform::Platform;
 use lf_runtime::{
     Coordination, Description, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_federate, run_unfederated,
@@ -72,41 +72,20 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         program: impl FnOnce() -> P,
     ) -> Result<(), ImageError> {
         let parts = self.0.take().ok_or(ImageError::Running)?;
-        let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::empty));
-        let engine = storage.engine(program.tables(), description.settings());
+        let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::default));
+        let (tables, settings) = (program.tables(), description.settings());
         let Some(federation) = &description.federation else {
-            return run_unfederated(platform, program, engine).map_err(ImageError::Run);
+            return run_unfederated(platform, program, Engine::new(tables, storage, settings)).map_err(ImageError::Run);
         };
-        let mut join = join().map_err(ImageError::Settings)?;
-        if join.federation_id.is_empty() {
-            join.federation_id = federation.federation_id.as_bytes();
-        }
+        let Join { federation_id, rti } = join().map_err(ImageError::Settings)?;
+        let own_id = federation.federation_id.as_bytes();
+        let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti };
         description.check_key(join.federation_id);
-        let ended = parts
-            .buffers
-            .lend(|buffers, known| run_federate(platform, program, engine, federation, &join, buffers, known));
+        // The engine is large, and is made where it stays.
+        let ended = parts.buffers.lend(|buffers, known| {
+            run_federate(platform, program, Engine::new(tables, storage, settings), federation, &join, buffers, known)
+        });
         ended.map_err(ImageError::Run)
-    }
-}
-
-/// The memory of an engine, without the sizes in its type.
-pub trait EngineStorage: 'static {
-    /// Empty storage.
-    fn empty() -> Self;
-
-    /// An engine in this storage.
-    fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_>;
-}
-
-impl<const T: usize, const TW: usize, const RW: usize, const PW: usize, const DW: usize, const D: usize> EngineStorage
-    for Storage<T, TW, RW, PW, DW, D>
-{
-    fn empty() -> Self {
-        Self::new()
-    }
-
-    fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_> {
-        Engine::new(tables, self, settings)
     }
 }
 
