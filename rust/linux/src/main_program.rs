@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::{fmt, io};
 
 use lf_model::time::{Interval, Tag};
-use lf_model::{Engine, Program, Storage};
+use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::{
     Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
 };
@@ -25,18 +25,7 @@ const INPUT_BYTES: usize = 1 << 18;
 const PEER_BYTES: usize = 1 << 14;
 
 /// Runs a generated program with this process's command line.
-pub fn main<
-    const TRIGGERS: usize,
-    const TRIGGER_WORDS: usize,
-    const REACTION_WORDS: usize,
-    const PORT_WORDS: usize,
-    const TARDY_WORDS: usize,
-    const TARDY_INPUTS: usize,
->(
-    description: &'static Description,
-    mut program: impl Program,
-    mut storage: Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>,
-) -> ExitCode {
+pub fn main(description: &'static Description, mut program: impl Program, mut storage: impl EngineStorage) -> ExitCode {
     let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
         Ok(Invocation::Run(arguments)) => arguments,
         Ok(Invocation::Help) => {

@@ -65,7 +65,7 @@ pub use port::{Port, QueuedPort, QueuedPortInner};
 pub use program::Program;
 pub use queue::{Event, Full, Owned, View};
 pub use state::Settings;
-pub use storage::Storage;
+pub use storage::{EngineStorage, Storage, StorageParts};
 pub use tables::{
     ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,
     ReactionKind, Tables, TriggerId, TriggerInfo, TriggerKind, words,

@@ -3,6 +3,25 @@
 use crate::state::Last;
 use crate::time::Tag;
 
+/// The memory that an engine borrows, without the sizes in its type.
+pub trait EngineStorage: Default + 'static {
+    /// All of it.
+    fn parts(&mut self) -> StorageParts<'_>;
+}
+
+/// What an engine borrows of its memory.
+#[derive(Debug)]
+pub struct StorageParts<'s> {
+    pub(crate) next: &'s mut [Tag],
+    pub(crate) winners: &'s mut [u16],
+    pub(crate) active: &'s mut [u32],
+    pub(crate) ready: &'s mut [u32],
+    pub(crate) ports: &'s mut [u32],
+    pub(crate) tardy: &'s mut [u32],
+    pub(crate) intended: &'s mut [Tag],
+    pub(crate) last: &'s mut [Last],
+}
+
 /// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.
 #[derive(Debug)]
 pub struct Storage<
@@ -13,14 +32,14 @@ pub struct Storage<
     const TARDY_WORDS: usize = 0,
     const TARDY_INPUTS: usize = 0,
 > {
-    pub(crate) next: [Tag; TRIGGERS],
-    pub(crate) winners: [u16; TRIGGERS],
-    pub(crate) active: [u32; TRIGGER_WORDS],
-    pub(crate) ready: [u32; REACTION_WORDS],
-    pub(crate) ports: [u32; PORT_WORDS],
-    pub(crate) tardy: [u32; TARDY_WORDS],
-    pub(crate) intended: [Tag; TARDY_INPUTS],
-    pub(crate) last: [Last; TARDY_INPUTS],
+    next: [Tag; TRIGGERS],
+    winners: [u16; TRIGGERS],
+    active: [u32; TRIGGER_WORDS],
+    ready: [u32; REACTION_WORDS],
+    ports: [u32; PORT_WORDS],
+    tardy: [u32; TARDY_WORDS],
+    intended: [Tag; TARDY_INPUTS],
+    last: [Last; TARDY_INPUTS],
 }
 
 impl<
@@ -62,6 +81,29 @@ impl<
 {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+impl<
+    const TRIGGERS: usize,
+    const TRIGGER_WORDS: usize,
+    const REACTION_WORDS: usize,
+    const PORT_WORDS: usize,
+    const TARDY_WORDS: usize,
+    const TARDY_INPUTS: usize,
+> EngineStorage for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
+{
+    fn parts(&mut self) -> StorageParts<'_> {
+        StorageParts {
+            next: &mut self.next,
+            winners: &mut self.winners,
+            active: &mut self.active,
+            ready: &mut self.ready,
+            ports: &mut self.ports,
+            tardy: &mut self.tardy,
+            intended: &mut self.intended,
+            last: &mut self.last,
+        }
     }
 }
 

@@ -6,9 +6,11 @@ use core::ffi::{CStr, c_char, c_int};
 use core::fmt;
 use core::sync::atomic::{AtomicPtr, Ordering};
 
-use lf_runtime::{Code, ImageError, TEXTS, Tell};
+use lf_embedded::{Text, in_words, status};
+use lf_runtime::{ImageError, Tell};
 use log::LevelFilter;
 
+use crate::kconfig::LF_LINE_SIZE;
 use crate::platform::ZephyrPlatform;
 
 /// Called with a zero-terminated sentence when the federate or the RTI ends early, before the program stops.
@@ -63,7 +65,7 @@ impl Federate<'_> {
 pub extern "C" fn lf_rti_listen() -> c_int {
     let (rti, description) = rti_of_image();
     crate::logger::install(description.logging);
-    status(rti.listen(description), report)
+    status(crate::rti::listen(rti, description), report)
 }
 
 /// Runs the RTI until all federates have left. Returns 0 if the federation ended as its program says, else 1; the log
@@ -81,14 +83,9 @@ pub extern "C" fn lf_rti_main() -> c_int {
 }
 
 #[cfg(CONFIG_LF_RTI)]
-fn rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::Description) {
+fn rti_of_image() -> crate::rti::Image {
     // SAFETY: the symbol is defined by `rti!` in the crate that is linked, with this signature.
     unsafe { lf_rti_of_image() }
-}
-
-/// What C is told of an outcome; an error is logged, and given to the fatal hook.
-fn status<E>(outcome: Result<(), E>, report: impl FnOnce(&E)) -> c_int {
-    c_int::from(outcome.inspect_err(report).is_err())
 }
 
 /// Runs the federate until it ends. Returns 0 if it ended as its program says, else 1; the log then has the reason.
@@ -126,12 +123,12 @@ unsafe extern "Rust" {
     #[cfg(CONFIG_LF_FEDERATE)]
     fn lf_federate_of_image(federate: Federate<'_>);
     #[cfg(CONFIG_LF_RTI)]
-    fn lf_rti_of_image() -> (&'static dyn crate::rti::ImageRti, &'static crate::rti::Description);
+    fn lf_rti_of_image() -> crate::rti::Image;
 }
 
-/// Logs why the federate or the RTI ends early, and tells the hook: the sentence, or the code in place of it.
+/// Logs why the federate or the RTI ends early, and tells the hook.
 fn report<E: Tell>(reason: &E) {
-    if TEXTS { report_words(format_args!("{reason}")) } else { report_words(format_args!("{}", Code::of(reason))) }
+    in_words(reason, report_words);
 }
 
 fn report_words(reason: fmt::Arguments<'_>) {
@@ -151,7 +148,7 @@ pub(crate) fn call_fatal_hook(reason: fmt::Arguments<'_>) {
     }
     // SAFETY: only `lf_set_fatal_hook` stores here, and what it stores is null or a function of this type.
     let hook = unsafe { core::mem::transmute::<*mut (), extern "C" fn(*const c_char)>(pointer) };
-    let mut text = crate::logger::Text::new();
+    let mut text = Text::<LF_LINE_SIZE>::new();
     text.append(reason);
     hook(text.terminated().as_ptr());
 }

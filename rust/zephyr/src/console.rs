@@ -3,6 +3,8 @@
 
 use core::fmt::{self, Write};
 
+use lf_embedded::whole_characters;
+
 use crate::kconfig::LF_LINE_SIZE;
 use crate::raw;
 use crate::turn::Turn;
@@ -57,11 +59,4 @@ impl Write for Piece {
         }
         Ok(())
     }
-}
-
-/// The length of the longest beginning of a text that has at most `room` bytes and ends with a whole character.
-pub(crate) fn whole_characters(text: &[u8], room: usize) -> usize {
-    // The bytes of a character after its first begin with the bits 10.
-    let begins_character = |length: &usize| text.get(*length).is_none_or(|byte| byte & 0xC0 != 0x80);
-    (0..=room.min(text.len())).rev().find(begins_character).unwrap_or(0)
 }

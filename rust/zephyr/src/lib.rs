@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The platform for Zephyr, and what a generated image links.
 //!
-//! Of all crates only this one contains `unsafe`, because it calls C. The calls are bindings that bindgen makes of the
-//! very headers that the image is compiled with. Nothing here allocates: sockets and threads have static places whose
-//! numbers Kconfig sets.
+//! It calls C, so it contains `unsafe`, which of all other crates only `lf-embedded` does, for static memory. The calls
+//! are bindings that bindgen makes of the very headers that the image is compiled with. Nothing here allocates: sockets
+//! and threads have static places whose numbers Kconfig sets.
 //!
 //! A generated crate names this one `lf`. It is linked as a static library, and says with [`main!`] which program it
 //! has, and with [`rti!`] which RTI; the application's `main()` runs both through the C API of `c_api`.
@@ -14,8 +14,6 @@ pub mod clock;
 #[doc(hidden)]
 pub mod console;
 mod critical;
-#[doc(hidden)]
-pub mod image;
 mod logger;
 mod net;
 mod outside;
@@ -31,6 +29,8 @@ mod turn;
 mod wake;
 
 pub use c_api::Federate;
+#[doc(hidden)]
+pub use lf_embedded::run;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
@@ -53,32 +53,18 @@ pub mod prelude {
     pub use log::{self, debug, error, info, trace, warn};
 }
 
-/// Makes a program that of the image, in the form in which generated code names it: by the description, the program
-/// and the engine's storage in one module.
+/// Makes a program of generated code that of the image: `main!(federate::Main)`, by its type in a module that also has
+/// its description and the engine's storage.
 ///
-/// The program runs in static memory when the application calls `lf_main()`.
+/// The program runs in static memory when the application calls `lf_main()`. Tests that are no LF programs give a
+/// function of the platform, and how much is logged.
 #[macro_export]
 macro_rules! main {
-    (&$module:ident::DESCRIPTION, $_1:ident::$program:ident::new() $(, $_2:ident::Storage::new())? $(,)?) => {
-        const _: () = assert!(
-            $crate::image::has_needed(&$module::DESCRIPTION),
-            "the program needs the feature `peers` of lf-zephyr"
-        );
+    ($module:ident::$program:ident) => {
         $crate::main!(
             @run
             |platform: &mut $crate::ZephyrPlatform| {
-                static MEMORY: $crate::image::Memory<
-                    $module::$program,
-                    $module::Storage,
-                    { $crate::image::input_bytes(&$module::DESCRIPTION) },
-                    { $crate::image::output_bytes(&$module::DESCRIPTION) },
-                    { $crate::image::awaited_inputs(&$module::DESCRIPTION) },
-                    { $crate::image::peers_in(&$module::DESCRIPTION).0 },
-                    { $crate::image::peers_in(&$module::DESCRIPTION).1 },
-                    { $crate::image::peers_out(&$module::DESCRIPTION).0 },
-                    { $crate::image::peers_out(&$module::DESCRIPTION).1 },
-                > = $crate::image::Memory::new();
-                MEMORY.run(platform, &$module::DESCRIPTION, $module::$program::new)
+                $crate::run!($module::$program, platform, $crate::settings::join, $crate::settings::BUFFERS)
             },
             $module::DESCRIPTION.logging
         );
@@ -89,7 +75,6 @@ macro_rules! main {
             federate.$method($logging, $run)
         }
     };
-    // A function of the platform, for tests that are no LF programs.
     ($run:expr, $logging:expr) => {
         $crate::main!(@run_other $run, $logging);
     };
@@ -98,12 +83,12 @@ macro_rules! main {
 /// Makes an RTI that of the image, by its description in a module: with `CONFIG_LF_RTI`.
 #[macro_export]
 macro_rules! rti {
-    (&$module:ident::RTI) => {
+    ($module:ident::$description:ident) => {
         #[unsafe(no_mangle)]
-        fn lf_rti_of_image() -> (&'static dyn $crate::rti::ImageRti, &'static $crate::rti::Description) {
-            static MEMORY: $crate::rti::Memory<{ $crate::rti::buffer_bytes(&$module::RTI) }> =
+        fn lf_rti_of_image() -> $crate::rti::Image {
+            static MEMORY: $crate::rti::Memory<{ $crate::rti::buffer_bytes(&$module::$description) }> =
                 $crate::rti::Memory::new();
-            (&MEMORY, &$module::RTI)
+            (&MEMORY, &$module::$description)
         }
     };
 }

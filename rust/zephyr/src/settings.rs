@@ -1,26 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which federation to join, and where its RTI is: from Kconfig, and on `native_sim` from the command line.
+//! Which federation to join, where its RTI is, and how large buffers are at least: from Kconfig, and on `native_sim`
+//! from the command line.
 
 use core::ffi::CStr;
 use core::net::{Ipv4Addr, SocketAddrV4};
 use core::sync::atomic::{AtomicU16, Ordering};
 
-use lf_runtime::SettingsError;
+use lf_embedded::federate::Least;
+use lf_runtime::{Join, SettingsError};
 
+use crate::kconfig::{LF_RECEIVE_BUFFER_SIZE, LF_SEND_BUFFER_SIZE};
 use crate::raw;
 
+/// The least bytes of a federate's buffers.
+pub const BUFFERS: Least = Least { input_bytes: LF_RECEIVE_BUFFER_SIZE, output_bytes: LF_SEND_BUFFER_SIZE };
+
+/// The federation to join.
+///
+/// # Errors
+/// When the RTI's address is not an IPv4 address, or its port not a port.
+pub fn join() -> Result<Join<'static>, SettingsError> {
+    Ok(Join { federation_id: federation_id(), rti: rti_address()? })
+}
+
 /// The federation id that the federate presents to the RTI; empty for that of its program.
-pub fn federation_id() -> &'static [u8] {
+pub(crate) fn federation_id() -> &'static [u8] {
     // SAFETY: src/settings.c returns a text of Kconfig or of the command line, all of which are terminated and never
     // change or go away.
     unsafe { CStr::from_ptr(raw::lf_federation_id()) }.to_bytes()
 }
 
 /// Where the RTI listens.
-///
-/// # Errors
-/// When the address is not an IPv4 address, or the port not a port.
-pub fn rti_address() -> Result<SocketAddrV4, SettingsError> {
+fn rti_address() -> Result<SocketAddrV4, SettingsError> {
     let mut octets = [0; 4];
     // SAFETY: there are as many bytes as C writes.
     if !unsafe { raw::lf_rti_address(octets.as_mut_ptr()) } {

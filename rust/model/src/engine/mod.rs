@@ -14,7 +14,7 @@ use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
-use crate::storage::Storage;
+use crate::storage::{EngineStorage, StorageParts};
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
 pub use tardy::Delivery;
@@ -60,18 +60,8 @@ pub struct Engine<'s> {
 
 impl<'s> Engine<'s> {
     /// An engine for the program with these tables, in storage of their size.
-    pub fn new<
-        const TRIGGERS: usize,
-        const TRIGGER_WORDS: usize,
-        const REACTION_WORDS: usize,
-        const PORT_WORDS: usize,
-        const TARDY_WORDS: usize,
-        const TARDY_INPUTS: usize,
-    >(
-        tables: &'static Tables,
-        storage: &'s mut Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>,
-        settings: Settings,
-    ) -> Self {
+    pub fn new(tables: &'static Tables, storage: &'s mut impl EngineStorage, settings: Settings) -> Self {
+        let StorageParts { next, winners, active, ready, ports, tardy, intended, last } = storage.parts();
         let mut engine = Self {
             tables,
             settings,
@@ -85,12 +75,12 @@ impl<'s> Engine<'s> {
                 network_input: false,
                 untouched: 0,
             },
-            events: Events { next: &mut storage.next, winners: &mut storage.winners },
-            active: Bits(&mut storage.active),
-            ready: Bits(&mut storage.ready),
-            ports: Bits(&mut storage.ports),
-            tardy: Tardy { reactions: Bits(&mut storage.tardy), intended: &mut storage.intended },
-            last: &mut storage.last,
+            events: Events { next, winners },
+            active: Bits(active),
+            ready: Bits(ready),
+            ports: Bits(ports),
+            tardy: Tardy { reactions: Bits(tardy), intended },
+            last,
         };
         engine.events.reset();
         engine.active.clear();

@@ -141,6 +141,17 @@ impl World {
         Interval::from_nanos(i64::try_from(self.state().now).expect("less than centuries"))
     }
 
+    /// A participant ends: its system closes its sockets, and it gets no further turn.
+    pub fn leave(&self, participant: usize) {
+        let mut state = self.state();
+        let State { network, now, .. } = &mut *state;
+        network.switch_off(participant, *now);
+        state.participants[participant].status = Status::Done;
+        state.hand_over();
+        drop(state);
+        self.0.turn.notify_all();
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
@@ -295,13 +306,7 @@ impl VirtualPlatform {
 
 impl Drop for VirtualPlatform {
     fn drop(&mut self) {
-        let mut state = self.world.state();
-        let State { network, now, .. } = &mut *state;
-        network.switch_off(self.me, *now);
-        state.participants[self.me].status = Status::Done;
-        state.hand_over();
-        drop(state);
-        self.world.0.turn.notify_all();
+        self.world.leave(self.me);
     }
 }
 

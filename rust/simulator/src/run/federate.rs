@@ -36,8 +36,8 @@ impl EngineMemory {
 
     pub(super) fn engine(&mut self, tables: &'static Tables, settings: Settings) -> Engine<'_> {
         match self {
-            Self::Small(storage) => Engine::new(tables, storage, settings),
-            Self::Large(storage) => Engine::new(tables, storage, settings),
+            Self::Small(storage) => Engine::new(tables, &mut **storage, settings),
+            Self::Large(storage) => Engine::new(tables, &mut **storage, settings),
         }
     }
 }

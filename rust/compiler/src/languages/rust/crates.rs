@@ -108,10 +108,7 @@ fn root(job: &Job<'_>, layout: &Layout) -> Result<(File, FileMap), EmitError> {
         #(#modules)*
         #entry
     };
-    let (mut file, map) = Splices::new(job.plan).finish(format!("{}/src/lib.rs", job.folder), tokens)?;
-    // The formatter knows nothing of what a macro takes, and puts a blank after every sign.
-    file.text = file.text.replace("lf::main!(& ", "lf::main!(&").replace("lf::rti!(& ", "lf::rti!(&");
-    Ok((file, map))
+    Splices::new(job.plan).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
 /// `main.rs` of a program for this computer.
@@ -133,9 +130,9 @@ fn main(job: &Job<'_>, federate: &Federate) -> Result<(File, FileMap), EmitError
 fn zephyr_entry(job: &Job<'_>) -> TokenStream {
     let program = job.federate.map(|federate| {
         let owner = federate::type_name(job.plan, federate);
-        quote!(lf::main!(&federate::DESCRIPTION, federate::#owner::new(), federate::Storage::new());)
+        quote!(lf::main!(federate::#owner);)
     });
-    let rti = job.rti.then(|| quote!(lf::rti!(&rti::RTI);));
+    let rti = job.rti.then(|| quote!(lf::rti!(rti::RTI);));
     quote!(#program #rti)
 }
 

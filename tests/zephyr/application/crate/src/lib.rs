@@ -4,4 +4,4 @@
 
 pub mod federate;
 
-lf::main!(&federate::DESCRIPTION, federate::Main::new(), federate::Storage::new());
+lf::main!(federate::Main);

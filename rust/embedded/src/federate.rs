@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The program of an image: its static memory, and how it is run.
+
+use lf_model::time::Tag;
+use lf_model::{Engine, EngineStorage, Program};
+use lf_runtime::platform::Platform;
+use lf_runtime::{
+    Coordination, Description, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_federate, run_unfederated,
+};
+
+use crate::cell::{Once, Place};
+
+/// Runs a program of generated code, named by its module and type, in static memory: on this platform, with a function
+/// that says which federation to join (see [`Memory::run`]), and buffers of at least so many bytes ([`Least`]).
+///
+/// The module has beside the type `DESCRIPTION` and `Storage`. The outcome is that of [`Memory::run`].
+#[macro_export]
+macro_rules! run {
+    ($module:ident::$program:ident, $platform:expr, $join:expr, $least:expr) => {{
+        const SIZES: $crate::federate::Sizes = $crate::federate::Sizes::of(&$module::DESCRIPTION, $least);
+        static MEMORY: $crate::federate::Memory<$module::$program, $module::Storage, $crate::buffers_of!(SIZES)> =
+            $crate::federate::Memory::new();
+        MEMORY.run($platform, &$module::DESCRIPTION, $join, $module::$program::new)
+    }};
+}
+
+/// The type of [`Buffers`](federate::Buffers) with these [`Sizes`](federate::Sizes), which are a `const`.
+#[macro_export]
+macro_rules! buffers_of {
+    ($sizes:ident) => {
+        $crate::federate::Buffers<
+            { $sizes.input_bytes },
+            { $sizes.output_bytes },
+            { $sizes.awaited },
+            { $sizes.peers_in },
+            { $sizes.peer_input_bytes },
+            { $sizes.peers_out },
+            { $sizes.peer_output_bytes },
+        >
+    };
+}
+
+/// The static memory of a program `P` with its engine's storage `S` and its connections' buffers `B`.
+///
+/// It is a static and not on a thread's stack, so that the linker counts it.
+pub struct Memory<P, S, B>(Once<Parts<P, S, B>>);
+
+struct Parts<P, S, B> {
+    program: Place<P>,
+    storage: Place<S>,
+    buffers: B,
+}
+
+impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
+    /// Memory that nothing is in yet.
+    #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
+    pub const fn new() -> Self {
+        Self(Once::new(Parts { program: Place::EMPTY, storage: Place::EMPTY, buffers: B::EMPTY }))
+    }
+
+    /// Runs the program in this memory, from its start to its end.
+    ///
+    /// A federate joins the federation that `join` says, or that of its description if that names none.
+    ///
+    /// # Errors
+    /// Why it ended early.
+    pub fn run(
+        &'static self,
+        platform: &mut impl Platform,
+        description: &'static Description,
+        join: impl FnOnce() -> Result<Join<'static>, SettingsError>,
+        program: impl FnOnce() -> P,
+    ) -> Result<(), ImageError> {
+        let parts = self.0.take().ok_or(ImageError::Running)?;
+        let (program, storage) = (parts.program.fill(program), parts.storage.fill(S::default));
+        let (tables, settings) = (program.tables(), description.settings());
+        let Some(federation) = &description.federation else {
+            return run_unfederated(platform, program, Engine::new(tables, storage, settings)).map_err(ImageError::Run);
+        };
+        let Join { federation_id, rti } = join().map_err(ImageError::Settings)?;
+        let own_id = federation.federation_id.as_bytes();
+        let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti };
+        description.check_key(join.federation_id);
+        // The engine is large, and is made where it stays.
+        let ended = parts.buffers.lend(|buffers, known| {
+            run_federate(platform, program, Engine::new(tables, storage, settings), federation, &join, buffers, known)
+        });
+        ended.map_err(ImageError::Run)
+    }
+}
+
+/// The memory of a federate's connections, without the sizes in its type.
+pub trait BufferStorage: Send + 'static {
+    /// Fresh memory, all zero.
+    const EMPTY: Self;
+
+    /// Lends the buffers, and a tag for each awaited input.
+    fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T;
+}
+
+/// The memory of a federate's connections, with its [`Sizes`]: [`buffers_of!`](crate::buffers_of) gives the type.
+pub struct Buffers<
+    const INPUT: usize,
+    const OUTPUT: usize,
+    const AWAITED: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize,
+> {
+    input: [u8; INPUT],
+    output: [u8; OUTPUT],
+    known: [Place<Tag>; AWAITED],
+    peer_inputs: [[u8; IN_BYTES]; INS],
+    peer_outputs: [[u8; OUT_BYTES]; OUTS],
+}
+
+impl<
+    const INPUT: usize,
+    const OUTPUT: usize,
+    const AWAITED: usize,
+    const INS: usize,
+    const IN_BYTES: usize,
+    const OUTS: usize,
+    const OUT_BYTES: usize,
+> BufferStorage for Buffers<INPUT, OUTPUT, AWAITED, INS, IN_BYTES, OUTS, OUT_BYTES>
+{
+    const EMPTY: Self = Self {
+        input: [0; INPUT],
+        output: [0; OUTPUT],
+        known: [Place::EMPTY; AWAITED],
+        peer_inputs: [[0; IN_BYTES]; INS],
+        peer_outputs: [[0; OUT_BYTES]; OUTS],
+    };
+
+    fn lend<T>(&'static mut self, run: impl for<'s> FnOnce(lf_runtime::Buffers<'s>, &'s mut [Tag]) -> T) -> T {
+        let Self { input, output, known, peer_inputs, peer_outputs } = self;
+        let known = Place::fill_all(known, core::iter::repeat(Tag::NEVER));
+        let mut inbound = peer_inputs.each_mut().map(|bytes| Inbound::new(bytes));
+        let mut outbound = peer_outputs.each_mut().map(|bytes| Outbound::new(bytes));
+        run(lf_runtime::Buffers::new(input, output).with_peers(&mut outbound, &mut inbound), known)
+    }
+}
+
+/// The least bytes of buffers that a system asks for. They are larger where the program needs it.
+#[derive(Clone, Copy, Debug)]
+pub struct Least {
+    /// Of the buffer for what comes from the RTI.
+    pub input_bytes: usize,
+    /// Of the buffer for what goes to the RTI.
+    pub output_bytes: usize,
+}
+
+/// How much memory a program's connections take. One that is not federated has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    /// Bytes of the buffer for what comes from the RTI.
+    pub input_bytes: usize,
+    /// Bytes of the buffer for what goes to the RTI.
+    pub output_bytes: usize,
+    /// How many inputs are awaited.
+    pub awaited: usize,
+    /// How many federates send to this one past the RTI.
+    pub peers_in: usize,
+    /// Bytes of the buffer for what comes from each of them.
+    pub peer_input_bytes: usize,
+    /// To how many federates this one sends past the RTI.
+    pub peers_out: usize,
+    /// Bytes of the buffer for what goes to each of them.
+    pub peer_output_bytes: usize,
+}
+
+impl Sizes {
+    /// What a program needs, and at least what its system asks for.
+    ///
+    /// # Panics
+    /// When the program has connections past the RTI, and this crate has not the feature `peers`. In a constant the
+    /// compiler says so.
+    pub const fn of(description: &Description, least: Least) -> Self {
+        let Some(federation) = &description.federation else {
+            return Self {
+                input_bytes: 0,
+                output_bytes: 0,
+                awaited: 0,
+                peers_in: 0,
+                peer_input_bytes: 0,
+                peers_out: 0,
+                peer_output_bytes: 0,
+            };
+        };
+        let is_centralized = matches!(federation.coordination, Coordination::Centralized);
+        let needs_peers = !is_centralized || !federation.peers_in.is_empty() || !federation.peers_out.is_empty();
+        assert!(PEERS || !needs_peers, "the program needs the feature `peers` of its system's crate");
+        Self {
+            input_bytes: larger(federation.input_bytes, least.input_bytes),
+            output_bytes: larger(federation.output_bytes, least.output_bytes),
+            awaited: federation.awaited.len(),
+            peers_in: federation.peers_in.len(),
+            peer_input_bytes: federation.peer_input_bytes,
+            peers_out: federation.peers_out.len(),
+            peer_output_bytes: federation.peer_output_bytes,
+        }
+    }
+}
+
+pub(crate) const fn larger(one: usize, other: usize) -> usize {
+    if one > other { one } else { other }
+}

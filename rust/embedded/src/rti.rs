@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The RTI of an image: its static memory, and how it is run.
+//!
+//! It runs in two steps, because a federate in the same image must find it listening: [`ImageRti::listen`], then
+//! [`ImageRti::run`], which may be called from another thread.
+
+use lf_coordination::clock_sync::RTI_UDP_PORT;
+pub use lf_coordination::rti::ClockSync;
+use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, START_REPORT, Slot};
+use lf_model::time::{Interval, Tag};
+use lf_runtime::platform::{NetError, Platform, SocketId};
+pub use lf_runtime::{AUTHENTICATOR, Authenticator};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiSetup, log_notice, run_rti};
+use log::LevelFilter;
+
+use crate::cell::{Handover, Once, Place};
+use crate::federate::larger;
+
+/// What an RTI knows of its federation.
+#[derive(Clone, Copy, Debug)]
+pub struct Description {
+    /// The federation id, unless the image's settings say another.
+    pub federation_id: &'static str,
+    /// How federates have to prove that they know the federation id, if they have to.
+    pub authentication: Option<Authenticator>,
+    /// Clock synchronization.
+    pub clock_sync: ClockSync,
+    /// Whether federates are told which of their next events nobody waits for.
+    pub dnet: bool,
+    /// After how long it is logged what a running federate waits for, if at all.
+    pub log_waits: Option<Interval>,
+    /// How much is logged.
+    pub logging: LevelFilter,
+    /// Bytes of the longest payload that is passed on.
+    pub payload_bytes_max: usize,
+}
+
+impl Description {
+    /// Bytes of the buffer of each connection in each direction: what the longest message of a federation of so many
+    /// federates takes, and at least what the system asks for.
+    pub const fn buffer_bytes(&self, federates: usize, least: usize) -> usize {
+        larger(self.config(&[]).message_bytes_max(federates), least)
+    }
+
+    const fn config<'a>(&self, federation_id: &'a [u8]) -> Config<'a> {
+        let mut config = Config::new(federation_id, self.payload_bytes_max);
+        config.authentication = self.authentication;
+        config.clock_sync = self.clock_sync;
+        config.dnet = self.dnet;
+        config.start_report = Some(START_REPORT);
+        config.log_waits = self.log_waits;
+        config.after_loss = AfterLoss::StopAll;
+        config
+    }
+}
+
+/// The longest of some lengths; 0 of none.
+pub const fn longest(lengths: &[usize]) -> usize {
+    let (mut longest, mut index) = (0, 0);
+    while index < lengths.len() {
+        longest = larger(longest, lengths[index]);
+        index += 1;
+    }
+    longest
+}
+
+/// The RTI of an image on a platform `P`, without the sizes in its type.
+pub trait ImageRti<P>: Sync {
+    /// Lets federates connect on this TCP port, where 0 stands for any, and gives the port. The federation id is that
+    /// of the description if this one is empty.
+    ///
+    /// # Errors
+    /// Why they cannot.
+    fn listen(
+        &'static self,
+        description: &Description,
+        platform: P,
+        port: u16,
+        federation_id: &'static [u8],
+    ) -> Result<u16, RtiError>;
+
+    /// Runs the federation to its end.
+    ///
+    /// # Errors
+    /// Why it ended early.
+    fn run(&'static self, description: &Description) -> Result<(), RtiError>;
+}
+
+/// The static memory of an RTI on a platform `P`, with storage `S`. It is all zero at first, so it takes no flash.
+pub struct Memory<P, S> {
+    listening: Handover<Listening<P>>,
+    storage: Once<S>,
+}
+
+/// The RTI before it runs.
+struct Listening<P> {
+    platform: P,
+    listener: SocketId,
+    datagrams: Option<SocketId>,
+    federation_id: &'static [u8],
+}
+
+impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
+    /// Memory of an RTI that does not listen yet.
+    #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
+    pub const fn new() -> Self {
+        Self { listening: Handover::new(), storage: Once::new(S::EMPTY) }
+    }
+}
+
+impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
+    fn listen(
+        &'static self,
+        description: &Description,
+        mut platform: P,
+        port: u16,
+        federation_id: &'static [u8],
+    ) -> Result<u16, RtiError> {
+        let mut actual = port;
+        let listening = self.listening.put(|| {
+            let failed = |error| RtiError::Listen { port, error };
+            let listener = platform.listen(port).map_err(failed)?;
+            actual = platform.local_port(listener).map_err(failed)?;
+            let datagrams = match description.clock_sync {
+                ClockSync::On { .. } => Some(open_datagrams(&mut platform).map_err(RtiError::Bind)?),
+                ClockSync::Off | ClockSync::Init { .. } => None,
+            };
+            let id = if federation_id.is_empty() { description.federation_id.as_bytes() } else { federation_id };
+            Ok(Listening { platform, listener, datagrams, federation_id: id })
+        });
+        listening.unwrap_or(Err(RtiError::Order)).map(|()| actual)
+    }
+
+    fn run(&'static self, description: &Description) -> Result<(), RtiError> {
+        let Listening { platform, listener, datagrams, federation_id } =
+            self.listening.take().ok_or(RtiError::Order)?;
+        let storage = self.storage.take().ok_or(RtiError::Order)?;
+        let setup = storage.setup(description.config(federation_id), *datagrams);
+        match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Run)? {
+            Outcome::Complete => Ok(()),
+            outcome => Err(RtiError::Ended(outcome)),
+        }
+    }
+}
+
+/// Opens a UDP port for clock synchronization. Federates answer to where the datagrams come from, so another port than
+/// the usual one will do.
+fn open_datagrams(platform: &mut impl Platform) -> Result<SocketId, NetError> {
+    match platform.bind(RTI_UDP_PORT) {
+        Err(NetError::AddressInUse) => platform.bind(0),
+        outcome => outcome,
+    }
+}
+
+/// The memory of an RTI and of its connections, without the sizes in its type.
+pub trait Storage: Send + 'static {
+    /// Fresh storage, all zero.
+    const EMPTY: Self;
+
+    /// All that an RTI needs, in this storage.
+    fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static>;
+}
+
+/// The memory of an RTI for so many federates, connections that can be open at once, upstream federates of one, and
+/// different tags in transit to one (see [`RtiStorage`]); and of buffers of so many bytes.
+pub struct Parts<
+    const FEDERATES: usize,
+    const CONNECTIONS: usize,
+    const UPSTREAM: usize,
+    const IN_TRANSIT: usize,
+    const BYTES: usize,
+> {
+    inputs: [[u8; BYTES]; CONNECTIONS],
+    outputs: [[u8; BYTES]; CONNECTIONS],
+    inlets: [Place<Inlet<&'static mut [u8]>>; CONNECTIONS],
+    outgoings: [Place<Outgoing<&'static mut [u8]>>; CONNECTIONS],
+    connections: [Place<Connection>; CONNECTIONS],
+    slots: [Place<Slot>; FEDERATES],
+    nodes: [Place<Node>; FEDERATES],
+    paths: [[[PathWords; FEDERATES]; FEDERATES]; 2],
+    upstream: [[PathWords; UPSTREAM]; FEDERATES],
+    in_transit: [[Place<Tag>; IN_TRANSIT]; FEDERATES],
+}
+
+impl<
+    const FEDERATES: usize,
+    const CONNECTIONS: usize,
+    const UPSTREAM: usize,
+    const IN_TRANSIT: usize,
+    const BYTES: usize,
+> Storage for Parts<FEDERATES, CONNECTIONS, UPSTREAM, IN_TRANSIT, BYTES>
+{
+    const EMPTY: Self = {
+        assert!(CONNECTIONS >= FEDERATES, "each federate of the RTI needs one connection");
+        Self {
+            inputs: [[0; BYTES]; CONNECTIONS],
+            outputs: [[0; BYTES]; CONNECTIONS],
+            inlets: [Place::EMPTY; CONNECTIONS],
+            outgoings: [Place::EMPTY; CONNECTIONS],
+            connections: [Place::EMPTY; CONNECTIONS],
+            slots: [Place::EMPTY; FEDERATES],
+            nodes: [Place::EMPTY; FEDERATES],
+            paths: [[[[0; 2]; FEDERATES]; FEDERATES]; 2],
+            upstream: [[[0; 2]; UPSTREAM]; FEDERATES],
+            in_transit: [const { [Place::EMPTY; IN_TRANSIT] }; FEDERATES],
+        }
+    };
+
+    fn setup(&'static mut self, config: Config<'static>, datagrams: Option<SocketId>) -> RtiSetup<'static> {
+        RtiSetup {
+            config,
+            storage: RtiStorage {
+                slots: fill(&mut self.slots, Slot::EMPTY),
+                nodes: fill(&mut self.nodes, Node::EMPTY),
+                connections: fill(&mut self.connections, Connection::EMPTY),
+                paths: self.paths.as_flattened_mut().as_flattened_mut(),
+                upstream: self.upstream.as_flattened_mut(),
+                in_transit: fill(self.in_transit.as_flattened_mut(), Tag::NEVER),
+            },
+            inlets: Place::fill_all(&mut self.inlets, slices(&mut self.inputs).map(Inlet::new)),
+            outgoings: Place::fill_all(&mut self.outgoings, slices(&mut self.outputs).map(Outgoing::new)),
+            datagrams,
+        }
+    }
+}
+
+fn fill<T: Clone>(places: &'static mut [Place<T>], value: T) -> &'static mut [T] {
+    Place::fill_all(places, core::iter::repeat(value))
+}
+
+/// Buffers without their length in the type.
+fn slices<const BYTES: usize>(buffers: &mut [[u8; BYTES]]) -> impl Iterator<Item = &mut [u8]> {
+    buffers.iter_mut().map(|bytes| &mut bytes[..])
+}
