@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a federate can wait for, beside the time.
+
+use core::fmt;
+use core::mem::{self, Discriminant};
+
+use lf_coordination::federate::Phase;
+use lf_model::time::{EventTag, Instant, Tag};
+
+use crate::error::PeerFault;
+
+/// What a federate waits for.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Reason {
+    /// An RTI that takes its connection.
+    Rti,
+    /// An answer of the RTI in the handshake.
+    Answer(Phase),
+    /// Another federate that takes its connection; what went wrong with the last attempt.
+    Peer(u16, Option<PeerFault>),
+    /// The start time, which the RTI tells when all federates are ready.
+    Others,
+    /// A grant of the RTI for this tag.
+    Grant(Tag),
+    /// What comes at this tag from the named connection.
+    Input(Tag, &'static str),
+    /// Others that have taken what this federate has sent at this tag: the RTI, or another federate.
+    Room(Tag, Option<u16>),
+}
+
+impl Reason {
+    /// Whether the federate has not started yet.
+    pub(super) fn is_before_start(self) -> bool {
+        matches!(self, Self::Rti | Self::Answer(_) | Self::Peer(..) | Self::Others)
+    }
+
+    /// What tells this wait from others. What has gone wrong with a federate does not make another wait of it.
+    pub(super) fn key(self) -> Key {
+        let (tag, federate, input) = match self {
+            Self::Rti | Self::Answer(_) | Self::Others => (Tag::NEVER, None, ""),
+            Self::Peer(federate, _) => (Tag::NEVER, Some(federate), ""),
+            Self::Grant(tag) => (tag, None, ""),
+            Self::Input(tag, name) => (tag, None, name),
+            Self::Room(tag, federate) => (tag, federate, ""),
+        };
+        let phase = if let Self::Answer(phase) = self { Some(phase) } else { None };
+        (mem::discriminant(&self), phase, tag, federate, input)
+    }
+}
+
+/// What tells one wait from another.
+pub(super) type Key = (Discriminant<Reason>, Option<Phase>, Tag, Option<u16>, &'static str);
+
+/// A reason in words: what comes after "waiting for".
+pub(crate) struct Words(pub(crate) Reason, pub(crate) Instant);
+
+impl fmt::Display for Words {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(reason, start) = *self;
+        let at = |tag| EventTag::relative(tag, start);
+        match reason {
+            Reason::Rti => f.write_str("an RTI that answers"),
+            Reason::Answer(phase) => write!(f, "the RTI, {phase}"),
+            Reason::Peer(federate, None) => write!(f, "federate {federate}, to which this one sends directly"),
+            Reason::Peer(federate, Some(fault)) => write!(f, "federate {federate}: it {fault}"),
+            Reason::Others => f.write_str("the other federates, of which the RTI says which are missing"),
+            Reason::Grant(tag) => write!(f, "the RTI to grant {}: others may still send something", at(tag)),
+            Reason::Input(tag, name) => write!(f, "what comes over {name} at {}", at(tag)),
+            Reason::Room(tag, None) => write!(f, "the RTI to take what is sent at {}", at(tag)),
+            Reason::Room(tag, Some(federate)) => {
+                write!(f, "federate {federate} to take what is sent at {}", at(tag))
+            }
+        }
+    }
+}
