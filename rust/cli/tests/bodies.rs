@@ -14,7 +14,7 @@ fn folder() -> PathBuf {
 }
 
 /// What a command says about a program, without what differs from run to run.
-fn said(arguments: &[&str], file: &str, out: Option<&Path>) -> String {
+fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder()).args(arguments).arg(file);
     command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env_remove("RUST_BACKTRACE");
@@ -24,7 +24,7 @@ fn said(arguments: &[&str], file: &str, out: Option<&Path>) -> String {
     let output = command.output().expect("lfz can be started");
     let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
-    for line in lines.lines().filter(|line| !line.starts_with("Compil")) {
+    for line in lines.lines().filter(|line| !line.starts_with("Compil") && !line.starts_with("Check")) {
         let line = out.as_ref().map_or_else(|| line.to_owned(), |out| line.replace(out, "OUT"));
         text = text + line.trim_end() + "\n";
     }
@@ -43,7 +43,15 @@ fn every_mistake_in_a_body_is_told_at_its_place() {
     for name in names {
         let file = format!("{name}.lf");
         let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bodies").join(&name);
-        let text = said(&["check"], &file, None) + "\n" + &said(&["run"], &file, Some(&out));
+        // Each further step is for what the one before it has not noticed.
+        let mut text = String::new();
+        for arguments in [&["check"][..], &["check", "--bodies"], &["run"]] {
+            text += &said(arguments, &file, (arguments != ["check"]).then_some(&out));
+            if text.contains(": error") {
+                break;
+            }
+            text.push('\n');
+        }
         insta::with_settings!({
             snapshot_path => "bodies",
             prepend_module_to_snapshot => false,

@@ -103,6 +103,8 @@ codes! {
     DuplicateDependency = "E063-duplicate-dependency",
     /// A reaction without a body.
     MissingBody = "E064-missing-body",
+    /// A code block that is not written in the target language.
+    CodeSyntax = "E065-code-syntax",
 
     /// Connected ports of different types.
     TypeMismatch = "E070-type-mismatch",

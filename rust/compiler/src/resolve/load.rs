@@ -181,7 +181,7 @@ impl Loader<'_> {
 }
 
 /// The path of an import: relative to the folder of the importing file.
-fn join(importing: &str, relative: &str) -> String {
+pub(super) fn join(importing: &str, relative: &str) -> String {
     if relative.starts_with('/') {
         return normalize(relative);
     }

@@ -7,7 +7,9 @@
 mod attributes;
 mod checker;
 mod class;
+mod code;
 mod connection;
+mod crates;
 mod load;
 mod mains;
 mod model;
@@ -22,6 +24,7 @@ mod unsupported;
 mod value;
 
 pub(crate) use attributes::CAPACITY_MAX;
+pub(crate) use code::check as check_code;
 
 pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
