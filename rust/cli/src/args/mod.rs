@@ -111,7 +111,8 @@ SIGTERM, then SIGKILL.
 
 The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
 grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...] }. A PROCESS is { name, words: [WORD, ...],
-environment: { NAME: TEXT }, folder, crate, status_line }, a WORD a text or { before: TEXT, known: rti_port or federation_id }.
+environment: { NAME: TEXT }, folder, crate, status_line }, a WORD a text or { before: TEXT, known: rti_port or
+federation_id }.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
     )]

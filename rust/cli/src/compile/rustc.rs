@@ -125,10 +125,10 @@ impl Diagnostic {
         self.level.starts_with("error")
     }
 
-    /// Whether it says that the target has no standard library.
-    pub(crate) fn misses_std(&self) -> bool {
+    /// Whether it says that the target does not have this part of the standard library.
+    pub(crate) fn misses(&self, name: &str) -> bool {
         let is_code = self.code.as_ref().is_some_and(|code| code.code == "E0463");
-        is_code && ["`std`", "`alloc`"].iter().any(|name| self.message.contains(name))
+        is_code && self.message.contains(&format!("`{name}`"))
     }
 
     /// Whether it only counts other diagnostics.

@@ -65,12 +65,16 @@ pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
                 message.resolve(folder);
             } else if !message.is_error() {
                 continue;
-            } else if message.misses_std() {
+            } else if message.misses("std") || message.misses("alloc") {
                 without_std.insert(target.map(|target| target.name).unwrap_or_default(), folder.to_owned());
                 continue;
             }
             diagnostics.push((folder.to_owned(), message));
         }
+    }
+    // Where there is not even `core`, the target is what is missing, as other messages say.
+    if diagnostics.iter().any(|(_, message)| message.misses("core")) {
+        without_std.clear();
     }
     // Whatever else is wrong in such a crate follows from that.
     diagnostics.retain(|(folder, _)| !without_std.values().any(|other| other == folder));

@@ -2,6 +2,7 @@
 //! What is emitted, file by file, and how it maps back to the program.
 
 mod applications;
+mod crates;
 mod deployments;
 mod fixture;
 

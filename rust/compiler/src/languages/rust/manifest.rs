@@ -47,9 +47,9 @@ fn dependencies(job: &Job<'_>, cargo: &Cargo) -> String {
 }
 
 fn dependency(job: &Job<'_>, dependency: &Dependency) -> String {
-    let Dependency { name, package, version, path, git, branch, tag, rev, features, default_features, optional, at: _ } =
+    let Dependency { name, package, version, git, branch, tag, rev, features, default_features, optional, .. } =
         dependency;
-    let path = path.as_ref().map(|path| job.settings.absolute(path));
+    let path = dependency.path.as_ref().map(|path| job.settings.absolute(path));
     let texts = [
         ("package", package),
         ("version", version),
