@@ -81,7 +81,13 @@ class Federation:
     def _process(self, participant: Participant) -> dict[str, Any]:
         is_played = participant.board is not None and qemu.is_played(participant.board)
         status_line = qemu.STATUS_LINE if is_played else None
-        return {"name": participant.name, "words": self.command(participant), "status_line": status_line}
+        return {
+            "name": participant.name,
+            "words": self.command(participant),
+            # Programs of this computer say themselves where in the LF program they are.
+            "crate": None if participant.program is not None else str(participant.crate),
+            "status_line": status_line,
+        }
 
     def _id(self, before: str = "") -> Word:
         return {"before": before, "known": "federation_id"} if self.is_own else before + self.rti.federation_id

@@ -80,6 +80,9 @@ def test_what_runs_in_a_private_network_knows_the_deployed_rti(grid: World) -> N
     assert described["rti"]["words"][2:6] == ["--id", "Grid", "--port", "15045"]
     statuses = {item["name"]: item["status_line"] for item in described["federates"]}
     assert statuses == {"a": None, "b": None, "c": qemu.STATUS_LINE, "d": None}
+    # Images do not know where in the LF program their code stands.
+    crates = {item["name"]: item["crate"] for item in described["federates"]}
+    assert crates["a"] is None and all(crates[name].endswith(f"/{name}") for name in "bcd")
     commands = {item["name"]: item["words"] for item in described["federates"]}
     assert commands["a"][1:] == ["--rti", "10.0.0.1:15045", "--id", "Grid"]
     options = ["-lf-federation-id=Grid", "-lf-rti-address=10.0.0.1", "-lf-rti-port=15045"]

@@ -13,6 +13,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Deserializer};
 
 use crate::commands::listening_port;
+use crate::compile::Console;
 use crate::failure::Failure;
 use crate::guard;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
@@ -78,6 +79,9 @@ pub(crate) struct Process {
     pub(crate) environment: BTreeMap<String, String>,
     /// Where it runs, if not where this program does.
     pub(crate) folder: Option<PathBuf>,
+    /// The folder of the generated crate that an image is made of.
+    #[serde(rename = "crate")]
+    pub(crate) crate_folder: Option<PathBuf>,
     /// For a simulator, which goes on when the program in it has ended: how the line of its standard output begins that
     /// tells the program's exit status.
     pub(crate) status_line: Option<String>,
@@ -194,7 +198,7 @@ impl Federation {
     /// When one cannot be started, or the system's calls fail; nothing is left running then.
     pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
         let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
-        let output = Output::of_this_process(self.speaker.as_deref(), names);
+        let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
         let mut supervisor = Supervisor::new(self.limits(), interrupts, output);
         let id = self.id.of_this_run();
         let mut port = self.rti_port;
@@ -211,6 +215,17 @@ impl Federation {
             federate.start(&mut supervisor, Role::Federate, &id, port)?;
         }
         Ok(supervisor.finish()?)
+    }
+
+    /// What is known of the code of images, by the names of the processes.
+    fn consoles(&self) -> Result<BTreeMap<String, Console>, Failure> {
+        let mut consoles = BTreeMap::new();
+        for Process { name, crate_folder, .. } in self.rti.iter().chain(&self.federates) {
+            if let Some(console) = crate_folder.as_deref().map_or(Ok(None), Console::of)? {
+                consoles.insert(name.clone(), console);
+            }
+        }
+        Ok(consoles)
     }
 
     fn limits(&self) -> Limits {

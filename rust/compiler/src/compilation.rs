@@ -29,12 +29,16 @@ pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
 fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {
     let program = resolve::load(main_path, sources, diagnostics)?;
     let incomplete = diagnostics.iter().any(|entry| leaves_gaps(entry.code));
-    let target = resolve::check_target(&program, diagnostics);
+    let target = resolve::check_target(&program, sources, diagnostics);
+    if diagnostics.keep_wrong_targets() {
+        return None;
+    }
+    let language = languages::named(&target.language)?;
+    resolve::check_code(&program, language, diagnostics);
     // A declaration that could not be read would be missed at every use.
     if incomplete {
         return None;
     }
-    let language = languages::named(&target.language)?;
     let expanded = resolve::expand(&program, language, diagnostics);
     let (classes, main) = resolve::check(&program, &expanded, language, diagnostics);
     let main = main?;

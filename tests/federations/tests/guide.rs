@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 
 use lf_federations::{Lfz, Run};
 
-/// A program in a document.
+/// A program in a document, and files that it needs.
 struct Listing {
     /// The document and the number of the listing in it: `language_2`.
     name: String,
     /// The program, as it stands there.
     program: String,
+    /// The files that stand before it, each with its path as the second word behind the fence, and its text.
+    files: Vec<(String, String)>,
     /// What it prints, if that stands behind it.
     output: Option<Vec<String>>,
 }
@@ -45,10 +47,14 @@ fn listings() -> Vec<Listing> {
         let stem = document.file_stem().expect("it has a name").to_string_lossy().replace('-', "_").to_lowercase();
         let text = fs::read_to_string(document).expect("the document can be read");
         let first = listings.len();
+        let mut files = Vec::new();
         for (kind, lines) in blocks(&text) {
             if kind == "lf" {
                 let name = format!("{stem}_{}", listings.len() - first + 1);
-                listings.push(Listing { name, program: lines.join("\n"), output: None });
+                let files = std::mem::take(&mut files);
+                listings.push(Listing { name, program: lines.join("\n"), files, output: None });
+            } else if let Some((_, path)) = kind.split_once(' ') {
+                files.push((path.to_owned(), lines.join("\n") + "\n"));
             } else if kind == "output" {
                 let listing = listings[first..].last_mut().expect("a program comes before its output");
                 let said = listing.output.replace(lines.into_iter().map(str::to_owned).collect());
@@ -60,8 +66,13 @@ fn listings() -> Vec<Listing> {
     listings
 }
 
-/// Writes a program into a folder.
+/// Writes a program and its files into a folder.
 fn write(folder: &Path, listing: &Listing) -> PathBuf {
+    for (path, text) in &listing.files {
+        let path = folder.join(path);
+        fs::create_dir_all(path.parent().expect("it lies in the folder")).expect("there is room for a folder");
+        fs::write(path, text).expect("there is room for a file");
+    }
     let file = folder.join(format!("{}.lf", listing.name));
     fs::write(&file, &listing.program).expect("there is room for a file");
     file

@@ -57,11 +57,12 @@ struct RtiAlone {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Check a program, and print what is wrong with it.
-    Check {
-        /// The main LF file.
-        #[arg(value_name = "FILE.lf")]
-        file: PathBuf,
-    },
+    #[command(long_about = "\
+Check a program, and print what is wrong with it.
+
+The language of LF and the syntax of bodies are checked at once. With --bodies, rustc looks at the bodies, too, as they
+are in programs for this computer.")]
+    Check(CheckArgs),
     /// Print what the compiler worked out: federates, connections, the order of reactions, capacities.
     #[command(long_about = "\
 Print what the compiler worked out: federates, connections, the order of reactions, capacities.
@@ -90,8 +91,12 @@ without `federated` passes its own status on); 124 when --timeout ended the run;
 Say in sentences what the codes mean that images without texts (CONFIG_LF_TEXTS=n) log, such as `lf#0.2.2.b.6`.
 
 Without a code, copy the standard input to the standard output with sentences in place of codes, line by line, as they
-come: `lfz explain < /dev/ttyACM0` shows the console of a board.")]
+come: `lfz explain < /dev/ttyACM0` shows the console of a board. With --crate, places in generated files, such as those
+of panics, become places in the LF program.")]
     Explain {
+        /// The folder of the crate that the image was made of: build/lfz/PROGRAM/zephyr/FEDERATE.
+        #[arg(long = "crate", value_name = "DIR")]
+        crate_folder: Option<PathBuf>,
         /// Codes.
         #[arg(value_name = "CODE")]
         codes: Vec<String>,
@@ -106,7 +111,8 @@ SIGTERM, then SIGKILL.
 
 The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
 grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...] }. A PROCESS is { name, words: [WORD, ...],
-environment: { NAME: TEXT }, folder, status_line }, a WORD a text or { before: TEXT, known: rti_port or federation_id }.
+environment: { NAME: TEXT }, folder, crate, status_line }, a WORD a text or { before: TEXT, known: rti_port or
+federation_id }.
 
 Exit status: that of the first participant that failed; 124 after the time limit; 130 after ^C."
     )]
@@ -138,6 +144,20 @@ Exit status: that of the first participant that failed; 124 after the time limit
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         program: Vec<OsString>,
     },
+}
+
+/// `lfz check`
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf")]
+    pub file: PathBuf,
+    /// Have rustc look at bodies, preambles and values.
+    #[arg(long)]
+    pub bodies: bool,
+    /// Where files are generated and compiled, with --bodies.
+    #[command(flatten)]
+    pub places: Places,
 }
 
 /// `lfz plan`

@@ -24,6 +24,7 @@ pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
         federates: &arguments.federates,
         deployment: arguments.deployment.as_deref(),
         places: &arguments.places,
+        checks_only: false,
     };
     let built = request.build()?;
     if arguments.json {
@@ -137,8 +138,15 @@ federated reactor at example.com:4242 {
         fs::write(&file, text).expect("it can be written");
         let places = Places { release: false, out: Some(folder.join("out")), target_dir: None, home: None };
         let platform = Some(Platform::Zephyr);
-        let request =
-            Request { file: &file, platform, board: Some("some_board"), federates: &[], deployment, places: &places };
+        let request = Request {
+            file: &file,
+            platform,
+            board: Some("some_board"),
+            federates: &[],
+            deployment,
+            places: &places,
+            checks_only: false,
+        };
         description(&request.build().expect("crates for Zephyr are generated and not compiled"))
     }
 
@@ -204,7 +212,15 @@ federated reactor at example.com:4242 {
             fs::write(&file, text).expect("it can be written");
             let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
             let platform = Some(Platform::Zephyr);
-            let request = Request { file: &file, platform, board, federates: &[], deployment: None, places: &places };
+            let request = Request {
+                file: &file,
+                platform,
+                board,
+                federates: &[],
+                deployment: None,
+                places: &places,
+                checks_only: false,
+            };
             let built = request.build().expect("crates for Zephyr are generated and not compiled");
             description(&built)["participants"][0]["board"].clone()
         };
@@ -257,8 +273,15 @@ federated reactor at example.com:4242 {
         fs::write(&file, "target Rust\nmain reactor {\n}\n").expect("it can be written");
         let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
         let platform = Some(Platform::Zephyr);
-        let request =
-            Request { file: &file, platform, board: Some("b"), federates: &[], deployment: None, places: &places };
+        let request = Request {
+            file: &file,
+            platform,
+            board: Some("b"),
+            federates: &[],
+            deployment: None,
+            places: &places,
+            checks_only: false,
+        };
         let value = description(&request.build().expect("a crate for Zephyr is generated and not compiled"));
         assert_eq!(value["rti"], Value::Null);
         assert_eq!(value["participants"][0]["name"], "Alone");

@@ -1,17 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz check`
 
-use std::path::Path;
 use std::process::ExitCode;
 
-use crate::compile::{Program, count};
+use crate::args::{CheckArgs, Platform};
+use crate::compile::{Program, Request, count};
 use crate::failure::Failure;
 use crate::terminal;
 
 /// Says what is wrong with a program, or that nothing is.
-pub(super) fn check(file: &Path) -> Result<ExitCode, Failure> {
-    let program = Program::load(file)?;
-    let (errors, warnings) = program.diagnostics.counts();
+pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
+    let file = &arguments.file;
+    let (errors, warnings) = if arguments.bodies {
+        let request = Request {
+            file,
+            platform: Some(Platform::Host),
+            board: None,
+            federates: &[],
+            deployment: None,
+            places: &arguments.places,
+            checks_only: true,
+        };
+        request.build()?.counts
+    } else {
+        Program::load(file)?.diagnostics.counts()
+    };
     terminal::print(format_args!("{}: {}", file.display(), count(errors, warnings)))?;
     Ok(ExitCode::SUCCESS)
 }

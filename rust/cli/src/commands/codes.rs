@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `lfz explain`: from the codes of images without texts back to sentences.
 
+use std::borrow::Cow;
 use std::io::{self, BufRead, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use crate::codes::{sentence, with_sentences};
+use crate::compile::Console;
 use crate::failure::Failure;
 
-/// Says what these codes mean; without any, what those in the standard input do.
-pub(super) fn explain(codes: &[String]) -> Result<ExitCode, Failure> {
+/// Says what these codes mean; without any, what those in the standard input do, and where in the program places in a
+/// generated crate are.
+pub(super) fn explain(crate_folder: Option<&Path>, codes: &[String]) -> Result<ExitCode, Failure> {
+    let console = crate_folder.map(Console::known).transpose()?;
     let mut output = io::stdout().lock();
     if codes.is_empty() {
         let mut input = io::stdin().lock();
         let mut line = Vec::new();
         while input.read_until(b'\n', &mut line)? > 0 {
-            output.write_all(&with_sentences(&line))?;
+            let shown = with_sentences(&line);
+            let shown = console.as_ref().map_or(Cow::Borrowed(&*shown), |console| console.with_lf_places(&shown));
+            output.write_all(&shown)?;
             output.flush()?;
             line.clear();
         }

@@ -22,12 +22,12 @@ pub(crate) use rti::listening_port;
 /// Runs the command and gives this program's exit status.
 pub fn execute(cli: Cli) -> ExitCode {
     let result = match cli.command {
-        Command::Check { file } => check::check(&file),
+        Command::Check(arguments) => check::check(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
-        Command::Explain { codes } => codes::explain(&codes),
+        Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
         Command::Nanoseconds { time } => {
             terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)

@@ -25,6 +25,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         federates: &[],
         deployment: None,
         places: &arguments.places,
+        checks_only: false,
     };
     let built = request.build()?;
     if arguments.measure.is_some() && !built.plan.is_decentralized() {

@@ -22,8 +22,10 @@ pub(crate) struct Job<'a> {
     pub(crate) target: &'a Path,
     /// Where everything else goes that cargo keeps.
     pub(crate) shared: &'a Path,
-    /// With optimizations.
-    pub(crate) release: bool,
+    /// Cargo's profile.
+    pub(crate) profile: &'a str,
+    /// Whether rustc only looks at the code, and no program is made.
+    pub(crate) checks_only: bool,
     /// Whether diagnostics that are printed as they are may have colours.
     pub(crate) coloured: bool,
 }
@@ -66,16 +68,14 @@ impl Job<'_> {
     fn command(&self) -> io::Result<std::process::Command> {
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
         let mut command = guard::command(cargo)?;
-        command.current_dir(self.workspace).args(["build", "--keep-going"]);
+        command.current_dir(self.workspace).args([if self.checks_only { "check" } else { "build" }, "--keep-going"]);
         let format = if self.coloured { "json-diagnostic-rendered-ansi" } else { "json" };
         command.arg(format!("--message-format={format}"));
         command.arg("--target-dir").arg(self.target);
         for package in self.packages {
             command.args(["--package", package]);
         }
-        if self.release {
-            command.arg("--release");
-        }
+        command.args(["--profile", self.profile]);
         // What is compiled once serves all programs; the executables, whose names may be alike, stay apart.
         command.env("CARGO_BUILD_BUILD_DIR", self.shared);
         command
@@ -88,7 +88,7 @@ impl Job<'_> {
     fn understand(&self, line: &str, outcome: &mut Outcome) {
         let Some(message) = Message::read(line) else { return };
         match message {
-            Message::Diagnostic { manifest_path, message } if manifest_path.starts_with(self.workspace) => {
+            Message::Diagnostic { manifest_path, message, .. } if manifest_path.starts_with(self.workspace) => {
                 outcome.diagnostics.push(message);
             }
             Message::Diagnostic { message, .. } if message.is_error() => outcome.diagnostics.push(message),
@@ -121,8 +121,15 @@ mod tests {
 
     fn understood(lines: &[&str]) -> Outcome {
         let folder = Path::new("/w");
-        let job =
-            Job { workspace: folder, packages: &[], target: folder, shared: folder, release: false, coloured: false };
+        let job = Job {
+            workspace: folder,
+            packages: &[],
+            target: folder,
+            shared: folder,
+            profile: "dev",
+            checks_only: false,
+            coloured: false,
+        };
         let mut outcome = Outcome::default();
         for line in lines {
             job.understand(line, &mut outcome);

@@ -53,7 +53,11 @@ fn check(path: &str) -> io::Result<()> {
     if inside { Ok(()) } else { Err(io::Error::other(format!("`{path}` is no path in the output folder"))) }
 }
 
-fn write_changed(path: &Path, text: &str) -> io::Result<()> {
+/// Writes a file, unless it has this text already.
+///
+/// # Errors
+/// When it cannot be written; the message names it.
+pub(crate) fn write_changed(path: &Path, text: &str) -> io::Result<()> {
     if fs::read(path).is_ok_and(|present| present == text.as_bytes()) {
         return Ok(());
     }

@@ -13,7 +13,7 @@ use super::rustc::Diagnostic;
 pub(super) enum Message {
     /// Something that rustc said.
     #[serde(rename = "compiler-message")]
-    Diagnostic { manifest_path: PathBuf, message: Diagnostic },
+    Diagnostic { manifest_path: PathBuf, target: Option<Target>, message: Diagnostic },
     /// Something that was compiled.
     #[serde(rename = "compiler-artifact")]
     Artifact { manifest_path: PathBuf, target: Target, executable: Option<PathBuf> },

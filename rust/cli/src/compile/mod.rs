@@ -3,12 +3,16 @@
 //! says about it.
 
 mod cargo;
+mod console;
 mod files;
+mod hints;
+mod lock;
 mod messages;
 mod origin;
 mod places;
 mod progress;
 mod rustc;
+mod scopes;
 mod source;
 mod stored;
 
@@ -19,6 +23,7 @@ use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiH
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 
+pub(crate) use console::Console;
 pub(crate) use source::{Program, count};
 pub(crate) use stored::explain;
 
@@ -26,6 +31,7 @@ use crate::args::{Places, Platform};
 use crate::failure::Failure;
 use crate::terminal;
 use cargo::Job;
+use lock::Lock;
 use origin::LfOrigin;
 use places::Folders;
 use progress::Progress;
@@ -47,6 +53,8 @@ pub(crate) struct Request<'a> {
     pub(crate) deployment: Option<&'a Path>,
     /// Folders and profile.
     pub(crate) places: &'a Places,
+    /// Whether rustc only looks at the programs for this computer.
+    pub(crate) checks_only: bool,
 }
 
 /// What was built.
@@ -62,6 +70,8 @@ pub(crate) struct Built {
     pub(crate) participants: Vec<Participant>,
     /// The executables of those for this computer, by federate.
     pub(crate) programs: BTreeMap<String, PathBuf>,
+    /// How many errors and warnings the compiler had for the program, rustc's not included.
+    pub(crate) counts: (usize, usize),
 }
 
 impl Request<'_> {
@@ -79,11 +89,12 @@ impl Request<'_> {
             Platform::Zephyr
         };
         let folders = Folders::new(self.file, &program.plan.name, platform, self.places)?;
-        let emitted = generate(&program, &deployment, &folders)?;
+        let emitted = generate(self.file, &program, &deployment, &folders)?;
         let participants: Vec<Participant> =
             emitted.participants.iter().filter(|participant| wanted.contains(&participant.name)).cloned().collect();
         let programs = self.compile(&program, &emitted, &participants, &folders)?;
-        Ok(Built { plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
+        let counts = program.diagnostics.counts();
+        Ok(Built { counts, plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
     }
 
     /// Where the federates run.
@@ -129,6 +140,12 @@ impl Request<'_> {
         Ok(wanted)
     }
 
+    /// The profile of programs for this computer: the program's, unless it is to be optimized and that is not.
+    fn profile(&self, plan: &Plan) -> &'static str {
+        let build_type = plan.target.cargo.build_type;
+        if self.places.release && !build_type.is_optimized() { "release" } else { build_type.profile() }
+    }
+
     /// Compiles the participants for this computer.
     fn compile(
         &self,
@@ -142,8 +159,8 @@ impl Request<'_> {
         if on_host.is_empty() {
             return Ok(BTreeMap::new());
         }
-        // The versions that were tested are the ones that are used, and they are there already.
-        files::copy_newer(&folders.home.join("Cargo.lock"), &folders.out.join("Cargo.lock"))?;
+        let lock = Lock::of(self.file, &program.plan);
+        lock.give(&folders.home.join("Cargo.lock"), &folders.out)?;
         let packages: Vec<String> = on_host.iter().map(|participant| participant.package.clone()).collect();
         let coloured = terminal::coloured();
         let job = Job {
@@ -151,21 +168,30 @@ impl Request<'_> {
             packages: &packages,
             target: &folders.target(),
             shared: &folders.shared,
-            release: self.places.release,
+            profile: self.profile(&program.plan),
+            checks_only: self.checks_only,
             coloured,
         };
-        let progress = Progress::begin(&what(&program.plan, on_host.len()));
+        let begun = if self.checks_only { ["Checking", "Checked"] } else { ["Compiling", "Compiled"] };
+        let progress = Progress::begin(begun, &what(&program.plan, on_host.len()));
         let outcome = job.run(&progress)?;
         progress.end(outcome.success);
         let origin = LfOrigin::new(program, emitted, &folders.out);
         let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
         terminal::remark(diagnostics);
         if !outcome.success {
-            if !outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
+            let file = self.file.display();
+            if outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
+                terminal::remark(format_args!("{file}: the generated code does not compile"));
+            } else {
                 terminal::remark(&outcome.log);
+                terminal::remark(format_args!("{file}: cargo has not been able to compile the generated code"));
             }
-            terminal::remark(format_args!("{}: the generated code does not compile", self.file.display()));
             return Err(Failure::Reported);
+        }
+        lock.keep(&folders.out, true)?;
+        if self.checks_only {
+            return Ok(BTreeMap::new());
         }
         let mut programs = BTreeMap::new();
         for participant in on_host {
@@ -185,20 +211,28 @@ fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
 }
 
 /// Writes the generated files; Zephyr's build compiles its crates itself, so their source maps lie beside them.
-fn generate(program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
+fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
     let path = |folder: &str| {
         let path = folders.home.join("rust").join(folder);
         path.to_str().map(str::to_owned).ok_or_else(|| Failure::message(format!("{} is no UTF-8 text", path.display())))
     };
     let (lf_linux, lf_zephyr) = (path("linux")?, path("zephyr")?);
-    let version = folders.version();
-    let settings = Settings { lf_linux: &lf_linux, lf_zephyr: &lf_zephyr, version: &version, deployment };
+    let (version, current) = (folders.version(), std::env::current_dir()?);
+    let current = current.to_str().ok_or_else(|| Failure::message("the current folder's path is no UTF-8 text"))?;
+    let settings = Settings { lf_linux: &lf_linux, lf_zephyr: &lf_zephyr, version: &version, current, deployment };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
-    let images = emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
-    let maps = images.map(|participant| stored::file(program, &emitted, &participant.folder));
+    let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);
+    let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));
     let maps = maps.collect::<Result<Vec<_>, _>>()?;
     let sources = emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str()));
     files::write(&folders.out, sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str()))))?;
+    // Zephyr's build has cargo complete these, so what it has taken is seen the next time.
+    let lock = Lock::of(file, &program.plan);
+    for participant in images() {
+        let folder = folders.out.join(&participant.folder);
+        lock.keep(&folder, false)?;
+        lock.give_image(&folders.home.join("rust/zephyr/Cargo.lock"), &folder)?;
+    }
     Ok(emitted)
 }
 

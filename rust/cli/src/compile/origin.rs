@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From generated code back to the program.
+//! From generated code back to the program, which is LF and files of Rust that are part of it.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use lf_compiler::emit::Emitted;
+use lf_compiler::plan::Plan;
 
 use super::rustc::{Origin, Place};
+use super::scopes::Scope;
 use super::source::Program;
 
 /// The program behind the generated crates in a folder.
@@ -13,16 +17,31 @@ pub(super) struct LfOrigin<'a> {
     program: &'a Program,
     emitted: &'a Emitted,
     out: &'a Path,
+    included: BTreeMap<String, String>,
+    scopes: Vec<Scope>,
+    current: PathBuf,
 }
 
 impl<'a> LfOrigin<'a> {
     pub(super) fn new(program: &'a Program, emitted: &'a Emitted, out: &'a Path) -> Self {
-        Self { program, emitted, out }
+        let (included, scopes) = (included(&program.plan), Scope::all(&program.plan));
+        let current = std::env::current_dir().unwrap_or_default();
+        Self { program, emitted, out, included, scopes, current }
+    }
+}
+
+impl LfOrigin<'_> {
+    /// An absolute path as people want it: from the current folder on, if it is in there.
+    fn shown<'p>(&self, path: &'p str) -> &'p str {
+        Path::new(path).strip_prefix(&self.current).ok().and_then(Path::to_str).unwrap_or(path)
     }
 }
 
 impl Origin for LfOrigin<'_> {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
+        if self.included.contains_key(generated) {
+            return Some(Place { path: self.shown(generated).to_owned(), line, column, verbatim: true });
+        }
         // rustc names files of the workspace relative to it, others by their full path.
         let path = Path::new(generated);
         let path = path.strip_prefix(self.out).unwrap_or(path).to_str()?;
@@ -34,6 +53,43 @@ impl Origin for LfOrigin<'_> {
 
     fn text(&self, path: &str) -> Option<&str> {
         let mut files = self.program.diagnostics.sources().iter();
-        files.find(|(_, file)| file.path() == path).map(|(_, file)| file.text())
+        let own = files.find(|(_, file)| file.path() == path).map(|(_, file)| file.text());
+        let mut included = self.included.iter();
+        own.or_else(|| included.find(|(included, _)| self.shown(included) == path).map(|(_, text)| text.as_str()))
+    }
+
+    fn scopes(&self) -> &[Scope] {
+        &self.scopes
+    }
+}
+
+/// The files that the program includes, by their absolute paths, as rustc names them. Those that cannot be read rustc
+/// itself complains about.
+pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
+    let mut files = BTreeMap::new();
+    for module in &plan.target.cargo.modules {
+        let Ok(path) = std::path::absolute(&module.path) else { continue };
+        match path.parent().filter(|_| path.ends_with("mod.rs")) {
+            Some(folder) => add_folder(folder, &mut files),
+            None => add_file(&path, &mut files),
+        }
+    }
+    files
+}
+
+fn add_folder(folder: &Path, files: &mut BTreeMap<String, String>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            add_folder(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            add_file(&path, files);
+        }
+    }
+}
+
+fn add_file(path: &Path, files: &mut BTreeMap<String, String>) {
+    if let (Some(name), Ok(text)) = (path.to_str(), fs::read_to_string(path)) {
+        files.insert(name.to_owned(), text);
     }
 }

@@ -11,25 +11,26 @@ use crate::terminal;
 /// The progress of one build.
 pub(crate) struct Progress {
     bar: Option<ProgressBar>,
-    what: String,
+    /// What is said at the end.
+    done: String,
     started: Instant,
 }
 
 impl Progress {
-    /// Begins; `what` completes the sentence "Compiling …".
-    pub(crate) fn begin(what: &str) -> Self {
+    /// Begins; the words are those for doing it and for having done it, with which `what` is a sentence.
+    pub(crate) fn begin([doing, done]: [&str; 2], what: &str) -> Self {
         let bar = io::stderr().is_terminal().then(|| {
             let bar = ProgressBar::new_spinner();
             // The template is fixed, and the tests use it.
             bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_spinner()));
-            bar.set_prefix(format!("Compiling {what}"));
+            bar.set_prefix(format!("{doing} {what}"));
             bar.enable_steady_tick(Duration::from_millis(120));
             bar
         });
         if bar.is_none() {
-            terminal::remark(format_args!("Compiling {what}"));
+            terminal::remark(format_args!("{doing} {what}"));
         }
-        Self { bar, what: what.to_owned(), started: Instant::now() }
+        Self { bar, done: format!("{done} {what}"), started: Instant::now() }
     }
 
     /// Cargo says what it does now.
@@ -46,7 +47,7 @@ impl Progress {
         }
         if success {
             let seconds = self.started.elapsed().as_secs_f64();
-            terminal::remark(format_args!("Compiled {} in {seconds:.1} s", self.what));
+            terminal::remark(format_args!("{} in {seconds:.1} s", self.done));
         }
     }
 }

@@ -4,11 +4,15 @@
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::Path;
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde::Deserialize;
+
+use super::hints::Said;
+use super::scopes::Scope;
 
 /// A diagnostic of rustc, as in its JSON output.
 #[derive(Clone, Debug, Deserialize)]
@@ -40,9 +44,27 @@ struct Span {
     label: Option<String>,
     suggested_replacement: Option<String>,
     expansion: Option<Box<Expansion>>,
+    #[serde(default)]
+    text: Vec<Line>,
+}
+
+/// A line of a file that a span is in, and the columns that it covers, which count from 1.
+#[derive(Clone, Debug, Deserialize)]
+struct Line {
+    text: String,
+    highlight_start: usize,
+    highlight_end: usize,
 }
 
 impl Span {
+    /// What it covers, if that is in one line and a name or a type.
+    fn word(&self) -> Option<String> {
+        let [line] = &self.text[..] else { return None };
+        let length = line.highlight_end.checked_sub(line.highlight_start)?;
+        let word: String = line.text.chars().skip(line.highlight_start.checked_sub(1)?).take(length).collect();
+        word.starts_with(|first: char| first.is_alphabetic() || first == '_').then_some(word)
+    }
+
     fn resolve(&mut self, folder: &Path) {
         // A name that is absolute already replaces the folder; one that is no UTF-8 text has not come out of JSON.
         if let Some(name) = folder.join(&self.file_name).to_str() {
@@ -79,12 +101,14 @@ pub(crate) trait Origin {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place>;
     /// The text of an LF file.
     fn text(&self, path: &str) -> Option<&str>;
+    /// The bodies of reactions.
+    fn scopes(&self) -> &[Scope];
 }
 
 /// A span that stems from the LF program, as bytes of its file.
 struct Mapped {
     place: Place,
-    bytes: std::ops::Range<usize>,
+    bytes: Range<usize>,
     is_primary: bool,
     label: Option<String>,
 }
@@ -99,6 +123,12 @@ impl Diagnostic {
     /// Whether the program does not compile because of it.
     pub(crate) fn is_error(&self) -> bool {
         self.level.starts_with("error")
+    }
+
+    /// Whether it says that the target does not have this part of the standard library.
+    pub(crate) fn misses(&self, name: &str) -> bool {
+        let is_code = self.code.as_ref().is_some_and(|code| code.code == "E0463");
+        is_code && self.message.contains(&format!("`{name}`"))
     }
 
     /// Whether it only counts other diagnostics.
@@ -117,26 +147,63 @@ impl Diagnostic {
     }
 
     /// The diagnostic about the LF program; about the generated code when nothing of the program stands behind it.
-    fn render(&self, origin: &dyn Origin, coloured: bool) -> String {
+    fn render(&self, origin: &dyn Origin, coloured: bool) -> Rendered {
         let spans: Vec<Mapped> = self.spans.iter().filter_map(|span| map(span, origin)).collect();
         let primary = spans.iter().find(|span| span.is_primary).or(spans.first());
         let rendered = self.rendered.as_deref().unwrap_or(&self.message);
-        let Some(primary) = primary else { return rendered.to_owned() };
+        let Some(primary) = primary else {
+            return Rendered { place: None, cause: rendered.to_owned(), text: rendered.to_owned() };
+        };
         let mut text = self.headline(&primary.place, coloured);
         if let Some(excerpt) = self.excerpt(&spans, &primary.place.path, origin, coloured) {
             text.push_str(&excerpt);
             text.push('\n');
         }
-        if primary.place.verbatim {
-            for child in &self.children {
-                child.render_as_note(&mut text);
-            }
-        } else {
+        if !primary.place.verbatim {
             // The declaration alone does not show what rustc means; its own excerpt does.
             text.push_str("in the code that is generated for this:\n");
             text.push_str(rendered);
+        } else if let Some(hint) = self.hint(primary, origin) {
+            // Writing to a String cannot fail.
+            let _ = writeln!(text, "  hint: {hint}");
+        } else {
+            for child in self.children.iter().filter(|child| child.says_something(origin)) {
+                child.render_as_note(origin, &mut text);
+                if child.message.starts_with("consider importing") {
+                    text.push_str("  hint: write that into a preamble of the file, or the whole path here\n");
+                }
+            }
         }
-        text
+        Rendered { place: Some(primary.place.clone()), cause: self.message.clone(), text }
+    }
+
+    /// What to do, where the program tells more than the generated code.
+    fn hint(&self, primary: &Mapped, origin: &dyn Origin) -> Option<String> {
+        let Place { path, line, .. } = &primary.place;
+        let text = origin.text(path)?;
+        let start = text[..primary.bytes.start].rfind('\n').map_or(0, |at| at + 1);
+        let end = text[start..].find('\n').map_or(text.len(), |length| start + length);
+        let said = Said {
+            code: self.code.as_ref().map_or("", |code| &code.code),
+            message: &self.message,
+            label: primary.label.as_deref().unwrap_or_default(),
+            line: &text[start..end],
+            range: primary.bytes.start - start..primary.bytes.end - start,
+            scope: origin.scopes().iter().find(|scope| scope.has(path, *line)),
+        };
+        said.hint()
+    }
+
+    /// Whether a note is of use without the code that it is about: not where the name of a file in a folder of cargo
+    /// is all of it, or "here" is in the runtime.
+    fn says_something(&self, origin: &dyn Origin) -> bool {
+        let about_files = ["the full name for the type has been written to", "consider using `--verbose`"];
+        let is_known = self.spans.iter().any(|span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim));
+        // What can be imported is told in any case: that goes into a preamble.
+        let news: Vec<&str> = self.spans.iter().filter_map(|span| span.suggested_replacement.as_deref()).collect();
+        let changes_others = !is_known && !news.is_empty() && !news.iter().any(|new| new.starts_with("use "));
+        let is_elsewhere = !is_known && self.message.ends_with(" defined here");
+        !about_files.iter().any(|start| self.message.starts_with(start)) && !is_elsewhere && !changes_others
     }
 
     fn headline(&self, place: &Place, coloured: bool) -> String {
@@ -166,12 +233,11 @@ impl Diagnostic {
     }
 
     /// Notes and suggestions, in rustc's words.
-    fn render_as_note(&self, text: &mut String) {
-        let replacements: Vec<&str> =
-            self.spans.iter().filter_map(|span| span.suggested_replacement.as_deref()).map(str::trim).collect();
+    fn render_as_note(&self, origin: &dyn Origin, text: &mut String) {
         let mut lines = self.message.lines();
         // Writing to a String cannot fail.
         let _ = write!(text, "  {}: {}", self.level, lines.next().unwrap_or_default());
+        let replacements = self.replacements(origin);
         if !replacements.is_empty() && replacements.iter().all(|replacement| !replacement.is_empty()) {
             let _ = write!(text, ": `{}`", replacements.join("`, `"));
         }
@@ -180,16 +246,75 @@ impl Diagnostic {
             let _ = writeln!(text, "    {line}");
         }
     }
+
+    /// What a suggestion puts in place of something. Of one that adds or removes something, the lines as they are then,
+    /// because a part of an expression tells nothing.
+    fn replacements(&self, origin: &dyn Origin) -> Vec<String> {
+        let all: Vec<(&Span, &str)> =
+            self.spans.iter().filter_map(|span| Some((span, span.suggested_replacement.as_deref()?))).collect();
+        let is_part = |(span, new): &(&Span, &str)| {
+            new.trim().is_empty() || (span.line_start, span.column_start) == (span.line_end, span.column_end)
+        };
+        let lines = if all.iter().any(is_part) { changed_lines(&all, origin) } else { None };
+        lines.unwrap_or_else(|| all.iter().map(|(_, new)| new.trim().to_owned()).collect())
+    }
 }
 
-/// All diagnostics as text, each once: a reactor that several federates contain is compiled several times.
+/// The lines of the program that a suggestion changes, as they are then; nothing if it is about something else, too.
+fn changed_lines(changes: &[(&Span, &str)], origin: &dyn Origin) -> Option<Vec<String>> {
+    let mut changes = changes
+        .iter()
+        .map(|(span, new)| Some((map(span, origin).filter(|mapped| mapped.place.verbatim)?, *new)))
+        .collect::<Option<Vec<_>>>()?;
+    // From the end on, so that what is before a change stays where it is.
+    changes.sort_by_key(|(mapped, _)| std::cmp::Reverse(mapped.bytes.start));
+    let mut lines: Vec<(usize, String)> = Vec::new();
+    for (Mapped { place, bytes, .. }, new) in changes {
+        let source = origin.text(&place.path)?;
+        let start = source[..bytes.start].rfind('\n').map_or(0, |at| at + 1);
+        if lines.last().is_none_or(|(last, _)| *last != start) {
+            lines.push((start, source[start..].lines().next().unwrap_or_default().to_owned()));
+        }
+        let (_, line) = lines.last_mut()?;
+        line.replace_range(bytes.start - start..bytes.end - start, new);
+    }
+    Some(lines.into_iter().rev().map(|(_, line)| line.trim().to_owned()).collect())
+}
+
+/// A diagnostic that is about the program.
+struct Rendered {
+    /// Nothing where it is not about the program's text.
+    place: Option<Place>,
+    /// What is common to diagnostics of one mistake.
+    cause: String,
+    text: String,
+}
+
+impl Rendered {
+    fn is_shown_in_the_program(&self) -> bool {
+        self.place.as_ref().is_some_and(|place| place.verbatim)
+    }
+}
+
+/// All diagnostics as text in the order of the program. Those of one cause in one line come once: a reactor that
+/// several federates contain is compiled several times, and a type is written several times in what is generated for
+/// one declaration. What is generated is shown only where the program does not show the same.
 pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
+    let concerning = diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin));
+    let mut all: Vec<Rendered> = concerning.map(|diagnostic| diagnostic.render(origin, coloured)).collect();
+    all.sort_by_key(|one| match &one.place {
+        Some(place) => (false, !place.verbatim, place.path.clone(), place.line, place.column),
+        None => (true, true, String::new(), 0, 0),
+    });
+    let shown: HashSet<String> =
+        all.iter().filter(|one| one.is_shown_in_the_program()).map(|one| one.cause.clone()).collect();
     let mut seen = HashSet::new();
     let mut text = String::new();
-    for diagnostic in diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin)) {
-        let rendered = diagnostic.render(origin, coloured);
-        if seen.insert(rendered.clone()) {
-            text.push_str(&rendered);
+    for one in &all {
+        let line = one.place.as_ref().map(|place| (place.path.as_str(), place.line));
+        let is_told = !one.is_shown_in_the_program() && shown.contains(&one.cause);
+        if !is_told && seen.insert((one.cause.as_str(), line)) {
+            text.push_str(&one.text);
             text.push('\n');
         }
     }
@@ -205,14 +330,32 @@ fn map(span: &Span, origin: &dyn Origin) -> Option<Mapped> {
     };
     let source = origin.text(&place.path)?;
     let start = byte_of(source, place.line, place.column);
+    // An excerpt shows one line; the rest of a longer span is implied.
+    let line_end = source[start..].find('\n').map_or(source.len(), |length| start + length);
+    if !place.verbatim
+        && let Some(word) = span.word()
+        && let Some(offset) = find_word(&source[start..line_end], &word)
+    {
+        // Types and names are generated from what the declaration itself says.
+        let bytes = start + offset..start + offset + word.len();
+        let column = place.column + source[start..bytes.start].chars().count();
+        let place = Place { column, verbatim: true, ..place };
+        return Some(Mapped { place, bytes, is_primary: span.is_primary, label: span.label.clone() });
+    }
     let end = origin
         .place(&span.file_name, span.line_end, span.column_end)
         .filter(|end| place.verbatim && end.path == place.path)
         .map_or(start, |end| byte_of(source, end.line, end.column));
-    // An excerpt shows one line; the rest of a longer span is implied.
-    let line_end = source[start..].find('\n').map_or(source.len(), |length| start + length);
     let bytes = start..end.clamp(start, line_end);
     Some(Mapped { place, bytes, is_primary: span.is_primary, label: span.label.clone() })
+}
+
+/// Where a word stands by itself in a text.
+fn find_word(text: &str, word: &str) -> Option<usize> {
+    let is_part = |character: Option<char>| character.is_some_and(|one| one.is_alphanumeric() || one == '_');
+    let alone =
+        |at: usize| !is_part(text[..at].chars().next_back()) && !is_part(text[at + word.len()..].chars().next());
+    text.match_indices(word).map(|(at, _)| at).find(|at| alone(*at))
 }
 
 /// The byte at which a place begins; the end of the line or of the text when it lies behind that.

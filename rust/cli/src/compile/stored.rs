@@ -11,7 +11,9 @@ use lf_compiler::emit::{Emitted, SourceMap};
 use serde::{Deserialize, Serialize};
 
 use super::messages::Message;
+use super::origin::included;
 use super::rustc::{self, Origin, Place};
+use super::scopes::Scope;
 use super::source::Program;
 use crate::failure::Failure;
 
@@ -21,10 +23,13 @@ const FILE: &str = "source-map.json";
 /// What stands in it.
 #[derive(Debug, Serialize, Deserialize)]
 struct Stored {
-    /// The LF files as they were when the crate was generated, by the paths that the compiler was given.
+    /// The LF files as they were when the crate was generated, by the paths that the compiler was given, and files of
+    /// Rust that the program includes, by their absolute paths.
     texts: BTreeMap<String, String>,
     /// From the crate's files to these.
     map: SourceMap,
+    /// The bodies of reactions.
+    scopes: Vec<Scope>,
 }
 
 /// The file for a generated crate: its path below the output folder, and its text.
@@ -33,8 +38,9 @@ struct Stored {
 /// When there is no JSON for it.
 pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result<(String, String), Failure> {
     let sources = program.diagnostics.sources().iter();
-    let texts = sources.map(|(_, file)| (file.path().to_owned(), file.text().to_owned())).collect();
-    let stored = Stored { texts, map: emitted.source_map.in_folder(folder) };
+    let texts = sources.map(|(_, file)| (file.path().to_owned(), file.text().to_owned()));
+    let texts = texts.chain(included(&program.plan)).collect();
+    let stored = Stored { texts, map: emitted.source_map.in_folder(folder), scopes: Scope::all(&program.plan) };
     let text = serde_json::to_string(&stored)
         .map_err(|error| Failure::message(format!("the source map of {folder} cannot be written: {error}")))?;
     Ok((format!("{folder}/{FILE}"), text + "\n"))
@@ -48,19 +54,50 @@ pub(super) fn file(program: &Program, emitted: &Emitted, folder: &str) -> Result
 pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
     let mut crates = Crates::default();
     let mut diagnostics = Vec::new();
+    let mut without_std = BTreeMap::new();
     for path in messages {
         for line in read(path)?.lines() {
-            let Some(Message::Diagnostic { manifest_path, mut message }) = Message::read(line) else { continue };
+            let Some(Message::Diagnostic { manifest_path, target, mut message }) = Message::read(line) else {
+                continue;
+            };
             let folder = manifest_path.parent().unwrap_or(&manifest_path);
             if crates.know(folder)? {
                 message.resolve(folder);
             } else if !message.is_error() {
                 continue;
+            } else if message.misses("std") || message.misses("alloc") {
+                without_std.insert(target.map(|target| target.name).unwrap_or_default(), folder.to_owned());
+                continue;
             }
-            diagnostics.push(message);
+            diagnostics.push((folder.to_owned(), message));
         }
     }
-    Ok(rustc::render_all(&diagnostics, &crates, false))
+    // Where there is not even `core`, the target is what is missing, as other messages say.
+    if diagnostics.iter().any(|(_, message)| message.misses("core")) {
+        without_std.clear();
+    }
+    // Whatever else is wrong in such a crate follows from that.
+    diagnostics.retain(|(folder, _)| !without_std.values().any(|other| other == folder));
+    let diagnostics: Vec<_> = diagnostics.into_iter().map(|(_, message)| message).collect();
+    let without_std: String = without_std.keys().map(|name| needs_std(name)).collect();
+    Ok(without_std + &rustc::render_all(&diagnostics, &crates, false))
+}
+
+/// What is said of a crate that needs what images do not have.
+fn needs_std(name: &str) -> String {
+    format!(
+        "error: the crate `{name}` needs `std`, which images do not have\n  hint: where it is one of \
+         `cargo-dependencies` and has `std` as a default feature, write `default-features: false`; else take a crate \
+         that is `no_std`\n\n"
+    )
+}
+
+/// From the files of a generated crate to the program; nothing for a folder that has not been generated.
+///
+/// # Errors
+/// When what lies beside the crate cannot be read.
+pub(super) fn map(folder: &Path) -> Result<Option<SourceMap>, Failure> {
+    Ok(load(&folder.join(FILE))?.map(|stored| stored.map))
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
@@ -97,6 +134,9 @@ fn load(path: &Path) -> Result<Option<Stored>, Failure> {
 impl Origin for Crates {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
         let path = Path::new(generated);
+        if path.is_absolute() && self.0.values().flatten().any(|stored| stored.texts.contains_key(generated)) {
+            return Some(Place { path: generated.to_owned(), line, column, verbatim: true });
+        }
         self.0.iter().find_map(|(folder, stored)| {
             let map = &stored.as_ref()?.map;
             let path = path.strip_prefix(folder).ok()?.to_str()?;
@@ -108,6 +148,10 @@ impl Origin for Crates {
 
     fn text(&self, path: &str) -> Option<&str> {
         self.0.values().flatten().find_map(|stored| stored.texts.get(path)).map(String::as_str)
+    }
+
+    fn scopes(&self) -> &[Scope] {
+        self.0.values().flatten().next().map_or(&[], |stored| &stored.scopes)
     }
 }
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The participants' output, each line with its participant's name before it.
 
+use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 
 use crate::codes::with_sentences;
+use crate::compile::Console;
 
 /// Which output of a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +29,8 @@ pub(crate) struct Output {
     speaker: Option<String>,
     /// In characters.
     name_width: usize,
+    /// What is known of the code of participants that do not say themselves where in the program it is, by their names.
+    consoles: BTreeMap<String, Console>,
     closed: bool,
 }
 
@@ -47,7 +51,13 @@ impl Output {
         names: impl IntoIterator<Item = &'a str>,
     ) -> Self {
         let name_width = names.into_iter().chain(speaker).map(|name| name.chars().count()).max().unwrap_or(0);
-        Self { standard, error, coloured, speaker: speaker.map(str::to_owned), name_width, closed: false }
+        let speaker = speaker.map(str::to_owned);
+        Self { standard, error, coloured, speaker, name_width, consoles: BTreeMap::new(), closed: false }
+    }
+
+    /// With what is known of the code of participants, by their names.
+    pub(crate) fn with_consoles(self, consoles: BTreeMap<String, Console>) -> Self {
+        Self { consoles, ..self }
     }
 
     /// Whether somebody has closed the output, so that there is no point in going on.
@@ -55,12 +65,17 @@ impl Output {
         self.closed
     }
 
-    /// Shows one line of a participant, given without its end, with sentences in place of codes.
+    /// Shows one line of a participant, given without its end, with sentences in place of codes and places in the
+    /// program in place of those in generated code.
     pub(super) fn line(&mut self, index: usize, name: &str, stream: Stream, line: &[u8]) {
         let colour = Some(COLOURS[index % COLOURS.len()]);
         let prefix = if self.speaker.is_none() { String::new() } else { self.prefix(name, colour, stream) };
         let mut bytes = prefix.into_bytes();
-        bytes.extend_from_slice(&with_sentences(line));
+        let line = with_sentences(line);
+        bytes.extend_from_slice(&match self.consoles.get(name) {
+            Some(console) => console.with_lf_places(&line),
+            None => line.as_ref().into(),
+        });
         bytes.push(b'\n');
         self.write(stream, &bytes);
     }

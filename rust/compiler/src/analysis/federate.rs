@@ -51,12 +51,12 @@ impl Builder<'_> {
                     Variable::Startup | Variable::Shutdown => return None,
                     Variable::Port(port) => {
                         let nodes = graph.nodes(tree, step.instance, port);
-                        let ports = nodes.into_iter().map(|node| self.port(node));
+                        let mut ports = nodes.into_iter().map(|node| self.port(node));
                         let class = &classes[tree.instances[step.instance].class.0];
                         if class.is_wide(port, classes) {
                             Argument::Ports(ports.collect())
                         } else {
-                            Argument::Port(ports.last()?)
+                            Argument::Port(ports.next()?)
                         }
                     }
                     Variable::Timer(timer) => Argument::Trigger(self.sources[&Source::Timer(step.instance, timer)]),

@@ -105,6 +105,8 @@ codes! {
     NotWritable = "E062-not-writable",
     /// The same dependency twice in one list.
     DuplicateDependency = "E063-duplicate-dependency",
+    /// A code block that is not written in the target language.
+    CodeSyntax = "E065-code-syntax",
 
     /// Connected ports of different types.
     TypeMismatch = "E070-type-mismatch",

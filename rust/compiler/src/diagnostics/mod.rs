@@ -143,6 +143,17 @@ impl Diagnostics {
         &mut self.sources
     }
 
+    /// Forgets all that was said about files of another target, but for that, and about what was made of them; whether
+    /// there are such files. What else is wrong in them is right in their own language.
+    pub(crate) fn keep_wrong_targets(&mut self) -> bool {
+        let is_known = |entry: &Diagnostic| entry.code == Code::WrongTarget && entry.span.end > entry.span.start;
+        let is_wrong = self.entries.iter().any(is_known);
+        if is_wrong {
+            self.entries.retain(is_known);
+        }
+        is_wrong
+    }
+
     /// Sorts by file and place; entries of one place stay in the order in which they were found.
     pub(crate) fn sort(&mut self) {
         self.entries.sort_by_key(|entry| (entry.span.file, entry.span.start));

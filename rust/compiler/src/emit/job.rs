@@ -16,8 +16,17 @@ pub struct Settings<'a> {
     /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
     /// cargo's intermediate results must not have the same.
     pub version: &'a str,
+    /// Where paths of the program begin, when they are relative: the folder in which the compiler runs.
+    pub current: &'a str,
     /// Where the federates run.
     pub deployment: &'a Deployment,
+}
+
+impl Settings<'_> {
+    /// A path of the program, from wherever a generated crate lies.
+    pub(crate) fn absolute(&self, path: &str) -> String {
+        if path.starts_with('/') { path.to_owned() } else { format!("{}/{path}", self.current) }
+    }
 }
 
 /// The program of one participant, to be emitted.

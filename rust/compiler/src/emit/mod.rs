@@ -19,7 +19,7 @@ use names::{Names, kebab_case};
 pub(crate) use job::Job;
 pub use job::{EmitError, File, Settings};
 pub use source_map::SourceMap;
-pub(crate) use source_map::{Anchor, FileMap, Origin, Piece};
+pub(crate) use source_map::{Anchor, FileMap, Lines, Origin, Piece};
 
 /// All that was generated for a program.
 #[derive(Clone, Debug)]

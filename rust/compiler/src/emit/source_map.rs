@@ -83,7 +83,31 @@ impl SourceMap {
     }
 }
 
+/// Lines of a generated file that follow each other in the program, too.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lines {
+    /// The first one, from the column on at which it is in the program.
+    pub(crate) first: Piece,
+    pub(crate) count: usize,
+}
+
 impl FileMap {
+    /// What is verbatim, in as few rows as possible.
+    pub(crate) fn lines(&self) -> Vec<Lines> {
+        let mut all: Vec<Lines> = Vec::new();
+        for piece in &self.pieces {
+            let follows = |Lines { first, count }: &Lines| {
+                let to = Origin { line: first.to.line + count, ..first.to };
+                (piece.line, piece.column, piece.to) == (first.line + count, first.column, to)
+            };
+            match all.last_mut().filter(|last| follows(last)) {
+                Some(last) => last.count += 1,
+                None => all.push(Lines { first: *piece, count: 1 }),
+            }
+        }
+        all
+    }
+
     fn piece(&self, line: usize, column: usize) -> Option<Origin> {
         let until = self.pieces.partition_point(|piece| (piece.line, piece.column) <= (line, column));
         let piece = self.pieces[..until].last()?;

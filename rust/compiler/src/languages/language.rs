@@ -16,6 +16,9 @@ pub(crate) trait Language: Debug + Sync {
     /// Looks for the end of a code block in the text after its `{=`: what strings and comments hide does not count.
     fn block_end(&self, text: &str) -> BlockEnd;
 
+    /// What is wrong with the syntax of a code block, as far as can be told without the language's own compiler.
+    fn code_problem(&self, text: &str, kind: CodeKind) -> Option<CodeProblem>;
+
     /// Why a name of the program cannot be one of generated code, or of the variables of bodies.
     fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str>;
 
@@ -62,9 +65,40 @@ pub(crate) enum BlockEnd {
     /// The position directly after `=}`.
     Found(usize),
     /// Every `=}` lies within a string or comment; the position directly after the first one, to go on from there.
-    Hidden(usize),
+    Hidden {
+        /// Directly after the first one.
+        end: usize,
+        /// Where the string or comment begins that it lies in.
+        by: usize,
+    },
     /// There is no `=}` at all.
     Missing,
+}
+
+/// What a code block is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CodeKind {
+    /// The body of a reaction, of a handler or of a method.
+    Statements,
+    /// A preamble.
+    Items,
+    /// A value.
+    Expression,
+    /// A type.
+    Type,
+}
+
+/// What is wrong with a code block; places are bytes of its text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct CodeProblem {
+    /// Where it is.
+    pub(crate) range: core::ops::Range<usize>,
+    /// One sentence without a full stop.
+    pub(crate) message: String,
+    /// A further place that explains it.
+    pub(crate) also: Option<(core::ops::Range<usize>, String)>,
+    /// What to do about it.
+    pub(crate) hint: Option<String>,
 }
 
 /// What kind of literals a simple type takes.

@@ -3,6 +3,7 @@
 //!
 //! It can be printed (`Display`, serde), compared and tested by snapshot. It holds no reference to the syntax tree.
 
+mod cargo;
 mod class;
 mod federate;
 mod render;
@@ -10,6 +11,7 @@ mod source;
 
 use serde::{Deserialize, Serialize};
 
+pub use cargo::{BuildType, Cargo, Dependency, Module};
 pub use class::{
     ActionDeclaration, BANK_INDEX, Child, Method, Parameter, PortDeclaration, PortDirection, Reaction,
     ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
@@ -100,6 +102,9 @@ pub struct Target {
     pub board: Option<String>,
     /// `platform: {user-threads}`: how many threads bodies may start at most; 0 when not given.
     pub user_threads: u16,
+    /// What is about cargo.
+    #[serde(default, skip_serializing_if = "Cargo::is_empty")]
+    pub cargo: Cargo,
 }
 
 impl Default for Target {
@@ -127,6 +132,7 @@ impl Default for Target {
             platform: None,
             board: None,
             user_threads: 0,
+            cargo: Cargo::default(),
         }
     }
 }

@@ -136,8 +136,9 @@ impl<'p> Checker<'p> {
                 ast::ExpressionKind::Name(name) if scope.iter().all(|it| it.name.text != *name) => {
                     self.unknown_parameter(name, value.span, scope);
                 }
-                ast::ExpressionKind::Name(_) | ast::ExpressionKind::Code(_) => {}
-                ast::ExpressionKind::Literal(ast::Literal::Int(_)) => {}
+                ast::ExpressionKind::Name(_)
+                | ast::ExpressionKind::Code(_)
+                | ast::ExpressionKind::Literal(ast::Literal::Int(_)) => {}
                 _ => {
                     let diagnostic = Diagnostic::new(Code::BadWidth, value.span, "a width is a number");
                     self.report(diagnostic.hint("write a number, a parameter, or code that gives one"));

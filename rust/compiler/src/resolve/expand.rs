@@ -144,12 +144,11 @@ impl<'a> Expander<'a> {
         if given != needed {
             let name = &instance.class.text;
             let message = format!("`{name}` has {needed} type parameters, and here are {given} types");
-            let hint = match needed {
-                0 => format!("write `new {name}(…)`"),
-                _ => {
-                    let names = declared.type_parameters.iter().map(|it| it.name.text.as_str());
-                    format!("write a type for each: `new {name}<{}>(…)`", names.collect::<Vec<_>>().join(", "))
-                }
+            let hint = if needed == 0 {
+                format!("write `new {name}(…)`")
+            } else {
+                let names = declared.type_parameters.iter().map(|it| it.name.text.as_str());
+                format!("write a type for each: `new {name}<{}>(…)`", names.collect::<Vec<_>>().join(", "))
             };
             let diagnostic = Diagnostic::new(Code::TypeArguments, instance.class.span, message).hint(hint);
             self.diagnostics.push(diagnostic.also(declared.span(), "its declaration"));

@@ -2,6 +2,7 @@
 //! The files of a program: the main one and those that it imports.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
@@ -125,7 +126,7 @@ impl Loader<'_> {
                 self.import_from(unit, &[path], name, &import.reactors, import.span);
             }
             // Without a file, each reactor is in one of its name.
-            ImportSource::Package(name) if !name.text.ends_with(".lf") => {
+            ImportSource::Package(name) if Path::new(&name.text).extension().is_none() => {
                 for imported in &import.reactors {
                     let paths = in_package(&self.units[unit].path, &format!("{}/{}.lf", name.text, imported.name.text));
                     self.import_from(unit, &paths, name, std::slice::from_ref(imported), import.span);
@@ -215,7 +216,7 @@ fn in_package(importing: &str, file: &str) -> Vec<String> {
 }
 
 /// The path of an import: relative to the folder of the importing file.
-fn join(importing: &str, relative: &str) -> String {
+pub(super) fn join(importing: &str, relative: &str) -> String {
     if relative.starts_with('/') {
         return normalize(relative);
     }

@@ -7,7 +7,9 @@
 mod attributes;
 mod checker;
 mod class;
+mod code;
 mod connection;
+mod crates;
 mod expand;
 mod load;
 mod mains;
@@ -23,6 +25,7 @@ mod unsupported;
 mod value;
 
 pub(crate) use attributes::CAPACITY_MAX;
+pub(crate) use code::check as check_code;
 
 pub(crate) use connection::type_mismatch;
 pub(crate) use expand::expand;

@@ -3,8 +3,8 @@
 
 use lf_model::units::UNITS;
 
-use super::load::Program;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
+use super::load::{Program, SourceProvider};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceMap, Span, did_you_mean};
 use crate::languages;
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
@@ -85,6 +85,21 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
     property("threading", SWITCH, "no effect: there is one event loop without worker threads"),
     property("single-threaded", SWITCH, "no effect, for the same reason"),
     property("workers", &["1"], "no effect: reactions run one after the other"),
+    property(
+        "cargo-dependencies",
+        &["{ libm: \"0.2\" }", "{ rand: { version: \"0.8\", default-features: false, features: [\"small_rng\"] } }"],
+        "crates that bodies can use, see [crates and modules](crates.md)",
+    ),
+    property("cargo-features", &["[\"cli\"]"], "features of generated crates: those of their dependencies"),
+    property("rust-include", &["[]"], "files of Rust that are modules of generated crates: `\"filters.rs\"`"),
+    property(
+        "build-type",
+        &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
+        "how programs for this computer are compiled; images are configured by Zephyr",
+    ),
+    property("edition", &["\"2024\"", "\"2021\"", "\"2018\""], "the edition of Rust of bodies; 2024 when not given"),
+    property("single-file-project", SWITCH, "no effect: nobody edits what is generated"),
+    property("export-dependency-graph", SWITCH, "no effect: `lfz plan` prints what is connected to what"),
     property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
 ];
 
@@ -96,16 +111,9 @@ fn honoured() -> impl Iterator<Item = &'static str> + Clone {
 /// Properties of LF that are not, with what to do instead.
 pub(super) const REFUSED: &[(&str, &str)] = &[
     ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
-    ("build-type", "remove it and choose when building: `lfz build --release`"),
     ("build", "remove it"),
-    ("cargo-dependencies", "remove it; bodies have `core`, on Linux `std`, and the reactor API"),
-    ("cargo-features", "remove it"),
-    ("rust-include", "remove it and write the code in a preamble"),
-    ("edition", "remove it; generated crates have the edition of this project"),
     ("runtime-version", "remove it"),
     ("external-runtime-path", "remove it"),
-    ("single-file-project", "remove it"),
-    ("export-dependency-graph", "remove it; `lfz plan` prints what is connected to what"),
     ("docker", "remove it"),
     ("tracing", "remove it"),
     ("trace-plugin", "remove it"),
@@ -134,9 +142,11 @@ pub(super) const REFUSED: &[(&str, &str)] = &[
 /// Checks the target of the main file and gives the properties that have an effect.
 ///
 /// Properties of imported files have no effect, as in LF: they belong to the programs in those files.
-pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::Target {
+pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> plan::Target {
     let language = languages::default().name().to_owned();
-    let mut reader = Reader { target: plan::Target { language, ..plan::Target::default() }, found: Vec::new() };
+    let target = plan::Target { language, ..plan::Target::default() };
+    let main_path = program.units.first().map_or("", |unit| unit.path.as_str());
+    let mut reader = Reader { target, found: Vec::new(), main_path, sources, texts: diagnostics.sources() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
@@ -154,6 +164,7 @@ pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::T
                 for property in &target.properties {
                     reader.property(property);
                 }
+                reader.features(&target.properties);
                 reader.idle_options(&target.properties);
             }
         },
@@ -163,20 +174,25 @@ pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) -> plan::T
     for target in targets.filter(|target| !target.name.text.eq_ignore_ascii_case(&language)) {
         reader.wrong_target(target);
     }
-    diagnostics.extend(reader.found);
-    reader.target
+    let Reader { target, found, .. } = reader;
+    diagnostics.extend(found);
+    target
 }
 
 /// What can be in `clock-sync-options`.
 const CLOCK_SYNC_OPTIONS: [&str; 6] =
     ["trials", "period", "attenuation", "local-federates-on", "test-offset", "collect-stats"];
 
-struct Reader {
-    target: plan::Target,
-    found: Vec<Diagnostic>,
+/// Reads the target declaration of the main file.
+pub(super) struct Reader<'p> {
+    pub(super) target: plan::Target,
+    pub(super) found: Vec<Diagnostic>,
+    pub(super) main_path: &'p str,
+    pub(super) sources: &'p dyn SourceProvider,
+    pub(super) texts: &'p SourceMap,
 }
 
-impl Reader {
+impl Reader<'_> {
     fn wrong_target(&mut self, target: &Target) {
         let language = &self.target.language;
         let message = match languages::named(&target.name.text) {
@@ -187,7 +203,7 @@ impl Reader {
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 
-    fn unique(&mut self, properties: &[Property]) {
+    pub(super) fn unique(&mut self, properties: &[Property]) {
         for (index, property) in properties.iter().enumerate() {
             let first = properties[..index].iter().find(|first| first.key.text == property.key.text);
             if let Some(first) = first {
@@ -216,8 +232,15 @@ impl Reader {
             "coordination-options" => self.coordination_options(key, value),
             "DNET" => self.target.dnet = self.boolean(key, value).unwrap_or(true),
             "platform" => self.platform(key, value),
-            // There is one event loop without worker threads, which both values allow.
-            "threading" | "single-threaded" => {
+            "cargo-dependencies" => self.dependencies(key, value),
+            // Dependencies may come behind them.
+            "cargo-features" => {}
+            "rust-include" => self.modules(key, value),
+            "build-type" => self.build_type(key, value),
+            "edition" => self.edition(key, value),
+            // There is one event loop without worker threads, which both values allow; and nobody looks for what other
+            // compilers write beside the program.
+            "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
             }
             "workers" => {
@@ -246,7 +269,7 @@ impl Reader {
         self.unknown(key, honoured().chain(REFUSED.iter().map(|(name, _)| *name)));
     }
 
-    fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
+    pub(super) fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
         let message = format!("there is no property `{}` here", key.text);
         let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
             let names: Vec<_> = known.take(honoured().count()).map(|name| format!("`{name}`")).collect();
@@ -424,7 +447,7 @@ impl Reader {
         }
     }
 
-    fn idle(&mut self, key: &Name, reason: &str) {
+    pub(super) fn idle(&mut self, key: &Name, reason: &str) {
         let message = format!("`{}` has no effect: {reason}", key.text);
         self.found.push(Diagnostic::new(Code::IdleProperty, key.span, message).hint("remove it"));
     }
@@ -441,12 +464,12 @@ impl Reader {
         }
     }
 
-    fn bad(&mut self, key: &Name, value: &PropertyValue, expected: &str) {
+    pub(super) fn bad(&mut self, key: &Name, value: &PropertyValue, expected: &str) {
         let message = format!("`{}` takes {expected}", key.text);
         self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message));
     }
 
-    fn word(&mut self, key: &Name, value: &PropertyValue, words: &[&'static str]) -> Option<&'static str> {
+    pub(super) fn word(&mut self, key: &Name, value: &PropertyValue, words: &[&'static str]) -> Option<&'static str> {
         let text = text_of(value);
         let found = words.iter().find(|word| text.as_deref() == Some(**word)).copied();
         if found.is_none() {
@@ -456,7 +479,7 @@ impl Reader {
         found
     }
 
-    fn boolean(&mut self, key: &Name, value: &PropertyValue) -> Option<bool> {
+    pub(super) fn boolean(&mut self, key: &Name, value: &PropertyValue) -> Option<bool> {
         let boolean = match &value.kind {
             PropertyKind::Literal(Literal::Bool(value)) => Some(*value),
             _ => None,
@@ -515,7 +538,7 @@ impl Reader {
 }
 
 /// A word, a path or a string, without quotes.
-fn text_of(value: &PropertyValue) -> Option<String> {
+pub(super) fn text_of(value: &PropertyValue) -> Option<String> {
     match &value.kind {
         PropertyKind::Literal(Literal::Text(text)) => Some(text.trim_matches('"').to_owned()),
         PropertyKind::Path(text) | PropertyKind::Literal(Literal::Int(text)) => Some(text.clone()),

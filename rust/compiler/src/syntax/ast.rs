@@ -4,6 +4,7 @@
 pub(crate) use super::expression::{Code, Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
 pub(crate) use super::type_text::{Type, TypeKind};
 use crate::diagnostics::Span;
+use crate::languages::CodeKind;
 
 /// A file.
 #[derive(Clone, Debug, Default)]
@@ -12,6 +13,8 @@ pub(crate) struct SourceUnit {
     pub(crate) imports: Vec<Import>,
     pub(crate) preambles: Vec<Preamble>,
     pub(crate) reactors: Vec<Reactor>,
+    /// All code blocks that are closed, wherever they stand.
+    pub(crate) codes: Vec<(Code, CodeKind)>,
 }
 
 /// `target Rust { … }`
@@ -39,8 +42,7 @@ pub(crate) struct PropertyValue {
 #[derive(Clone, Debug)]
 pub(crate) enum PropertyKind {
     Map(Vec<Property>),
-    /// A list; no property that is honoured takes one.
-    List,
+    List(Vec<PropertyValue>),
     Literal(Literal),
     Time(TimeValue),
     /// A word or a path without quotes.

@@ -92,6 +92,8 @@ pub(super) enum Kind {
 pub(super) struct Reading {
     /// What went wrong within tokens.
     problems: Vec<(Code, Range<usize>)>,
+    /// What hides the end of the code block that begins at a place.
+    hiding: Vec<(usize, Range<usize>)>,
     /// The language of code blocks.
     language: &'static dyn Language,
     /// Whether the next word names it.
@@ -119,7 +121,8 @@ pub(super) struct Tokens {
 
 /// Cuts a text into tokens.
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
-    let reading = Reading { problems: Vec::new(), language: languages::default(), names_language: false };
+    let reading =
+        Reading { problems: Vec::new(), hiding: Vec::new(), language: languages::default(), names_language: false };
     let mut lexer = Kind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
     let mut comments = Vec::new();
@@ -137,7 +140,12 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     }
     let end = text.len();
     tokens.push(Token { kind: Kind::End, start: end, end, adjacent: false, first_of_line: true });
-    let diagnostics = lexer.extras.problems.iter().map(|(code, range)| describe(file, *code, range)).collect();
+    let Reading { problems, hiding, .. } = &lexer.extras;
+    let describe = |(code, range): &(Code, Range<usize>)| {
+        let hiding = hiding.iter().find(|(start, _)| *start == range.start).map(|(_, hiding)| hiding);
+        describe(file, *code, range, hiding)
+    };
+    let diagnostics = problems.iter().map(describe).collect();
     Tokens { list: tokens, comments, diagnostics }
 }
 
@@ -156,9 +164,12 @@ fn code(lexer: &mut Lexer<'_, Kind>) {
     let rest = lexer.remainder();
     match lexer.extras.language.block_end(rest) {
         BlockEnd::Found(length) => lexer.bump(length),
-        BlockEnd::Hidden(length) => {
+        BlockEnd::Hidden { end, by } => {
             lexer.extras.problems.push((Code::UnterminatedCode, lexer.span()));
-            lexer.bump(length);
+            let start = lexer.span().end + by;
+            let line = rest[by..end].lines().next().map_or(0, str::len);
+            lexer.extras.hiding.push((lexer.span().start, start..start + line));
+            lexer.bump(end);
         }
         BlockEnd::Missing => {
             lexer.extras.problems.push((Code::UnterminatedCode, lexer.span()));
@@ -212,7 +223,7 @@ fn comment(lexer: &mut Lexer<'_, Kind>, close: &str) -> FilterResult<(), ()> {
     FilterResult::Emit(())
 }
 
-fn describe(file: FileId, code: Code, range: &Range<usize>) -> Diagnostic {
+fn describe(file: FileId, code: Code, range: &Range<usize>, hiding: Option<&Range<usize>>) -> Diagnostic {
     let (message, hint) = match code {
         Code::UnterminatedCode => (
             "this code block has no end",
@@ -222,5 +233,9 @@ fn describe(file: FileId, code: Code, range: &Range<usize>) -> Diagnostic {
         _ => ("this string has no end", "close it with `\"`; `\"\"\"` opens a string of several lines"),
     };
     let span = Span::new(file, range.start, range.end);
-    Diagnostic::new(code, span, message).label("opened here").hint(hint)
+    let diagnostic = Diagnostic::new(code, span, message).label("opened here").hint(hint);
+    match hiding {
+        Some(range) => diagnostic.also(Span::new(file, range.start, range.end), "the `=}` is within this"),
+        None => diagnostic,
+    }
 }

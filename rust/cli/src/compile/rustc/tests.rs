@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Diagnostics as rustc writes them, about a program whose second line is line 7 of the generated file.
 
-use super::{Diagnostic, Origin, Place, byte_of, render_all};
+use super::{Diagnostic, Origin, Place, Scope, byte_of, render_all};
 
 const TEXT: &str = "reaction(t) {=\n    let é: u8 = \"x\";\n=}\n";
 const BODY_COLUMN_SHIFT: usize = 4;
@@ -20,6 +20,10 @@ impl Origin for Program {
 
     fn text(&self, path: &str) -> Option<&str> {
         (path == "src/P.lf").then_some(TEXT)
+    }
+
+    fn scopes(&self) -> &[Scope] {
+        &[]
     }
 }
 

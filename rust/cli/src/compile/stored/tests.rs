@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::Request;
+use super::super::{Console, Request};
 use super::{FILE, explain};
 use crate::args::{Places, Platform};
 
@@ -30,7 +30,15 @@ impl World {
         let out = Some(world.path("out"));
         let places = Places { release: false, out, target_dir: None, home: None };
         let (platform, board) = (Some(Platform::Zephyr), Some("some_board"));
-        let request = Request { file: &file, platform, board, federates: &[], deployment: None, places: &places };
+        let request = Request {
+            file: &file,
+            platform,
+            board,
+            federates: &[],
+            deployment: None,
+            places: &places,
+            checks_only: false,
+        };
         request.build().expect("crates for Zephyr are generated and not compiled");
         world
     }
@@ -43,14 +51,20 @@ impl World {
         self.path("out/Wrong")
     }
 
-    /// A message about the value in the body, in the crate with this folder.
-    fn message(&self, level: &str, folder: &Path) -> String {
+    /// Where the value in the body is in the crate.
+    fn place(&self) -> (&'static str, usize, usize) {
         let file = "src/wrong/wrong.rs";
         let text = fs::read_to_string(self.crate_folder().join(file)).expect("it was generated");
         let (index, line) =
             text.lines().enumerate().find(|(_, line)| line.contains("let wrong")).expect("the body is in it");
         let column = line.chars().position(|character| character == '"').expect("the value is in it") + 1;
-        let span = serde_json::json!({ "file_name": file, "line_start": index + 1, "line_end": index + 1,
+        (file, index + 1, column)
+    }
+
+    /// A message about the value in the body, in the crate with this folder.
+    fn message(&self, level: &str, folder: &Path) -> String {
+        let (file, line, column) = self.place();
+        let span = serde_json::json!({ "file_name": file, "line_start": line, "line_end": line,
             "column_start": column, "column_end": column + 3, "is_primary": true,
             "label": "expected `u8`, found `&str`", "suggested_replacement": null, "expansion": null });
         let message = serde_json::json!({ "message": "mismatched types", "code": { "code": "E0308" },
@@ -124,4 +138,42 @@ fn what_cannot_be_read_is_named() {
     fs::write(&messages, world.message("error", &world.crate_folder())).expect("it can be written");
     fs::write(&map, "{}").expect("it can be written");
     assert!(text(&messages).starts_with(&format!("{} was not made by this version of lfz", map.display())));
+}
+
+#[test]
+fn places_in_what_an_image_prints_become_places_in_the_program() {
+    let world = World::new();
+    let console = Console::known(&world.crate_folder()).expect("it was generated");
+    let shown = |line: &str| {
+        let shown = String::from_utf8(console.with_lf_places(line.as_bytes()).into_owned()).expect("it is text");
+        shown.replace(&format!("{}/", world.folder.path().display()), "")
+    };
+    let (file, line, column) = world.place();
+    assert_eq!(shown(&format!("lf: panicked at {file}:{line}:{column}:")), "lf: panicked at Wrong.lf:4:21:");
+    let whole = world.crate_folder().join(file);
+    let twice = format!("({}:{line}:{column}) {file}:{line}:{column}", whole.display());
+    assert_eq!(shown(&twice), "(Wrong.lf:4:21) Wrong.lf:4:21");
+    for line in ["", "at src/other.rs:1:2", "x.rs:", "x.rs:1", "x.rs:1:", "é.rs:99999999999999999999:1 .rs:1:1"] {
+        assert_eq!(shown(line), line);
+    }
+    assert!(Console::known(world.folder.path()).is_err());
+    assert!(Console::of(world.folder.path()).expect("nothing to read").is_none());
+}
+
+#[test]
+fn a_crate_that_needs_std_is_named_once() {
+    let world = World::new();
+    let message = |text: &str, code: &str| {
+        let message = serde_json::json!({ "message": text, "code": { "code": code }, "level": "error", "spans": [],
+            "children": [], "rendered": format!("{text}\n") });
+        let manifest = world.path("rand/Cargo.toml");
+        let target = serde_json::json!({ "name": "rand" });
+        serde_json::json!({ "reason": "compiler-message", "manifest_path": manifest, "target": target,
+            "message": message })
+        .to_string()
+    };
+    let lines = [message("can't find crate for `std`", "E0463"), message("cannot find macro `vec`", "E0425")];
+    let text = world.explained(&[&lines, &lines]);
+    assert!(text.starts_with("error: the crate `rand` needs `std`, which images do not have\n"), "{text}");
+    assert_eq!(text.matches("error").count(), 1, "{text}");
 }

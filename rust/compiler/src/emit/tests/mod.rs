@@ -2,6 +2,7 @@
 //! What is emitted, file by file, and how it maps back to the program.
 
 mod applications;
+mod crates;
 mod deployments;
 mod fixture;
 
@@ -12,8 +13,13 @@ use crate::deployment::{Deployment, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
 fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
-    let settings =
-        Settings { lf_linux: "../../rust/linux", lf_zephyr: "../../rust/zephyr", version: "0.0.0", deployment };
+    let settings = Settings {
+        lf_linux: "../../rust/linux",
+        lf_zephyr: "../../rust/zephyr",
+        version: "0.0.0",
+        current: "/work",
+        deployment,
+    };
     emit(plan, &settings).expect("the plan can be emitted")
 }
 
@@ -194,7 +200,13 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
     for wrong in ["if true {", "}", "\"", "/* "] {
         let mut plan = fixture::plan();
         class(&mut plan, "Unit").reactions[2].body.text = wrong.to_owned();
-        let settings = Settings { lf_linux: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
+        let settings = Settings {
+            lf_linux: "h",
+            lf_zephyr: "z",
+            version: "0.0.0",
+            current: "/work",
+            deployment: &Deployment::default(),
+        };
         let errors = emit(&plan, &settings).expect_err("it is wrong");
         let (line, column) = fixture::place_of(" self.seen +=");
         assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, line, column), "{}", errors[0]);
@@ -203,7 +215,13 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
 
 #[test]
 fn types_and_missing_values_are_refused_at_their_place() {
-    let settings = Settings { lf_linux: "h", lf_zephyr: "z", version: "0.0.0", deployment: &Deployment::default() };
+    let settings = Settings {
+        lf_linux: "h",
+        lf_zephyr: "z",
+        version: "0.0.0",
+        current: "/work",
+        deployment: &Deployment::default(),
+    };
     let mut plan = fixture::plan();
     class(&mut plan, "Unit").state[0].ty.text = "Vec<".to_owned();
     let mut errors = emit(&plan, &settings).expect_err("it is wrong");

@@ -5,20 +5,39 @@ use crate::languages::BlockEnd;
 
 /// Looks for the end of a block in the text after its `{=`.
 pub(super) fn find_end(text: &str) -> BlockEnd {
-    let bytes = text.as_bytes();
+    let mut hidden = None;
     let mut at = 0;
-    while at < bytes.len() {
-        at = match bytes[at] {
-            b'=' if bytes.get(at + 1) == Some(&b'}') => return BlockEnd::Found(at + 2),
-            b'/' if bytes.get(at + 1) == Some(&b'/') => line_end(bytes, at),
-            b'/' if bytes.get(at + 1) == Some(&b'*') => comment_end(bytes, at + 2),
-            b'"' => string_end(bytes, at + 1),
-            b'\'' => quote_end(text, at),
-            byte if is_word(byte) => word_end(bytes, at),
-            _ => at + 1,
-        };
+    while at < text.len() {
+        if text[at..].starts_with("=}") {
+            return BlockEnd::Found(at + 2);
+        }
+        let end = skip(text, at);
+        let inside = &text[at..end];
+        if let Some(found) = inside.find("=}") {
+            let first = BlockEnd::Hidden { end: at + found + 2, by: at };
+            // A line that begins so within a string of several lines: the string's own end is missing.
+            if inside.starts_with('"') && inside.lines().skip(1).any(|line| line.trim_start().starts_with("=}")) {
+                return first;
+            }
+            hidden.get_or_insert(first);
+        }
+        at = end;
     }
-    text.find("=}").map_or(BlockEnd::Missing, |found| BlockEnd::Hidden(found + 2))
+    hidden.unwrap_or(BlockEnd::Missing)
+}
+
+/// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
+/// character.
+pub(super) fn skip(text: &str, at: usize) -> usize {
+    let bytes = text.as_bytes();
+    match bytes[at] {
+        b'/' if bytes.get(at + 1) == Some(&b'/') => line_end(bytes, at),
+        b'/' if bytes.get(at + 1) == Some(&b'*') => comment_end(bytes, at + 2),
+        b'"' => string_end(bytes, at + 1),
+        b'\'' => quote_end(text, at),
+        byte if is_word(byte) => word_end(bytes, at),
+        _ => at + text[at..].chars().next().map_or(1, char::len_utf8),
+    }
 }
 
 fn is_word(byte: u8) -> bool {
@@ -99,7 +118,7 @@ mod tests {
     fn end(text: &str) -> Option<&str> {
         match find_end(text) {
             BlockEnd::Found(end) => Some(&text[end..]),
-            BlockEnd::Hidden(_) | BlockEnd::Missing => None,
+            BlockEnd::Hidden { .. } | BlockEnd::Missing => None,
         }
     }
 
@@ -117,8 +136,8 @@ mod tests {
     #[test]
     fn a_missing_end_is_told_from_a_hidden_one() {
         assert_eq!(find_end(" x"), BlockEnd::Missing);
-        assert_eq!(find_end(" // =}"), BlockEnd::Hidden(6));
-        assert_eq!(find_end(" \"=} \\"), BlockEnd::Hidden(4));
+        assert_eq!(find_end(" // =}"), BlockEnd::Hidden { end: 6, by: 1 });
+        assert_eq!(find_end(" \"=} \\"), BlockEnd::Hidden { end: 4, by: 1 });
         assert_eq!(find_end(" '\\"), BlockEnd::Missing);
     }
 }

@@ -42,7 +42,9 @@ impl Layout {
         let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
         used.extend(instances().map(|instance| (instance.class, true)));
         used.extend(federate.map(|_| (plan.main, true)));
-        let mut file_names = Names::reserving(&RESERVED);
+        let included = plan.target.cargo.modules.iter().map(|module| module.name.as_str());
+        let reserved: Vec<&str> = RESERVED.into_iter().chain(included).collect();
+        let mut file_names = Names::reserving(&reserved);
         let mut files = BTreeMap::new();
         let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
         let mut classes = BTreeMap::new();

@@ -2,10 +2,12 @@
 //! Rust: a crate per participant, with bodies as methods of a struct per reactor.
 
 mod code_block;
+mod code_syntax;
 mod crates;
 mod federate;
 mod integer;
 mod layout;
+mod manifest;
 mod names;
 mod print;
 mod reactor;
@@ -14,7 +16,7 @@ mod splice;
 mod types;
 mod values;
 
-use super::language::{BlockEnd, Language, LiteralKind};
+use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind};
 use crate::diagnostics::Diagnostic;
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::Plan;
@@ -31,6 +33,10 @@ impl Language for Rust {
 
     fn block_end(&self, text: &str) -> BlockEnd {
         code_block::find_end(text)
+    }
+
+    fn code_problem(&self, text: &str, kind: CodeKind) -> Option<CodeProblem> {
+        code_syntax::problem(text, kind)
     }
 
     fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
@@ -78,6 +84,6 @@ impl Language for Rust {
     }
 
     fn workspace(&self, plan: &Plan, folders: &[String]) -> File {
-        crates::workspace(plan, folders)
+        manifest::of_workspace(plan, folders)
     }
 }

@@ -5,6 +5,7 @@ use super::super::ast::{Attribute, AttributeParameter, Name, Preamble};
 use super::super::token::Kind;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
+use crate::languages::CodeKind;
 
 impl Parser<'_> {
     pub(super) fn preamble(&mut self) -> Parsed<Preamble> {
@@ -14,7 +15,7 @@ impl Parser<'_> {
         if self.eat_word("preamble").is_none() {
             return self.unexpected("`preamble`");
         }
-        let code = self.code()?;
+        let code = self.code_of(CodeKind::Items)?;
         Ok(Preamble { code })
     }
 

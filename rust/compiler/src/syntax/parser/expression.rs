@@ -8,6 +8,7 @@ use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::languages::CodeKind;
 
 impl Parser<'_> {
     /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here. `kind` and `name` are
@@ -44,7 +45,7 @@ impl Parser<'_> {
     fn expression_here(&mut self) -> Parsed<Expression> {
         let start = self.here();
         let kind = match self.kind() {
-            Kind::Code => ExpressionKind::Code(self.code()?),
+            Kind::Code => ExpressionKind::Code(self.code_of(CodeKind::Expression)?),
             Kind::OpenBrace => self.list_expression(Kind::CloseBrace, "}")?,
             Kind::OpenBracket => self.list_expression(Kind::CloseBracket, "]")?,
             Kind::OpenParenthesis => match self.list_expression(Kind::CloseParenthesis, ")")? {

@@ -16,6 +16,7 @@ use super::ast::{Code, Name};
 use super::token::{Kind, Token};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
 use crate::diagnostics::{Code as ErrorCode, Diagnostic, FileId, Span};
+use crate::languages::CodeKind;
 
 pub(crate) use file::parse;
 
@@ -35,6 +36,8 @@ struct Parser<'t> {
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
+    /// All code blocks that are closed.
+    codes: Vec<(Code, CodeKind)>,
 }
 
 impl<'t> Parser<'t> {
@@ -156,12 +159,22 @@ impl<'t> Parser<'t> {
         Ok(Name { text: text.to_owned(), span })
     }
 
+    /// Statements.
     fn code(&mut self) -> Parsed<Code> {
+        self.code_of(CodeKind::Statements)
+    }
+
+    fn code_of(&mut self, kind: CodeKind) -> Parsed<Code> {
         let span = self.expect(Kind::Code, "a code block `{= … =}`")?;
         let text = &self.text[span.start..span.end];
         let start = span.start + 2;
         let end = if text.len() >= 4 && text.ends_with("=}") { span.end - 2 } else { span.end };
-        Ok(Code { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) })
+        let code = Code { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) };
+        let is_open = |found: &Diagnostic| found.code == ErrorCode::UnterminatedCode && found.span.start == span.start;
+        if !self.diagnostics.iter().any(is_open) {
+            self.codes.push((code.clone(), kind));
+        }
+        Ok(code)
     }
 
     /// The quoted text of a string, without the quotes.

@@ -49,8 +49,7 @@ impl Parser<'_> {
             Kind::OpenBrace => PropertyKind::Map(self.properties()?),
             Kind::OpenBracket => {
                 self.advance();
-                self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?;
-                PropertyKind::List
+                PropertyKind::List(self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?)
             }
             _ if self.at_path() => {
                 let span = self.path();

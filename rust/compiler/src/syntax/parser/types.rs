@@ -6,6 +6,7 @@ use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
+use crate::languages::CodeKind;
 
 impl Parser<'_> {
     /// `: T`, if it is here.
@@ -26,7 +27,7 @@ impl Parser<'_> {
     fn type_here(&mut self) -> Parsed<Type> {
         let start = self.here();
         let kind = match self.word_ahead(0) {
-            _ if self.at(Kind::Code) => TypeKind::Code(self.code()?.text),
+            _ if self.at(Kind::Code) => TypeKind::Code(self.code_of(CodeKind::Type)?.text),
             Some("time") => {
                 self.advance();
                 TypeKind::Time

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What bodies have in sight, and what their reactors have beside that.
+
+use lf_compiler::plan::{Code, Plan, PortDirection, Reaction, ReactorClass, Tardy};
+use serde::{Deserialize, Serialize};
+
+/// The body of a reaction or of one of its handlers.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Scope {
+    path: String,
+    /// The first line and the last one.
+    lines: (usize, usize),
+    /// The name of the reactor.
+    pub(crate) reactor: String,
+    /// The variables that the signature gives the body, and whether it may change each.
+    variables: Vec<(String, bool)>,
+    things: Vec<Thing>,
+}
+
+/// What the signature of a reaction can name.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Thing {
+    /// As bodies call it.
+    pub(crate) name: String,
+    /// As signatures call it.
+    pub(crate) written: String,
+    /// What it is.
+    pub(crate) kind: Kind,
+}
+
+/// What a thing is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) enum Kind {
+    Input,
+    Output,
+    Action,
+    Timer,
+    /// An input of a contained reactor.
+    ChildInput,
+    /// An output of a contained reactor.
+    ChildOutput,
+}
+
+impl Scope {
+    /// The bodies of all reactions.
+    pub(crate) fn all(plan: &Plan) -> Vec<Self> {
+        let of_class = |class: &ReactorClass| -> Vec<Self> {
+            let things = things(plan, class);
+            let bodies = class.reactions.iter().flat_map(|reaction| codes(reaction).map(move |code| (reaction, code)));
+            let scope = |(reaction, code): (&Reaction, &Code)| Self {
+                path: plan.path(code.at).to_owned(),
+                lines: (code.at.line, code.at.line + code.text.matches('\n').count()),
+                reactor: class.name.clone(),
+                variables: reaction.parameters.iter().map(|one| (one.name.clone(), one.effect)).collect(),
+                things: things.clone(),
+            };
+            bodies.map(scope).collect()
+        };
+        plan.classes.iter().flat_map(of_class).collect()
+    }
+
+    /// Whether a line is one of the body's.
+    pub(crate) fn has(&self, path: &str, line: usize) -> bool {
+        self.path == path && (self.lines.0..=self.lines.1).contains(&line)
+    }
+
+    /// What signatures can name, by the name that bodies have for it.
+    pub(crate) fn thing(&self, name: &str) -> Option<&Thing> {
+        self.things.iter().find(|thing| thing.name == name)
+    }
+
+    /// Whether the signature names it.
+    pub(crate) fn has_variable(&self, name: &str) -> bool {
+        self.variables.iter().any(|(variable, _)| variable == name)
+    }
+
+    /// The ports of a contained reactor, if there is one of this name.
+    pub(crate) fn ports_of_child(&self, name: &str) -> impl Iterator<Item = &Thing> {
+        self.things.iter().filter(move |thing| {
+            thing.written.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')) && thing.kind.is_of_child()
+        })
+    }
+}
+
+impl Kind {
+    fn is_of_child(self) -> bool {
+        matches!(self, Self::ChildInput | Self::ChildOutput)
+    }
+
+    /// Whether a reaction can have it among its effects.
+    pub(crate) fn is_effect(self) -> bool {
+        matches!(self, Self::Output | Self::Action | Self::ChildInput)
+    }
+
+    /// Whether a reaction can be triggered by it.
+    pub(crate) fn is_trigger(self) -> bool {
+        matches!(self, Self::Input | Self::Action | Self::Timer | Self::ChildOutput)
+    }
+
+    /// For people, with its article.
+    pub(crate) fn text(self) -> &'static str {
+        match self {
+            Self::Input => "an input",
+            Self::Output => "an output",
+            Self::Action => "an action",
+            Self::Timer => "a timer",
+            Self::ChildInput => "an input of a contained reactor",
+            Self::ChildOutput => "an output of a contained reactor",
+        }
+    }
+}
+
+fn codes(reaction: &Reaction) -> impl Iterator<Item = &Code> {
+    let tardy = match &reaction.tardy {
+        Some(Tardy::Handler(code)) => Some(code),
+        Some(Tardy::Body) | None => None,
+    };
+    [&reaction.body].into_iter().chain(&reaction.deadline).chain(tardy)
+}
+
+fn things(plan: &Plan, class: &ReactorClass) -> Vec<Thing> {
+    let own = |name: &String, kind| Thing { name: name.clone(), written: name.clone(), kind };
+    let ports = class.ports.iter().map(|port| match port.direction {
+        PortDirection::Input => own(&port.name, Kind::Input),
+        PortDirection::Output => own(&port.name, Kind::Output),
+    });
+    let actions = class.actions.iter().map(|action| own(&action.name, Kind::Action));
+    let timers = class.timers.iter().map(|timer| own(&timer.name, Kind::Timer));
+    let children = class.children.iter().flat_map(|child| {
+        plan.classes[child.class.0].ports.iter().map(|port| Thing {
+            name: format!("{}__{}", child.name, port.name),
+            written: format!("{}.{}", child.name, port.name),
+            kind: match port.direction {
+                PortDirection::Input => Kind::ChildInput,
+                PortDirection::Output => Kind::ChildOutput,
+            },
+        })
+    });
+    ports.chain(actions).chain(timers).chain(children).collect()
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is said about mistakes in bodies, at once, when rustc looks at them, and when they run: each program is beside
+//! what is said about it.
+//!
+//! `INSTA_UPDATE=always cargo test -p lfz --test bodies` rewrites the expected output.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The programs.
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bodies")
+}
+
+/// What a command says about a program, without what differs from run to run.
+fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
+    command.current_dir(folder()).args(arguments).arg(file);
+    command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env_remove("RUST_BACKTRACE");
+    if let Some(out) = out {
+        command.arg("--out").arg(out);
+    }
+    let output = command.output().expect("lfz can be started");
+    let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+    let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
+    for line in lines.lines().filter(|line| !line.starts_with("Compil") && !line.starts_with("Check")) {
+        let line = out.as_ref().map_or_else(|| line.to_owned(), |out| line.replace(out, "OUT"));
+        text = text + line.trim_end() + "\n";
+    }
+    text
+}
+
+#[test]
+fn every_mistake_in_a_body_is_told_at_its_place() {
+    let mut names: Vec<String> = fs::read_dir(folder())
+        .expect("the folder is part of the repository")
+        .map(|entry| entry.expect("the folder can be listed").file_name().to_string_lossy().into_owned())
+        .filter_map(|name| name.strip_suffix(".lf").map(str::to_owned))
+        .collect();
+    names.sort();
+    assert!(names.len() >= 15, "only {} programs were found", names.len());
+    for name in names {
+        let file = format!("{name}.lf");
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bodies").join(&name);
+        // Each further step is for what the one before it has not noticed.
+        let mut text = String::new();
+        for arguments in [&["check"][..], &["check", "--bodies"], &["run"]] {
+            text += &said(arguments, &file, (arguments != ["check"]).then_some(&out));
+            if text.contains(": error") {
+                break;
+            }
+            text.push('\n');
+        }
+        insta::with_settings!({
+            snapshot_path => "bodies",
+            prepend_module_to_snapshot => false,
+            omit_expression => true,
+        }, {
+            insta::assert_snapshot!(name, text);
+        });
+    }
+}

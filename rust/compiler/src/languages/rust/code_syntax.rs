@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is wrong with the syntax of a block of Rust, without asking rustc: first its brackets, because a parser names
+//! the place where it notices that one is missing, and not the one that is; then what a parser says.
+
+use core::ops::Range;
+
+use proc_macro2::LineColumn;
+use syn::parse::Parser as _;
+
+use super::code_block::skip;
+use crate::languages::{CodeKind, CodeProblem};
+
+/// The first thing that is wrong.
+pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
+    brackets(text).or_else(|| parse(text, kind))
+}
+
+/// An open bracket and where it closes, whose lines begin at different columns.
+struct Askew {
+    open: usize,
+    close: usize,
+}
+
+fn brackets(text: &str) -> Option<CodeProblem> {
+    let bytes = text.as_bytes();
+    let mut open: Vec<usize> = Vec::new();
+    let mut askew: Option<Askew> = None;
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = skip(text, at);
+        let close = bytes[at];
+        match close {
+            b'(' | b'[' | b'{' => open.push(at),
+            b')' | b']' | b'}' => {
+                let Some(start) = open.pop() else { return Some(superfluous(text, at, askew)) };
+                if counterpart(bytes[start]) != close {
+                    let outer = open.last().copied();
+                    return Some(crossed(text, start, at, outer));
+                }
+                let begins_line = |at: usize| indentation(text, at).filter(|(_, is_first)| *is_first);
+                let (line, other) = (indentation(text, start), begins_line(at));
+                if askew.is_none() && line.zip(other).is_some_and(|((one, _), (other, _))| one != other) {
+                    askew = Some(Askew { open: start, close: at });
+                }
+            }
+            _ => {}
+        }
+        at = end;
+    }
+    Some(unclosed(text, *open.last()?, askew))
+}
+
+/// A bracket that closes nothing.
+fn superfluous(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
+    let also = askew.filter(|askew| text[askew.open..at].contains('\n'));
+    CodeProblem {
+        range: one(at),
+        message: format!("this `{}` closes nothing", &text[one(at)]),
+        also: also
+            .map(|askew| (one(askew.close), "its line does not begin where that of its other bracket does".into())),
+        hint: Some("remove it, or open a bracket before it".into()),
+    }
+}
+
+/// A bracket that nothing closes.
+fn unclosed(text: &str, at: usize, askew: Option<Askew>) -> CodeProblem {
+    let (at, also) = match askew {
+        // What closes it belongs to another one, as far as the lines tell.
+        Some(askew) if askew.open > at => (askew.open, Some((one(askew.close), "this closes another one".into()))),
+        _ => (at, None),
+    };
+    let bracket = &text[one(at)];
+    CodeProblem {
+        range: one(at),
+        message: format!("this `{bracket}` is not closed"),
+        also,
+        hint: Some(format!("close it with `{}`", char::from(counterpart(text.as_bytes()[at])))),
+    }
+}
+
+/// Two brackets that do not belong together.
+fn crossed(text: &str, open: usize, close: usize, outer: Option<usize>) -> CodeProblem {
+    let (bytes, shown) = (text.as_bytes(), &text[one(close)]);
+    if outer.is_some_and(|outer| counterpart(bytes[outer]) == bytes[close]) {
+        let also = Some((one(close), "before this".into()));
+        return CodeProblem { also, ..unclosed(text, open, None) };
+    }
+    CodeProblem {
+        range: one(close),
+        message: format!("this `{shown}` does not close `{}`", &text[one(open)]),
+        also: Some((one(open), "opened here".into())),
+        hint: Some(format!("write `{}`, or open a bracket before it", char::from(counterpart(bytes[open])))),
+    }
+}
+
+fn counterpart(open: u8) -> u8 {
+    match open {
+        b'(' => b')',
+        b'[' => b']',
+        _ => b'}',
+    }
+}
+
+fn one(at: usize) -> Range<usize> {
+    at..at + 1
+}
+
+/// At which column the line of a place begins, and whether it begins with the place. Nothing in the first line, whose
+/// beginning is not part of the text.
+fn indentation(text: &str, at: usize) -> Option<(usize, bool)> {
+    let start = text[..at].rfind('\n')? + 1;
+    let blanks = text[start..].len() - text[start..].trim_start_matches([' ', '\t']).len();
+    Some((blanks, start + blanks == at))
+}
+
+/// What a parser says.
+fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
+    let error = match kind {
+        CodeKind::Statements => syn::Block::parse_within.parse_str(text).err(),
+        CodeKind::Items => syn::parse_str::<syn::File>(text).err(),
+        CodeKind::Expression => syn::parse_str::<syn::Expr>(text).err(),
+        CodeKind::Type => syn::parse_str::<syn::Type>(text).err(),
+    }?;
+    let message = error.to_string();
+    let (start, end) = (byte_of(text, error.span().start()), byte_of(text, error.span().end()));
+    let is_first_of_line = start > 0 && text[..start].rsplit('\n').next().is_some_and(|line| line.trim().is_empty());
+    let range = if start == 0 && (text.starts_with(char::is_whitespace) || message.starts_with("unexpected end")) {
+        // The parser has no place for the end.
+        text.trim_end().len()..text.trim_end().len()
+    } else if is_first_of_line && message == "expected `;`" {
+        // What is missing before a line is missed at the end of the line before.
+        text[..start].trim_end().len()..text[..start].trim_end().len()
+    } else {
+        start..end.max(start)
+    };
+    let what = match kind {
+        CodeKind::Statements => "these are no statements",
+        CodeKind::Items => "these are no items",
+        CodeKind::Expression => "this is no expression",
+        CodeKind::Type => "this is no type",
+    };
+    let message = format!("{what} of Rust: {message}");
+    Some(CodeProblem { range, message, also: None, hint: None })
+}
+
+fn byte_of(text: &str, place: LineColumn) -> usize {
+    let start: usize = text.split_inclusive('\n').take(place.line.saturating_sub(1)).map(str::len).sum();
+    let rest = &text[start..];
+    start + rest.char_indices().nth(place.column).map_or(rest.len(), |(offset, _)| offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where it is, and what is wrong.
+    fn found(text: &str, kind: CodeKind) -> Option<(usize, String)> {
+        problem(text, kind).map(|problem| (problem.range.start, problem.message))
+    }
+
+    #[test]
+    fn a_bracket_is_named_at_its_own_place() {
+        for (text, at, message) in [
+            ("f(1;", 1, "this `(` is not closed"),
+            ("if a {\n  f([1);\n}", 11, "this `[` is not closed"),
+            ("f(1));", 4, "this `)` closes nothing"),
+            ("if a {\n}\n}", 9, "this `}` closes nothing"),
+            ("f(1]", 3, "this `]` does not close `(`"),
+            // The lines tell that the second one is meant.
+            ("\n  if a {\n    if b {\n      f();\n  }\n", 19, "this `{` is not closed"),
+            ("\n  if a {\n    if b {\n    }\n", 8, "this `{` is not closed"),
+            ("'(' \"(\" /* ( */ r#\"(\"# // (\n (", 29, "this `(` is not closed"),
+        ] {
+            assert_eq!(found(text, CodeKind::Statements), Some((at, message.to_owned())), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_the_parser_says_is_at_its_place() {
+        let (at, message) = found("\n  é = 1 + ;", CodeKind::Statements).expect("it is wrong");
+        assert_eq!(at, 12, "{message}");
+        let (at, _) = found("1 + ", CodeKind::Expression).expect("it is wrong");
+        assert_eq!(at, 3);
+        assert!(found("fn f() {}\nlet a = 1;", CodeKind::Items).is_some_and(|(at, _)| at == 10));
+        assert!(found("\n  let a = 1\n  let b = 2;", CodeKind::Statements).is_some_and(|(at, _)| at == 12));
+        assert!(found(" Vec<u8 ", CodeKind::Type).is_some_and(|(at, _)| at == 7));
+    }
+
+    #[test]
+    fn what_is_right_has_no_problem() {
+        for text in ["", " let a: &'static str = \"}\";\n a ", "if let Some(x) = y && x > 0 { } else { loop {} }"] {
+            assert_eq!(found(text, CodeKind::Statements), None, "{text}");
+        }
+        assert_eq!(found("use a::b; payload! { struct X { y: u8 } }", CodeKind::Items), None);
+        assert_eq!(found("[u8; 4]", CodeKind::Type), None);
+    }
+}
