@@ -86,6 +86,8 @@ pub(crate) enum CodeKind {
     Expression,
     /// A type.
     Type,
+    /// A type parameter with its bounds.
+    TypeParameter,
 }
 
 /// What is wrong with a code block; places are bytes of its text.

@@ -120,6 +120,7 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::Items => syn::parse_str::<syn::File>(text).err(),
         CodeKind::Expression => syn::parse_str::<syn::Expr>(text).err(),
         CodeKind::Type => syn::parse_str::<syn::Type>(text).err(),
+        CodeKind::TypeParameter => syn::parse_str::<syn::TypeParam>(text).err(),
     }?;
     let message = error.to_string();
     let (start, end) = (byte_of(text, error.span().start()), byte_of(text, error.span().end()));
@@ -138,6 +139,7 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::Items => "these are no items",
         CodeKind::Expression => "this is no expression",
         CodeKind::Type => "this is no type",
+        CodeKind::TypeParameter => "this is no type parameter",
     };
     let message = format!("{what} of Rust: {message}");
     Some(CodeProblem { range, message, also: None, hint: None })

@@ -5,6 +5,7 @@ use super::super::ast::{Attribute, Body, Mode, Name, Parameter, Reactor, Reactor
 use super::super::token::Kind;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::languages::CodeKind;
 
 impl Parser<'_> {
     /// A reactor, from its first word on; `start` is where its attributes begin.
@@ -57,7 +58,7 @@ impl Parser<'_> {
     /// One or more words, or a code block, of which the first word is the name.
     fn type_parameter(&mut self) -> Parsed<TypeParameter> {
         if self.at(Kind::Code) {
-            let code = self.code()?;
+            let code = self.code_of(CodeKind::TypeParameter)?;
             let text = code.text.trim_start();
             let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
             let name = Name { text: text[..end].to_owned(), span: code.span };
