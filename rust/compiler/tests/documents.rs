@@ -40,6 +40,8 @@ const MEMBERS: &[(&str, &str)] = &[
     ("connections with a delay", "a.y -> b.x after 10 ms"),
     ("physical connections", "a.y ~> b.x"),
     ("how many events a queue holds (ours)", "@capacity(16) logical action again: u32"),
+    ("how long texts and lists between federates are (ours)", "@max_length(80) output text: String"),
+    ("how values between federates become bytes", "a.y -> b.x serializer \"postcard\""),
 ];
 
 /// The same of files.

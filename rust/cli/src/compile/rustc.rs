@@ -116,6 +116,12 @@ impl Diagnostic {
         !self.is_summary() && (self.is_error() || self.spans.iter().any(|span| span.is_primary && in_program(span)))
     }
 
+    /// Whether it is an error at something that the user wrote.
+    fn is_at_text(&self, origin: &dyn Origin) -> bool {
+        let is_there = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
+        self.is_error() && self.spans.iter().any(|span| span.is_primary && is_there(span))
+    }
+
     /// The diagnostic about the LF program; about the generated code when nothing of the program stands behind it.
     fn render(&self, origin: &dyn Origin, coloured: bool) -> String {
         let spans: Vec<Mapped> = self.spans.iter().filter_map(|span| map(span, origin)).collect();
@@ -128,7 +134,7 @@ impl Diagnostic {
             text.push('\n');
         }
         if primary.place.verbatim {
-            for child in &self.children {
+            for child in self.children.iter().filter(|child| child.says_something()) {
                 child.render_as_note(&mut text);
             }
         } else {
@@ -137,6 +143,12 @@ impl Diagnostic {
             text.push_str(rendered);
         }
         text
+    }
+
+    /// Whether a note is about more than a file in a folder of cargo, whose name differs from federate to federate.
+    fn says_something(&self) -> bool {
+        let about_files = ["the full name for the type has been written to", "consider using `--verbose`"];
+        !about_files.iter().any(|start| self.message.starts_with(start))
     }
 
     fn headline(&self, place: &Place, coloured: bool) -> String {
@@ -182,11 +194,14 @@ impl Diagnostic {
     }
 }
 
-/// All diagnostics as text, each once: a reactor that several federates contain is compiled several times.
+/// All diagnostics as text, each once: a reactor that several federates contain is compiled several times. Where there
+/// are errors in what the user wrote, those in what was generated from it only follow from them.
 pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
     let mut seen = HashSet::new();
     let mut text = String::new();
-    for diagnostic in diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin)) {
+    let told = diagnostics.iter().any(|diagnostic| diagnostic.is_at_text(origin));
+    let follows = |one: &Diagnostic| told && one.is_error() && !one.is_at_text(origin);
+    for diagnostic in diagnostics.iter().filter(|one| one.concerns_user(origin) && !follows(one)) {
         let rendered = diagnostic.render(origin, coloured);
         if seen.insert(rendered.clone()) {
             text.push_str(&rendered);

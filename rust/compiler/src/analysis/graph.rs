@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The ports and reactions of all instances, and how they are joined.
 
+use super::sending;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
+use crate::plan::Serializer;
 use crate::resolve::{Class, PortRef, Variable};
 
 /// A port of an instance, by its number in the whole program.
@@ -33,6 +35,8 @@ pub(super) struct Link {
     pub(super) max_wait: Option<i64>,
     /// `@absent_after` in nanoseconds.
     pub(super) absent_after: Option<i64>,
+    /// How values become bytes, where it leaves a federate and the type alone does not say it.
+    pub(super) serializer: Option<Serializer>,
     pub(super) span: Span,
 }
 
@@ -137,8 +141,21 @@ impl Graph {
                 self.into[to] = Some(self.links.len());
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
-                let link = Link { from, to, delay, physical, capacity, network, max_wait, absent_after, span };
-                self.links.push(link);
+                let port = |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
+                let serializer =
+                    network.then(|| sending::serializer(connection, port(from), port(to), diagnostics)).flatten();
+                self.links.push(Link {
+                    from,
+                    to,
+                    delay,
+                    physical,
+                    capacity,
+                    network,
+                    max_wait,
+                    absent_after,
+                    serializer,
+                    span,
+                });
             }
         }
     }

@@ -10,6 +10,7 @@ mod network;
 mod order;
 mod physical;
 mod rate;
+mod sending;
 mod triggers;
 mod waits;
 mod zero_delay;
@@ -42,6 +43,7 @@ pub(crate) fn analyse(
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
     let graph = Graph::build(classes, tree, parts, diagnostics)?;
+    sending::check(&graph, program, classes, tree, language, diagnostics);
     let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {

@@ -6,6 +6,7 @@
 mod class;
 mod federate;
 mod render;
+mod serializer;
 mod source;
 
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,7 @@ pub use federate::{
     Trigger, TriggerKind, Upstream,
 };
 pub(crate) use render::Time;
+pub use serializer::Serializer;
 pub use source::{
     ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex,
     SourceFile, TriggerIndex, Type, Value,

@@ -2,6 +2,7 @@
 //! Checked reactors: the syntax tree with its names resolved.
 
 pub(crate) use super::load::ReactorId;
+use super::sending::Sending;
 use crate::diagnostics::Span;
 use crate::syntax::ast;
 
@@ -68,6 +69,7 @@ pub(crate) struct Port<'p> {
     /// Whether it is a multiport, which is not supported.
     pub(crate) wide: bool,
     pub(crate) capacity: Option<usize>,
+    pub(crate) sending: Sending<'p>,
 }
 
 /// An action.
@@ -118,6 +120,7 @@ pub(crate) struct Connection<'p> {
     pub(crate) capacity: Option<usize>,
     pub(crate) max_wait: Option<Wait<'p>>,
     pub(crate) absent_after: Option<Wait<'p>>,
+    pub(crate) sending: Sending<'p>,
     /// The whole connection statement.
     pub(crate) span: Span,
 }

@@ -54,7 +54,6 @@ features! {
     Mutable: "`mutable` inputs" are, "remove the word and copy the value in the reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
     Alias: "other names for ports" are, "use the port's own name in the body";
-    Serializer: "`serializer`" is, "remove it: values are sent in the layout of their type";
     Package: "imports from packages" are, "import from a file: `import X from \"path/to/File.lf\"`";
 }
 
@@ -120,7 +119,6 @@ fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
-    found.extend(connection.serializer.map(|span| Feature::Serializer.refused(span)));
     for reference in connection.left.iter().chain(&connection.right) {
         check_reference(reference, found);
     }

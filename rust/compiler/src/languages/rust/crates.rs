@@ -8,7 +8,7 @@ use super::layout::Layout;
 use super::names::ident;
 use super::rti::{self, Payloads};
 use super::splice::Splices;
-use super::{federate, reactor};
+use super::{federate, reactor, sending};
 use crate::emit::{EmitError, File, FileMap, Job, SourceMap};
 use crate::plan::{Federate, FileIndex, Plan};
 
@@ -18,6 +18,7 @@ use crate::plan::{Federate, FileIndex, Plan};
 /// The first thing of which no Rust can be made.
 pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
     let (plan, folder, deployment) = (job.plan, job.folder, job.settings.deployment);
+    sending::check_heap(job)?;
     let payloads = job.rti.then(|| Payloads::new(plan, deployment));
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types);
@@ -58,16 +59,25 @@ fn manifest(job: &Job<'_>) -> String {
     if job.is_image {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-        let peers = if has_peers(job) { ", features = [\"peers\"]" } else { "" };
-        text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + peers + " }\n\n";
+        let features = features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)));
+        text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
+        text = text + &sending::dependencies(job) + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
     } else {
         let path = toml_text(job.settings.lf_linux);
-        text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + " }\n";
+        let features = features(sending::features(job.plan).into_iter());
+        text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
+        text.push_str(&sending::dependencies(job));
     }
     text
+}
+
+/// Features of a dependency, as they stand in its braces.
+fn features<'f>(names: impl Iterator<Item = &'f str>) -> String {
+    let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+    if names.is_empty() { String::new() } else { format!(", features = [{}]", names.join(", ")) }
 }
 
 /// Whether its federate has connections with others, past the RTI.
@@ -77,7 +87,7 @@ fn has_peers(job: &Job<'_>) -> bool {
 }
 
 /// `lib.rs`: attributes and modules.
-fn root(job: &Job<'_>, layout: &Layout) -> Result<(File, FileMap), EmitError> {
+fn root(job: &Job<'_>, layout: &Layout<'_>) -> Result<(File, FileMap), EmitError> {
     let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan.name);
     let no_std = (job.is_image).then(|| quote!(#![no_std]));
     let modules = layout.files().map(|(_, module)| {
@@ -140,7 +150,7 @@ fn zephyr_entry(job: &Job<'_>) -> TokenStream {
 }
 
 /// The module of an LF file: its preambles, and the modules of its reactors.
-fn file_module(plan: &Plan, layout: &Layout, file: FileIndex, path: String) -> Result<(File, FileMap), EmitError> {
+fn file_module(plan: &Plan, layout: &Layout<'_>, file: FileIndex, path: String) -> Result<(File, FileMap), EmitError> {
     let source = &plan.files[file.0];
     let name = source.path.rsplit(['/', '\\']).next().unwrap_or(&source.path);
     let about = format!(" What {name} declares.");
