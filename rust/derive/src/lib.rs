@@ -37,7 +37,8 @@ pub fn payload(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
         const _: () = {
             #tags
             #[automatically_derived]
-            #[allow(unused_mut, unused_variables, unreachable_code, unreachable_patterns, clippy::all, clippy::pedantic)]
+            #[allow(unused_mut, unused_variables, unreachable_code, unreachable_patterns)]
+            #[allow(clippy::all, clippy::pedantic)]
             impl #parameters #home::FixedPayload for #name #arguments #conditions {
                 const SIZE: usize = (#layout).size();
                 const ALIGN: usize = (#layout).align();
@@ -198,7 +199,7 @@ fn home(attributes: &[Attribute]) -> Result<Path, Error> {
     Ok(home)
 }
 
-/// The type in `#[repr(…)]` that numbers variants. `C` and `transparent` change nothing: C's layout is used in any case.
+/// The type in `#[repr(…)]` that numbers variants. `C` and `transparent` change nothing: the layout is C's anyway.
 fn repr(attributes: &[Attribute]) -> Result<Option<Ident>, Error> {
     const NUMBERS: [&str; 8] = ["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64"];
     let mut number = None;

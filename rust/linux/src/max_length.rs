@@ -48,8 +48,10 @@ mod tests {
         let (mut bytes, mut same) = ([0; 16], [0; 16]);
         let text = heapless::String::<5>::try_from("abcde").expect("it fits");
         let len = MaxLength::<5>::encode(&"abcde".to_owned(), &mut bytes).expect("it fits");
-        assert_eq!(&bytes[..len], &same[..text.encode(&mut same).expect("it fits")]);
-        assert_eq!(MaxLength::<5>::decode(&bytes[..len]).as_deref(), Ok("abcde"));
+        let same_len = text.encode(&mut same).expect("it fits");
+        assert_eq!(bytes[..len], same[..same_len]);
+        let decoded: Result<String, _> = MaxLength::<5>::decode(&bytes[..len]);
+        assert_eq!(decoded.as_deref(), Ok("abcde"));
         let len = MaxLength::<3>::encode(&vec![1u16, 2, 3], &mut bytes).expect("it fits");
         assert_eq!(bytes[..len], [1, 0, 2, 0, 3, 0]);
         assert_eq!(MaxLength::<3>::decode(&bytes[..len]), Ok(vec![1u16, 2, 3]));

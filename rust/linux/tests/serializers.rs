@@ -32,11 +32,16 @@ fn any_command() -> impl Strategy<Value = Command> {
     ]
 }
 
+fn any_names() -> impl Strategy<Value = Names> {
+    let commands = prop::collection::vec(any_command(), 0..3);
+    prop::collection::btree_map("[a-z]{0,5}", (any::<usize>(), commands), 0..4)
+}
+
 proptest! {
     #[test]
     fn values_come_back(
         command in any_command(),
-        names in prop::collection::btree_map("[a-z]{0,5}", (any::<usize>(), prop::collection::vec(any_command(), 0..3)), 0..4),
+        names in any_names(),
         text in "[^\0]{0,9}",
         list in prop::collection::vec(any::<Option<i32>>(), 0..=9),
     ) {

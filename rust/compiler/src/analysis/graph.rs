@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The ports and reactions of all instances, and how they are joined.
 
-use super::sending;
+use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
@@ -143,7 +143,7 @@ impl Graph {
                 let physical = connection.physical;
                 let port = |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
                 let serializer =
-                    network.then(|| sending::serializer(connection, port(from), port(to), diagnostics)).flatten();
+                    network.then(|| serializer::of_connection(connection, port(from), port(to), diagnostics)).flatten();
                 self.links.push(Link {
                     from,
                     to,

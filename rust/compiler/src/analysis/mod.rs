@@ -11,6 +11,7 @@ mod order;
 mod physical;
 mod rate;
 mod sending;
+mod serializer;
 mod triggers;
 mod waits;
 mod zero_delay;

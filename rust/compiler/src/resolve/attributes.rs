@@ -2,8 +2,7 @@
 //! Attributes: those for diagrams are accepted, those of queues, waits and sending count, others are refused.
 
 use super::checker::Checker;
-use super::model::{Parameter, Wait};
-use super::sending::Sending;
+use super::model::{Parameter, Sending, Wait};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 

@@ -2,7 +2,6 @@
 //! Checked reactors: the syntax tree with its names resolved.
 
 pub(crate) use super::load::ReactorId;
-use super::sending::Sending;
 use crate::diagnostics::Span;
 use crate::syntax::ast;
 
@@ -70,6 +69,22 @@ pub(crate) struct Port<'p> {
     pub(crate) wide: bool,
     pub(crate) capacity: Option<usize>,
     pub(crate) sending: Sending<'p>,
+}
+
+/// A value with its place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given<T> {
+    pub(crate) value: T,
+    pub(crate) span: Span,
+}
+
+/// How the values of a port or of a connection become bytes, as far as it is said there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sending<'p> {
+    /// The name of the serializer.
+    pub(crate) serializer: Option<Given<&'p str>>,
+    /// The most bytes of a serialized value or of a text, or elements of a list.
+    pub(crate) max_length: Option<Given<usize>>,
 }
 
 /// An action.

@@ -3,27 +3,12 @@
 
 use super::attributes::{Target, single_value};
 use super::checker::Checker;
+use super::model::{Given, Sending};
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{self, Attribute, ExpressionKind, Literal};
 
 /// The most that a length may be bounded by: what a message of the protocol can be long.
 const LENGTH_MAX: usize = i32::MAX as usize;
-
-/// A value with its place.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Given<T> {
-    pub(crate) value: T,
-    pub(crate) span: Span,
-}
-
-/// How the values of a port or of a connection become bytes, as far as it is said there.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sending<'p> {
-    /// The name of the serializer.
-    pub(crate) serializer: Option<Given<&'p str>>,
-    /// The most bytes of a serialized value or of a text, or elements of a list.
-    pub(crate) max_length: Option<Given<usize>>,
-}
 
 impl<'p> Checker<'p> {
     /// Checks `@serializer` or `@max_length`.

@@ -4,7 +4,7 @@
 //! | type | C |
 //! |---|---|
 //! | struct, tuple | `struct { … }` of its fields, in their order |
-//! | enum | `struct { int number; union { … } }` with a struct for the fields of each variant; no union without fields |
+//! | enum | `struct { int number; union { … } }` with a struct for the fields of each variant; none without fields |
 //! | `Option<T>` | `struct { bool is_some; T value; }` |
 //! | `heapless::Vec<T, N>` as a field | `struct { uint32_t length; T elements[N]; }` |
 //! | `heapless::String<N>` as a field | `struct { uint32_t length; char text[N]; }` |

@@ -7,8 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::Ident;
 
 use super::names::ident;
-use super::rti::declared;
-use super::sending::{SentPort, sent_ports};
+use super::sending::{SentPort, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
 use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
 

@@ -167,13 +167,12 @@ impl<'p> Module<'p> {
             }
             // rustc says here that it cannot be sent: at the source of the connection, so that both ends say the same.
             let at = if port.ty.text == source.text { source.at } else { port.ty.at };
-            let (alias, sent) = (type_alias(name), self.splices.ty(&Type { at, ..port.ty.clone() })?);
-            types.extend(match serializer.map(|by| serializer_type(by, &alias.to_string()).parse::<TokenStream>()) {
-                Some(by) => {
-                    let by = by.unwrap_or_default();
-                    quote! { const _: () = lf::model::sendable_by::<#sent, #by>(); }
-                }
-                None => quote! { const _: () = lf::model::sendable::<#sent>(); },
+            let (alias, sent) = (type_alias(name), self.splices.ty(&Type { at, ..port.ty.clone() }));
+            types.extend(if let Some(serializer) = serializer {
+                let by: TokenStream = serializer_type(serializer, &alias.to_string()).parse().unwrap_or_default();
+                quote! { const _: () = lf::model::sendable_by::<#sent, #by>(); }
+            } else {
+                quote! { const _: () = lf::model::sendable::<#sent>(); }
             });
         }
         Ok(types)

@@ -13,12 +13,12 @@ use super::federate::log_level;
 use super::layout::Layout;
 use super::print::{Fields, interval, optional_ns};
 use super::reactor::{parsed_type, type_path};
-use super::sending::max_len;
+use super::sending::{declared, max_len};
 use super::splice::Splices;
 use super::types::is_copy;
 use crate::deployment::{Deployment, Platform};
 use crate::emit::{EmitError, File, FileMap};
-use crate::plan::{ClassIndex, ClockSync, Federate, Plan, PortIndex, Rti, Serializer, TriggerKind, Type};
+use crate::plan::{ClassIndex, ClockSync, Federate, Plan, Rti, Serializer, TriggerKind, Type};
 
 /// The types of all that the RTI passes on, each once.
 pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
@@ -105,13 +105,6 @@ fn payload<'p>(
     let is_number = serializer.is_some_and(|by| by.name.is_some() && by.max_length.is_some());
     let declared = at_sender.or(at_receiver).filter(|_| !is_number);
     Payload { ty: &input.ty, serializer, declared }
-}
-
-/// The class and the name of a port.
-pub(super) fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassIndex, &str)> {
-    let (owner, name) = federate.ports[port.0].path.rsplit_once('.')?;
-    let instance = federate.instances.iter().find(|instance| instance.path == owner)?;
-    Some((instance.class, name))
 }
 
 /// Emits the module.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How values go to other federates: the serializers of `@serializer` and `@max_length`, and what a crate needs for them.
+//! How values go to other federates: the serializers of `@serializer` and `@max_length`, and what crates need for them.
 
 use super::sendable::{Growing, growing};
 use super::types::is_copy;
 use crate::emit::{EmitError, Job};
-use crate::plan::{Federate, NetworkInput, Plan, PortIndex, Serializer, TriggerKind, Type};
+use crate::plan::{ClassIndex, Federate, NetworkInput, Plan, PortIndex, Serializer, TriggerKind, Type};
 
 /// The serializers that there are; the first is the layout of the type itself.
 pub(super) const SERIALIZERS: &[&str] = &["native", "postcard"];
@@ -59,6 +59,13 @@ fn filled(federate: &Federate, input: &NetworkInput) -> Option<PortIndex> {
     }
 }
 
+/// The class and the name of a port.
+pub(super) fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassIndex, &str)> {
+    let (owner, name) = federate.ports[port.0].path.rsplit_once('.')?;
+    let instance = federate.instances.iter().find(|instance| instance.path == owner)?;
+    Some((instance.class, name))
+}
+
 /// Whether some values are sent as postcard writes them. Preambles are shared by all crates of a program, so all of
 /// them need its crates then.
 fn uses_postcard(plan: &Plan) -> bool {
@@ -107,7 +114,8 @@ pub(super) fn check_heap(job: &Job<'_>) -> Result<(), EmitError> {
         };
         let what = if job.federate.is_some() { "sends or receives it" } else { "forwards it" };
         let message = format!(
-            "`{text}` needs a heap, which `{}`, a board's image that {what}, does not have: write `{instead}` at both ends",
+            "`{text}` needs a heap, which `{}`, a board's image that {what}, does not have: write `{instead}` at both \
+             ends",
             job.name
         );
         return Err(EmitError::new(job.plan, ty.at, message));

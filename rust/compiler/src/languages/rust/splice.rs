@@ -11,7 +11,6 @@ use proc_macro2::{LineColumn, Literal, Span, TokenStream, TokenTree};
 use quote::{ToTokens, quote};
 use syn::{Item, Visibility};
 
-use super::reactor::parsed_type;
 use crate::emit::{Anchor, EmitError, File, FileMap, Origin, Piece};
 use crate::plan::{Code, Location, Plan, Type};
 
@@ -75,16 +74,12 @@ impl<'p> Splices<'p> {
         Ok(quote! { lfz_inline!(#number) })
     }
 
-    /// A type within a line, at the place where the program has it.
-    ///
-    /// # Errors
-    /// If it is no type.
-    pub(super) fn ty(&mut self, ty: &Type) -> Result<TokenStream, EmitError> {
-        parsed_type(self.plan, ty)?;
+    /// A type within a line, at the place where the program has it. It has been parsed.
+    pub(super) fn ty(&mut self, ty: &Type) -> TokenStream {
         let code = Cow::Owned(Code { text: ty.text.clone(), at: ty.at });
         self.codes.push(Spliced { code, insertions: Insertions::new(), dedent: 0 });
         let number = Literal::usize_unsuffixed(self.codes.len() - 1);
-        Ok(quote! { lfz_inline!(#number) })
+        quote! { lfz_inline!(#number) }
     }
 
     fn add(&mut self, code: &'p Code, insertions: Insertions, dedent: usize) -> Result<Literal, EmitError> {
