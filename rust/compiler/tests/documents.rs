@@ -44,6 +44,8 @@ const MEMBERS: &[(&str, &str)] = &[
     ("`interleaved`", "output[2] out: i32  bank = new[2] Child()  interleaved(bank.y) -> out"),
     ("methods", "const method twice(x: i32): i32 {= x * 2 =}"),
     ("how many events a queue holds (ours)", "@capacity(16) logical action again: u32"),
+    ("how long texts and lists between federates are (ours)", "@max_length(80) output text: String"),
+    ("how values between federates become bytes", "a.y -> b.x serializer \"postcard\""),
 ];
 
 /// The same of files.

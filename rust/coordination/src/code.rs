@@ -282,7 +282,8 @@ impl<T: Decode> Decode for Option<T> {
 
 coded!(PayloadError {
     Absent, NoRoom { needed, available }, Length { expected, found }, Remainder { element, found },
-    TooLong { capacity, found }, NotBool(byte), Nul, NotUtf8,
+    TooLong { capacity, found }, NotBool(byte), Nul, NotUtf8, NotChar(number), NotVariant(number), LongerThan(bound),
+    NotSerialized, NotDeserialized,
 });
 coded!(ModelError {
     ActionFull { action, capacity }, DelayFull { connection, capacity }, Encode { output, error },

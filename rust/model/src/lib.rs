@@ -53,11 +53,16 @@ pub use context::ReactionContext;
 pub use engine::{Delivery, Engine, Progress};
 pub use env::{Env, Outgoing, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
+pub use lf_derive::Payload;
 #[doc(hidden)]
 pub use macros::__private;
 pub use multiport::{Multiport, MultiportMut};
 pub use outside::{Mailbox, Outside};
-pub use payload::{FixedPayload, Payload, PayloadError};
+#[cfg(feature = "postcard")]
+pub use payload::{Bounded, Postcard};
+pub use payload::{FixedPayload, Native, Payload, PayloadError, Serializer, layout};
+#[doc(hidden)]
+pub use payload::{list_from, list_to, sendable, sendable_by, text_from, text_to};
 pub use physical::{
     Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
 };

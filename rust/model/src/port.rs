@@ -5,7 +5,7 @@ use core::fmt;
 use heapless::vec::VecStorage;
 
 use crate::cell::{PortCell, Readable, TriggerCell, Undelivered, cell_by_view};
-use crate::payload::{Payload, PayloadError};
+use crate::payload::{Native, Payload, PayloadError, Serializer};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
 use crate::time::Tag;
@@ -23,14 +23,25 @@ impl<T> Port<T> {
     }
 }
 
-impl<T: Payload> Port<T> {
+impl<T> Port<T> {
     /// Writes the value as bytes, for [`Program::encode`](crate::Program::encode).
     ///
     /// # Errors
     /// When there is no value, or the bytes do not fit.
-    pub fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+    pub fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError>
+    where
+        T: Payload,
+    {
+        self.encode_by::<Native>(bytes)
+    }
+
+    /// The same with a serializer.
+    ///
+    /// # Errors
+    /// As for [`encode`](Self::encode).
+    pub fn encode_by<S: Serializer<T>>(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
         match &self.value {
-            Some(value) => value.encode(bytes),
+            Some(value) => S::encode(value, bytes),
             None => Err(PayloadError::Absent),
         }
     }
@@ -102,7 +113,15 @@ impl<T, const N: usize> QueuedPort<T, N> {
     where
         T: Payload,
     {
-        self.view().take(tag, bytes)
+        self.deliver_by::<Native>(tag, bytes)
+    }
+
+    /// The same with a serializer.
+    ///
+    /// # Errors
+    /// As for [`deliver`](Self::deliver).
+    pub fn deliver_by<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        self.view().take::<S>(tag, bytes)
     }
 
     fn view(&mut self) -> &mut QueuedPortInner<T> {
@@ -112,12 +131,12 @@ impl<T, const N: usize> QueuedPort<T, N> {
 
 cell_by_view!(QueuedPort, QueuedPortInner, T);
 
-impl<T: Payload> QueuedPortInner<T> {
-    fn take(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+impl<T> QueuedPortInner<T> {
+    fn take<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
         if !self.queue.has_room() {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
-        let value = T::decode(bytes).map_err(Undelivered::Payload)?;
+        let value = S::decode(bytes).map_err(Undelivered::Payload)?;
         self.queue.insert(tag, value).map(|_| ()).map_err(Undelivered::Full)
     }
 }

@@ -3,7 +3,7 @@
 use heapless::vec::VecStorage;
 
 use crate::cell::{Placed, TriggerCell, Undelivered, cell_by_view};
-use crate::payload::Payload;
+use crate::payload::{Native, Payload, Serializer};
 use crate::port::Port;
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
@@ -49,7 +49,20 @@ impl<T, const N: usize> TardyInput<T, N> {
     where
         T: Payload,
     {
-        (self as &mut TardyInputInner<T>).take(tag, intended, bytes)
+        self.deliver_tardy_by::<Native>(tag, intended, bytes)
+    }
+
+    /// The same with a serializer.
+    ///
+    /// # Errors
+    /// As for [`deliver_tardy`](Self::deliver_tardy).
+    pub fn deliver_tardy_by<S: Serializer<T>>(
+        &mut self,
+        tag: Tag,
+        intended: Tag,
+        bytes: &[u8],
+    ) -> Result<Placed, Undelivered> {
+        (self as &mut TardyInputInner<T>).take::<S>(tag, intended, bytes)
     }
 
     /// The same for a message that is in time.
@@ -60,18 +73,26 @@ impl<T, const N: usize> TardyInput<T, N> {
     where
         T: Payload,
     {
-        self.deliver_tardy(tag, tag, bytes).map(|_| ())
+        self.deliver_by::<Native>(tag, bytes)
+    }
+
+    /// The same with a serializer.
+    ///
+    /// # Errors
+    /// As for [`deliver`](Self::deliver).
+    pub fn deliver_by<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        self.deliver_tardy_by::<S>(tag, tag, bytes).map(|_| ())
     }
 }
 
 cell_by_view!(TardyInput, TardyInputInner, T);
 
-impl<T: Payload> TardyInputInner<T> {
-    fn take(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+impl<T> TardyInputInner<T> {
+    fn take<S: Serializer<T>>(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
         if !self.queue.has_room() {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
-        let value = T::decode(bytes).map_err(Undelivered::Payload)?;
+        let value = S::decode(bytes).map_err(Undelivered::Payload)?;
         let is_late = intended < tag;
         // It comes after what was sent before it, if that has become late.
         let is_before = |event: &&Event<Meant<T>>| is_late || event.value.intended < event.tag;

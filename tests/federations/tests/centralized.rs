@@ -48,7 +48,7 @@ fn delays_and_microsteps_are_kept_across_federates() {
 
 #[test]
 fn values_of_all_kinds_arrive_unchanged() {
-    check(&["Texts", "Letters", "Greeting", "FixedArray", "ScaledArray", "Arrays"]);
+    check(&["Texts", "Letters", "Greeting", "FixedArray", "ScaledArray", "Arrays", "Kinds"]);
 }
 
 /// The stop tag is one for all, whoever asks for it, how often and when.

@@ -55,7 +55,7 @@ fn compare(name: &str, trace: &str) {
 #[test]
 fn who_waits_for_ever_misses_nothing() {
     check(&["FourSources", "BesideTimer", "TardyInside", "StepLater", "QuickClock", "LateButInTime", "Bursts"]);
-    check(&["TwoHandlers"]);
+    check(&["TwoHandlers", "Kinds"]);
 }
 
 /// Delays that are longer than anything takes, or messages that are the only events.

@@ -231,6 +231,16 @@ fn errors_of_rustc_are_reported_in_the_lf_file() {
 }
 
 #[test]
+fn a_type_that_cannot_be_sent_is_one_error_at_its_port_or_field() {
+    let finished = Lfz::run("unsendable", &programs().join("Unsendable.lf"), &[]).finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished.line(&["Unsendable.lf:11:21: error[E0277]: a value of type `NonZero<u8>` cannot stand in a struct"]);
+    finished.line(&["Unsendable.lf:16:20: error[E0277]: a value of type `NonZero<u8>` cannot be sent"]);
+    let text = finished.to_string();
+    assert_eq!(text.matches("error[").count(), 2, "{text}");
+}
+
+#[test]
 fn a_federate_that_fails_by_itself_decides_the_exit_status() {
     let finished = Lfz::run("bad_argument", &endless(), &["--", "--no-such-option"]).finish();
     assert_eq!(finished.code(), 1, "{finished}");

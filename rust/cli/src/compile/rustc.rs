@@ -146,6 +146,12 @@ impl Diagnostic {
         !self.is_summary() && (self.is_error() || self.spans.iter().any(|span| span.is_primary && in_program(span)))
     }
 
+    /// Whether it is an error at something that the user wrote.
+    fn is_at_text(&self, origin: &dyn Origin) -> bool {
+        let is_there = |span: &Span| map(span, origin).is_some_and(|mapped| mapped.place.verbatim);
+        self.is_error() && self.spans.iter().any(|span| span.is_primary && is_there(span))
+    }
+
     /// The diagnostic about the LF program; about the generated code when nothing of the program stands behind it.
     fn render(&self, origin: &dyn Origin, coloured: bool) -> Rendered {
         let spans: Vec<Mapped> = self.spans.iter().filter_map(|span| map(span, origin)).collect();
@@ -298,9 +304,12 @@ impl Rendered {
 
 /// All diagnostics as text in the order of the program. Those of one cause in one line come once: a reactor that
 /// several federates contain is compiled several times, and a type is written several times in what is generated for
-/// one declaration. What is generated is shown only where the program does not show the same.
+/// one declaration. Where there are errors in what the user wrote, those in what was generated from it only follow from
+/// them; warnings in it are shown only where the program does not show the same.
 pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
-    let concerning = diagnostics.iter().filter(|diagnostic| diagnostic.concerns_user(origin));
+    let told = diagnostics.iter().any(|diagnostic| diagnostic.is_at_text(origin));
+    let follows = |one: &Diagnostic| told && one.is_error() && !one.is_at_text(origin);
+    let concerning = diagnostics.iter().filter(|one| one.concerns_user(origin) && !follows(one));
     let mut all: Vec<Rendered> = concerning.map(|diagnostic| diagnostic.render(origin, coloured)).collect();
     all.sort_by_key(|one| match &one.place {
         Some(place) => (false, !place.verbatim, place.path.clone(), place.line, place.column),

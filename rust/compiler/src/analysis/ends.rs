@@ -38,6 +38,7 @@ impl Builder<'_> {
                 physical: link.physical,
                 direct: link.physical || self.context.decentralized,
                 ty: self.value_type(link),
+                serializer: link.serializer.clone(),
                 at: self.context.places.at(link.span),
             });
         }
@@ -61,6 +62,7 @@ impl Builder<'_> {
                 absent_after_ns: self.context.waits[*position].absent_after_ns,
                 spacings_ns: spacings_ns.clone(),
                 ty: self.value_type(link),
+                serializer: link.serializer.clone(),
                 at: self.context.places.at(link.span),
             });
         }

@@ -4,10 +4,12 @@
 use core::ops::Range;
 use std::collections::BTreeSet;
 
+use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
 use crate::languages::Language;
+use crate::plan::Serializer;
 use crate::resolve::{Class, Connection, End, PortRef, Variable, type_mismatch};
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
@@ -37,6 +39,8 @@ pub(super) struct Link {
     pub(super) max_wait: Option<i64>,
     /// `@absent_after` in nanoseconds.
     pub(super) absent_after: Option<i64>,
+    /// How values become bytes, where it leaves a federate and the type alone does not say it.
+    pub(super) serializer: Option<Serializer>,
     pub(super) span: Span,
 }
 
@@ -191,8 +195,23 @@ impl Graph {
                 for (from, to) in self.pairs(connection, position, classes, tree, language, diagnostics) {
                     let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
                     self.into[to] = Some(self.links.len());
-                    let link = Link { from, to, delay, physical, capacity, network, max_wait, absent_after, span };
-                    self.links.push(link);
+                    let port =
+                        |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
+                    let serializer = network
+                        .then(|| serializer::of_connection(connection, port(from), port(to), diagnostics))
+                        .flatten();
+                    self.links.push(Link {
+                        from,
+                        to,
+                        delay,
+                        physical,
+                        capacity,
+                        network,
+                        max_wait,
+                        absent_after,
+                        serializer,
+                        span,
+                    });
                 }
             }
         }

@@ -10,6 +10,8 @@ mod network;
 mod order;
 mod physical;
 mod rate;
+mod sending;
+mod serializer;
 mod triggers;
 mod waits;
 mod zero_delay;
@@ -42,6 +44,7 @@ pub(crate) fn analyse(
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
     let graph = Graph::build(classes, tree, parts, language, diagnostics)?;
+    sending::check(&graph, program, classes, tree, language, diagnostics);
     let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {

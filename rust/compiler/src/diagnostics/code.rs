@@ -116,6 +116,8 @@ codes! {
     WrongDirection = "E072-wrong-direction",
     /// Different numbers of ports on both sides of a connection.
     WidthMismatch = "E073-width-mismatch",
+    /// A type whose values cannot go to another federate.
+    Unsendable = "E074-unsendable",
 
     /// A time that is none.
     NotATime = "E080-not-a-time",

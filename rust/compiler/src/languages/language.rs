@@ -5,7 +5,7 @@ use core::fmt::Debug;
 
 use crate::diagnostics::Diagnostic;
 use crate::emit::{EmitError, File, Job, SourceMap};
-use crate::plan::Plan;
+use crate::plan::{Plan, Serializer};
 use crate::syntax::ast::{Expression, Literal, Type};
 
 /// A target language: how it reads what is written in it, and what it makes of a plan.
@@ -40,6 +40,13 @@ pub(crate) trait Language: Debug + Sync {
     /// The literals that a type takes; `None` for a type of which nothing is known.
     fn literals_of(&self, ty: &str) -> Option<LiteralKind>;
 
+    /// The serializers that a program can name.
+    fn serializers(&self) -> &'static [&'static str];
+
+    /// Why values of a type cannot go to another federate, as far as the program's text tells; what only the language's
+    /// own compiler knows, it says.
+    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable>;
+
     /// Whether values can go from a port of one type to a port of the other, as far as that is known here.
     fn is_same_type(&self, one: &str, other: &str) -> bool;
 
@@ -57,6 +64,22 @@ pub(crate) trait Language: Debug + Sync {
 
     /// The file by which the programs for this computer, which are in these folders, are built together.
     fn workspace(&self, plan: &Plan, folders: &[String]) -> File;
+}
+
+/// The preambles of a program.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Preambles<'a> {
+    /// Those whose declarations a type can name without a path.
+    pub(crate) visible: &'a [String],
+    /// All of them.
+    pub(crate) all: &'a [String],
+}
+
+/// Why a type cannot be sent to another federate, and what to write instead.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Unsendable {
+    pub(crate) message: String,
+    pub(crate) hint: String,
 }
 
 /// The end of a code block.

@@ -6,7 +6,7 @@
 mod language;
 mod rust;
 
-pub(crate) use language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind};
+pub(crate) use language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
 
 /// Those that there are. The first is the one that texts without a target are read in.
 const ALL: [&dyn Language; 1] = [&rust::Rust];

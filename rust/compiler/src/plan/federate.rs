@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::serializer::Serializer;
 use super::source::{
     ClassIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex, TriggerIndex, Type,
 };
@@ -256,6 +257,9 @@ pub struct NetworkOutput {
     pub direct: bool,
     /// The type of the values.
     pub ty: Type,
+    /// How they become bytes, where their type alone does not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serializer: Option<Serializer>,
     /// Where the connection is written.
     pub at: Location,
 }
@@ -293,6 +297,9 @@ pub struct NetworkInput {
     pub spacings_ns: Option<Vec<Option<i64>>>,
     /// The type of the values.
     pub ty: Type,
+    /// How they become bytes, where their type alone does not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serializer: Option<Serializer>,
     /// Where the connection is written.
     pub at: Location,
 }

@@ -7,6 +7,7 @@ mod cargo;
 mod class;
 mod federate;
 mod render;
+mod serializer;
 mod source;
 
 use serde::{Deserialize, Serialize};
@@ -21,6 +22,7 @@ pub use federate::{
     Trigger, TriggerKind, Upstream,
 };
 pub(crate) use render::Time;
+pub use serializer::Serializer;
 pub use source::{
     ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex,
     SourceFile, TriggerIndex, Type, Value,

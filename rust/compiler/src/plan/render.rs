@@ -5,7 +5,7 @@ use core::fmt::{self, Display, Formatter};
 
 use super::{
     ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, NetworkInput, NetworkOutput, Plan, Port,
-    ReactionIndex, ReactionKind, ScheduledReaction, Tardy, Target, Trigger, TriggerKind, Value,
+    ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger, TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.
@@ -30,6 +30,17 @@ struct After(Option<i64>);
 impl Display for After {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.0.map_or(Ok(()), |ns| write!(f, " after {}", Time(ns)))
+    }
+}
+
+/// ` by postcard of at most 200`, or nothing.
+struct By<'a>(Option<&'a Serializer>);
+
+impl Display for By<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Some(Serializer { name, max_length }) = self.0 else { return Ok(()) };
+        name.as_ref().map_or(Ok(()), |name| write!(f, " by {name}"))?;
+        max_length.map_or(Ok(()), |length| write!(f, " of at most {length}"))
     }
 }
 
@@ -203,15 +214,16 @@ impl Plan {
     fn render_output(&self, output: &NetworkOutput, f: &mut Formatter<'_>) -> fmt::Result {
         let peer = self.peer(output.federate);
         let (ty, port, after) = (&output.ty.text, output.port, After(output.delay_ns));
-        write!(f, "{}: {ty}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)?;
+        let by = By(output.serializer.as_ref());
+        write!(f, "{}: {ty}{by}, from port {}, to {peer} wire port {port}{after}", output.name, output.source)?;
         f.write_str(if output.physical { ", physical" } else { "" })?;
         f.write_str(if output.tells_absence { ", tells absence" } else { "" })
     }
 
     fn render_input(&self, input: &NetworkInput, f: &mut Formatter<'_>) -> fmt::Result {
         let peer = self.peer(input.federate);
-        let after = After(input.delay_ns);
-        write!(f, "{}: {}, trigger {}, from {peer}{after}", input.name, input.ty.text, input.trigger)?;
+        let (by, after) = (By(input.serializer.as_ref()), After(input.delay_ns));
+        write!(f, "{}: {}{by}, trigger {}, from {peer}{after}", input.name, input.ty.text, input.trigger)?;
         if input.level < u16::MAX {
             write!(f, ", seen from level {} on", input.level)?;
         }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attributes: those for diagrams are accepted, `@capacity`, `@maxwait` and `@absent_after` count, others are refused.
+//! Attributes: those for diagrams are accepted, those of queues, waits and sending count, others are refused.
 
 use super::checker::Checker;
-use super::model::{Parameter, Wait};
+use super::model::{Parameter, Sending, Wait};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
@@ -12,8 +12,12 @@ pub(crate) const CAPACITY_MAX: usize = 65_535;
 /// What an attribute stands before.
 #[derive(Clone, Copy)]
 pub(super) enum Target<'c, 'p> {
-    /// An action or an input, which have queues.
+    /// An action, which has a queue.
     Queue,
+    /// An input, which has a queue, and whose values may come from another federate.
+    Input,
+    /// An output, whose values may go to another federate.
+    Output,
     /// A connection, with the parameters of the reactor that it is in.
     Connection(Container<'c, 'p>),
     /// A contained reactor, with the parameters of the one that it is in.
@@ -36,13 +40,14 @@ pub(super) struct Attributes<'p> {
     pub(super) capacity: Option<usize>,
     pub(super) max_wait: Option<Wait<'p>>,
     pub(super) absent_after: Option<Wait<'p>>,
+    pub(super) sending: Sending<'p>,
 }
 
 /// Attributes that only diagrams use; each takes one string.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
 /// Attributes with a meaning.
-const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after"];
+const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
 
 /// Attributes of LF that mean something and are not supported.
 pub(super) const UNSUPPORTED: [&str; 5] = ["sparse", "enclave", "property", "enabled", "transient"];
@@ -66,6 +71,8 @@ impl<'p> Checker<'p> {
                     self.report(diagnostic.also(first.span, "the first one").hint("remove one of them"));
                 }
                 *place = wait.or(*place);
+            } else if name == "serializer" || name == "max_length" {
+                self.check_sending(attribute, target, &mut found.sending);
             } else if UNSUPPORTED.contains(&name) {
                 let message = format!("the attribute `@{name}` is not supported yet");
                 self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint("remove it"));
@@ -73,8 +80,8 @@ impl<'p> Checker<'p> {
                 let message = format!("there is no attribute `@{name}`");
                 let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied();
                 let hint = did_you_mean(name, known).unwrap_or_else(|| {
-                    "attributes are `@label`, `@icon`, `@side`, `@layout`, `@capacity`, `@maxwait` and `@absent_after`"
-                        .into()
+                    let all = FOR_DIAGRAMS.iter().chain(HONOURED).map(|name| format!("`@{name}`"));
+                    format!("attributes are {}", all.collect::<Vec<_>>().join(", "))
                 });
                 self.report(Diagnostic::new(Code::UnknownAttribute, attribute.name.span, message).hint(hint));
             }
@@ -95,7 +102,7 @@ impl<'p> Checker<'p> {
     }
 
     fn capacity(&mut self, attribute: &Attribute, target: Target<'_, '_>) -> Option<usize> {
-        if !matches!(target, Target::Queue | Target::Connection(_)) {
+        if !matches!(target, Target::Queue | Target::Input | Target::Connection(_)) {
             let diagnostic = Diagnostic::new(Code::BadAttribute, attribute.span, "nothing here has a queue")
                 .hint("`@capacity(n)` stands before an action, an input or a connection");
             self.report(diagnostic);
@@ -149,7 +156,7 @@ impl<'p> Checker<'p> {
 }
 
 /// The value of an attribute that has one, without a name.
-fn single_value(attribute: &Attribute) -> Option<&Expression> {
+pub(super) fn single_value(attribute: &Attribute) -> Option<&Expression> {
     match &attribute.parameters[..] {
         [one] if one.name.is_none() => one.value.as_ref(),
         _ => None,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a reactor declares.
 
-use super::attributes::Target;
+use super::attributes::{Attributes, Target};
 use super::checker::{Checker, is_opaque};
 use super::expand::Expanded;
 use super::model::{Action, Class, ClassId, Method, Parameter, Port, State};
@@ -105,8 +105,8 @@ impl<'p> Checker<'p> {
     fn ports(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<Port<'p>> {
         let mut ports = Vec::new();
         for declared in &reactor.body.ports {
-            let target = if declared.direction == ast::Direction::Input { Target::Queue } else { Target::Other };
-            let capacity = self.check_attributes(&declared.attributes, target).capacity;
+            let target = if declared.direction == ast::Direction::Input { Target::Input } else { Target::Output };
+            let Attributes { capacity, sending, .. } = self.check_attributes(&declared.attributes, target);
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
             if let Some(width) = &declared.width {
                 self.check_width(width, parameters);
@@ -118,6 +118,7 @@ impl<'p> Checker<'p> {
                 ty_span: ty.span,
                 width: declared.width.as_ref(),
                 capacity,
+                sending,
             });
         }
         ports

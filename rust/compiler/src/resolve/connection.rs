@@ -18,8 +18,9 @@ impl<'p> Checker<'p> {
         for declared in &class.ast.body.connections {
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
             let container = Container { is_main, parameters: &class.parameters };
-            let Attributes { capacity, max_wait, absent_after } =
+            let Attributes { capacity, max_wait, absent_after, sending } =
                 self.check_attributes(&declared.attributes, Target::Connection(container));
+            let sending = self.connection_sending(declared, sending);
             if let Some(after) = &declared.after {
                 self.check_time(after, "the delay of this connection", &class.parameters, false);
             }
@@ -48,6 +49,7 @@ impl<'p> Checker<'p> {
                 capacity,
                 max_wait,
                 absent_after,
+                sending,
                 span: declared.span,
             });
         }

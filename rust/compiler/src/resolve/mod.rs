@@ -17,6 +17,7 @@ mod model;
 mod names;
 mod reaction;
 mod reactors;
+mod sending;
 mod supported;
 mod target;
 mod time_value;
@@ -32,7 +33,9 @@ pub(crate) use expand::expand;
 pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
 pub(crate) use mains::program_name;
-pub(crate) use model::{Class, ClassId, Connection, End, Method, PortRef, ReactionParameter, Variable, Wait};
+pub(crate) use model::{
+    Class, ClassId, Connection, End, Given, Method, Port, PortRef, ReactionParameter, Variable, Wait,
+};
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
 pub use supported::{Supported, supported};

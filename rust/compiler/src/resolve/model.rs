@@ -84,6 +84,23 @@ pub(crate) struct Port<'p> {
     /// How many channels it has, if it is a multiport.
     pub(crate) width: Option<&'p ast::Width>,
     pub(crate) capacity: Option<usize>,
+    pub(crate) sending: Sending<'p>,
+}
+
+/// A value with its place.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Given<T> {
+    pub(crate) value: T,
+    pub(crate) span: Span,
+}
+
+/// How the values of a port or of a connection become bytes, as far as it is said there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sending<'p> {
+    /// The name of the serializer.
+    pub(crate) serializer: Option<Given<&'p str>>,
+    /// The most bytes of a serialized value or of a text, or elements of a list.
+    pub(crate) max_length: Option<Given<usize>>,
 }
 
 /// An action.
@@ -152,6 +169,7 @@ pub(crate) struct Connection<'p> {
     pub(crate) capacity: Option<usize>,
     pub(crate) max_wait: Option<Wait<'p>>,
     pub(crate) absent_after: Option<Wait<'p>>,
+    pub(crate) sending: Sending<'p>,
     /// The whole connection statement.
     pub(crate) span: Span,
 }

@@ -45,7 +45,6 @@ features! {
     Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
     Mutation: "mutations" are, "use a reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
-    Serializer: "`serializer`" is, "remove it: values are sent in the layout of their type";
 }
 
 impl Feature {
@@ -89,7 +88,6 @@ fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
 }
 
 fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
-    found.extend(connection.serializer.map(|span| Feature::Serializer.refused(span)));
     for reference in connection.left.iter().chain(&connection.right) {
         check_reference(reference, found);
     }

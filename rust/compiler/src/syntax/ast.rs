@@ -280,7 +280,8 @@ pub(crate) struct Connection {
     pub(crate) physical: Option<Span>,
     pub(crate) right: Vec<Reference>,
     pub(crate) after: Option<Expression>,
-    pub(crate) serializer: Option<Span>,
+    /// The name behind `serializer`; its place begins with that word.
+    pub(crate) serializer: Option<Name>,
     pub(crate) span: Span,
 }
 

@@ -85,6 +85,15 @@ fn an_error_in_generated_code_names_the_declaration_and_shows_the_code() {
 }
 
 #[test]
+fn an_error_in_generated_code_is_left_out_where_one_in_the_program_explains_it() {
+    let scaffolding = diagnostic("error", &[span("a/src/main.rs", 3, (1, 2), r#""expansion":null"#)], "");
+    let elsewhere = diagnostic("error", &[span("other.rs", 1, (1, 2), r#""expansion":null"#)], "");
+    let body = diagnostic("error", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], "");
+    let alone = render_all(std::slice::from_ref(&body), &Program, false);
+    assert_eq!(render_all(&[scaffolding, elsewhere, body], &Program, false), alone);
+}
+
+#[test]
 fn what_has_no_place_in_the_program_is_shown_as_it_is() {
     let error = diagnostic("error", &[span("other.rs", 1, (1, 2), r#""expansion":null"#)], "");
     assert_eq!(render_all(&[error], &Program, false), "as rustc prints it\n\n");

@@ -6,9 +6,11 @@ mod crates;
 mod deployments;
 mod fixture;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Emitted, File, Settings, emit};
+use crate::compile;
 use crate::deployment::{Deployment, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
@@ -58,6 +60,29 @@ fn a_plan_survives_json() {
     let plan = fixture::plan();
     let json = serde_json::to_string(&plan).expect("it is plain data");
     assert_eq!(serde_json::from_str::<Plan>(&json).expect("it is plain data"), plan);
+}
+
+#[test]
+fn what_needs_a_heap_is_refused_for_images_and_for_an_rti_that_forwards_it() {
+    let text = "target Rust
+reactor A { @max_length(9) output x: String  @max_length(7) output y: {= Vec<u8> =} }
+reactor B { input x: String  input y: {= Vec<u8> =} }
+federated reactor { a = new A()  b = new B()  a.x, a.y -> b.x, b.y }
+";
+    let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
+    let errors = |place: &str| {
+        let deployment = Deployment::parse("deployment.yaml", place, &plan).expect("it is right");
+        let settings = Settings { lf_linux: "", lf_zephyr: "", version: "0.0.0", deployment: &deployment };
+        emit(&plan, &settings).map_or_else(|errors| errors.iter().map(ToString::to_string).collect(), |_| Vec::new())
+    };
+    assert_eq!(errors("{}"), Vec::<String>::new());
+    insta::assert_debug_snapshot!(
+        "heap",
+        [
+            errors("rti: { ip: 10.0.0.1 }\nfederates: { b: { platform: qemu_cortex_m3, ip: 10.0.0.2 } }"),
+            errors("rti: { platform: qemu_cortex_m3, ip: 10.0.0.2 }"),
+        ]
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::layout::Layout;
 use super::names::ident;
 use super::rti::{self, Payloads};
 use super::splice::Splices;
-use super::{federate, manifest, reactor};
+use super::{federate, manifest, reactor, sending};
 use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
 use crate::plan::{Federate, FileIndex, Plan};
 
@@ -18,6 +18,7 @@ use crate::plan::{Federate, FileIndex, Plan};
 /// The first thing of which no Rust can be made.
 pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
     let (plan, folder, deployment) = (job.plan, job.folder, job.settings.deployment);
+    sending::check_heap(job)?;
     let payloads = job.rti.then(|| Payloads::new(plan, deployment));
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types);
@@ -47,7 +48,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
 }
 
 /// `lib.rs`: attributes and modules.
-fn root(job: &Job<'_>, layout: &Layout) -> Result<(File, FileMap), EmitError> {
+fn root(job: &Job<'_>, layout: &Layout<'_>) -> Result<(File, FileMap), EmitError> {
     let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan.name);
     let no_std = (job.is_image).then(|| quote!(#![no_std]));
     let modules = layout.files().map(|(_, module)| {
@@ -129,7 +130,7 @@ fn zephyr_entry(job: &Job<'_>) -> TokenStream {
 }
 
 /// The module of an LF file: its preambles, and the modules of its reactors.
-fn file_module(plan: &Plan, layout: &Layout, file: FileIndex, path: String) -> Result<(File, FileMap), EmitError> {
+fn file_module(plan: &Plan, layout: &Layout<'_>, file: FileIndex, path: String) -> Result<(File, FileMap), EmitError> {
     let source = &plan.files[file.0];
     let name = source.path.rsplit(['/', '\\']).next().unwrap_or(&source.path);
     let about = format!(" What {name} declares.");

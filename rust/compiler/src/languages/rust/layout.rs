@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::Ident;
 
 use super::names::ident;
+use super::sending::{SentPort, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
 use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
 
@@ -14,11 +15,13 @@ use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
 
 /// The modules of one crate.
-pub(super) struct Layout {
+pub(super) struct Layout<'p> {
     files: BTreeMap<FileIndex, String>,
     classes: BTreeMap<ClassIndex, ClassModule>,
     /// Which children of which classes this federate has.
     children: BTreeSet<(ClassIndex, usize)>,
+    /// Ports whose values come from other federates or go to them, by class and name.
+    sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
 }
 
 struct ClassModule {
@@ -29,10 +32,10 @@ struct ClassModule {
     whole: bool,
 }
 
-impl Layout {
+impl<'p> Layout<'p> {
     /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
     /// those of classes of which only the types are needed.
-    pub(super) fn new(plan: &Plan, federate: Option<&Federate>, types: &BTreeSet<ClassIndex>) -> Self {
+    pub(super) fn new(plan: &'p Plan, federate: Option<&'p Federate>, types: &BTreeSet<ClassIndex>) -> Self {
         let instances = || federate.iter().flat_map(|federate| &federate.instances);
         let parent = |instance: &Instance| {
             let parent = instance.parent.and_then(|parent| federate?.instances.get(parent.0));
@@ -60,7 +63,16 @@ impl Layout {
                 files.entry(*file).or_insert_with(module);
             }
         }
-        Self { files, classes, children }
+        let sent = federate.into_iter().flat_map(|federate| {
+            let place = |(port, sent): (_, SentPort<'p>)| Some(((declared(federate, port)?.0, sent.name), sent));
+            sent_ports(federate).filter_map(place)
+        });
+        Self { files, classes, children, sent: sent.collect() }
+    }
+
+    /// The ports of a class whose values come from other federates or go to them.
+    pub(super) fn sent_of(&self, class: ClassIndex) -> Vec<SentPort<'p>> {
+        self.sent.iter().filter(|((of, _), _)| *of == class).map(|(_, sent)| sent.clone()).collect()
     }
 
     /// The files with their modules.

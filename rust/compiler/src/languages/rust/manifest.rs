@@ -3,6 +3,7 @@
 
 use core::fmt::Write as _;
 
+use super::sending;
 use crate::emit::{File, Job};
 use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 
@@ -23,16 +24,17 @@ pub(super) fn of_crate(job: &Job<'_>) -> String {
     if job.is_image {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-        let peers = if has_peers(job) { ", features = [\"peers\"]" } else { "" };
-        text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + peers + " }\n";
-        text = text + &dependencies(job, cargo) + "\n";
+        let features = features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)));
+        text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
+        text = text + &sending::dependencies(job) + &dependencies(job, cargo) + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
     } else {
         let path = toml_text(job.settings.lf_linux);
-        text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + " }\n";
-        text += &dependencies(job, cargo);
+        let features = features(sending::features(job.plan).into_iter());
+        text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
+        text = text + &sending::dependencies(job) + &dependencies(job, cargo);
     }
     text
 }
@@ -67,6 +69,12 @@ fn dependency(job: &Job<'_>, dependency: &Dependency) -> String {
     fields.extend((!default_features).then(|| "default-features = false".to_owned()));
     fields.extend(optional.then(|| "optional = true".to_owned()));
     format!("{} = {{ {} }}\n", toml_text(name), fields.join(", "))
+}
+
+/// Features of a dependency, as they stand in its braces.
+fn features<'f>(names: impl Iterator<Item = &'f str>) -> String {
+    let names: Vec<String> = names.map(|name| format!("\"{name}\"")).collect();
+    if names.is_empty() { String::new() } else { format!(", features = [{}]", names.join(", ")) }
 }
 
 /// Whether its federate has connections with others, past the RTI.

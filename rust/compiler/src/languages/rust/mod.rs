@@ -12,14 +12,16 @@ mod names;
 mod print;
 mod reactor;
 mod rti;
+mod sendable;
+mod sending;
 mod splice;
 mod types;
 mod values;
 
-use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind};
+use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
 use crate::diagnostics::Diagnostic;
 use crate::emit::{EmitError, File, Job, SourceMap};
-use crate::plan::Plan;
+use crate::plan::{Plan, Serializer};
 use crate::syntax::ast::{Expression, Literal, Type};
 
 /// `target Rust`
@@ -65,6 +67,14 @@ impl Language for Rust {
 
     fn literals_of(&self, ty: &str) -> Option<LiteralKind> {
         types::literals(ty)
+    }
+
+    fn serializers(&self) -> &'static [&'static str] {
+        sending::SERIALIZERS
+    }
+
+    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable> {
+        sendable::unsendable(ty, serializer, preambles)
     }
 
     fn is_same_type(&self, one: &str, other: &str) -> bool {

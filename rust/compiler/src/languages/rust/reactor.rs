@@ -8,6 +8,7 @@ use quote::{format_ident, quote};
 use super::layout::Layout;
 use super::names::ident;
 use super::print::interval;
+use super::sending::{SentPort, serializer_type};
 use super::splice::Splices;
 use super::types::{DURATION, is_copy};
 use crate::emit::{EmitError, File, FileMap};
@@ -19,7 +20,7 @@ use crate::plan::{
 /// Emits the module of a class.
 pub(super) fn emit(
     plan: &Plan,
-    layout: &Layout,
+    layout: &Layout<'_>,
     class: ClassIndex,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
@@ -57,7 +58,7 @@ pub(super) fn type_alias(name: &str) -> Ident {
 /// The type of a port or an action, from anywhere in the crate.
 pub(super) fn type_path(
     plan: &Plan,
-    layout: &Layout,
+    layout: &Layout<'_>,
     class: ClassIndex,
     name: &str,
     ty: &Type,
@@ -93,7 +94,7 @@ fn duration(ns: i64) -> TokenStream {
 
 struct Module<'p> {
     plan: &'p Plan,
-    layout: &'p Layout,
+    layout: &'p Layout<'p>,
     index: ClassIndex,
     class: &'p ReactorClass,
     /// Whether it is emitted with its reactions and its state, and not only with its types.
@@ -186,6 +187,21 @@ impl<'p> Module<'p> {
             let doc = self.splices.doc(&format!("The type of `{name}`"), at);
             let (alias, ty) = (type_alias(name), type_tokens(self.plan, ty)?);
             types.extend(quote! { #doc pub type #alias = #ty; });
+        }
+        for SentPort { name, ty: source, serializer } in self.layout.sent_of(self.index) {
+            let Some(port) = self.class.ports.iter().find(|port| port.name == name) else { continue };
+            if is_copy(&port.ty.text) {
+                continue;
+            }
+            // rustc says here that it cannot be sent: at the source of the connection, so that both ends say the same.
+            let at = if port.ty.text == source.text { source.at } else { port.ty.at };
+            let (alias, sent) = (type_alias(name), self.splices.ty(&Type { at, ..port.ty.clone() }));
+            types.extend(if let Some(serializer) = serializer {
+                let by: TokenStream = serializer_type(serializer, &alias.to_string()).parse().unwrap_or_default();
+                quote! { const _: () = lf::model::sendable_by::<#sent, #by>(); }
+            } else {
+                quote! { const _: () = lf::model::sendable::<#sent>(); }
+            });
         }
         Ok(types)
     }

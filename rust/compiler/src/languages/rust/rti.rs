@@ -13,11 +13,12 @@ use super::federate::log_level;
 use super::layout::Layout;
 use super::print::{Fields, interval, optional_ns};
 use super::reactor::{parsed_type, type_path};
+use super::sending::{declared, max_len};
 use super::splice::Splices;
 use super::types::is_copy;
 use crate::deployment::{Deployment, Platform};
 use crate::emit::{EmitError, File, FileMap};
-use crate::plan::{ClassIndex, ClockSync, Federate, Plan, PortIndex, Rti, TriggerKind, Type};
+use crate::plan::{ClassIndex, ClockSync, Federate, Plan, Rti, Serializer, TriggerKind, Type};
 
 /// The types of all that the RTI passes on, each once.
 pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
@@ -25,6 +26,7 @@ pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
 /// The type of the values of a connection.
 struct Payload<'p> {
     ty: &'p Type,
+    serializer: Option<&'p Serializer>,
     /// The class of the port at one end, and the port's name, where the type can be spelled.
     declared: Option<(ClassIndex, &'p str)>,
 }
@@ -53,13 +55,16 @@ impl<'p> Payloads<'p> {
             .collect()
     }
 
-    fn lengths(&self, plan: &Plan, layout: &Layout) -> Result<Vec<String>, EmitError> {
+    fn lengths(&self, plan: &Plan, layout: &Layout<'_>) -> Result<Vec<String>, EmitError> {
         let length = |payload: &Payload<'p>| {
             let ty = match payload.declared {
                 Some((class, name)) => type_path(plan, layout, class, name, payload.ty)?,
                 None => parsed_type(plan, payload.ty).map(|_| payload.ty.text.clone())?,
             };
-            Ok(format!("<{ty} as Payload>::MAX_LEN"))
+            Ok(match payload.serializer {
+                None => format!("<{ty} as Payload>::MAX_LEN"),
+                by => max_len(by, &ty),
+            })
         };
         self.0.iter().map(length).collect()
     }
@@ -69,7 +74,7 @@ impl Payload<'_> {
     /// Whether it is as long as another one for certain.
     fn is_same(&self, other: &Self) -> bool {
         let copied = is_copy(&self.ty.text) || self.declared == other.declared;
-        copied && self.ty.text == other.ty.text
+        copied && self.ty.text == other.ty.text && self.serializer == other.serializer
     }
 }
 
@@ -95,21 +100,18 @@ fn payload<'p>(
     let is_image = |federate: &Federate| deployment.place(&federate.name).platform != Platform::Host;
     let at_sender = source.filter(|(sender, _)| is_image(sender) && !is_image(receiver));
     let at_sender = at_sender.and_then(|(sender, port)| declared(sender, port));
-    Payload { ty: &input.ty, declared: at_sender.or(at_receiver) }
-}
-
-/// The class and the name of a port.
-fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassIndex, &str)> {
-    let (owner, name) = federate.ports[port.0].path.rsplit_once('.')?;
-    let instance = federate.instances.iter().find(|instance| instance.path == owner)?;
-    Some((instance.class, name))
+    let serializer = input.serializer.as_ref();
+    // The length of a serialized value that has a bound of its own says nothing of the type.
+    let is_number = serializer.is_some_and(|by| by.name.is_some() && by.max_length.is_some());
+    let declared = at_sender.or(at_receiver).filter(|_| !is_number);
+    Payload { ty: &input.ty, serializer, declared }
 }
 
 /// Emits the module.
 pub(super) fn emit(
     plan: &Plan,
     payloads: &Payloads<'_>,
-    layout: &Layout,
+    layout: &Layout<'_>,
     deployed: &Rti,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {

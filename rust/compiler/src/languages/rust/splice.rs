@@ -5,12 +5,14 @@
 //! their code is represented by placeholders, which are replaced after formatting, line by line, while the source map
 //! is written down. Two kinds of doc comments name a place of the program in the same way.
 
+use std::borrow::Cow;
+
 use proc_macro2::{LineColumn, Literal, Span, TokenStream, TokenTree};
 use quote::{ToTokens, quote};
 use syn::{Item, Visibility};
 
 use crate::emit::{Anchor, EmitError, File, FileMap, Origin, Piece};
-use crate::plan::{Code, Location, Plan};
+use crate::plan::{Code, Location, Plan, Type};
 
 const TEXT: &str = "lfz_text!(";
 const LINES: &str = "lfz_lines!(";
@@ -25,7 +27,7 @@ type Insertions = Vec<(usize, usize)>;
 
 /// A verbatim piece.
 struct Spliced<'p> {
-    code: &'p Code,
+    code: Cow<'p, Code>,
     insertions: Insertions,
     /// How many blanks its lines begin with, behind the first one, that are left out.
     dedent: usize,
@@ -72,12 +74,20 @@ impl<'p> Splices<'p> {
         Ok(quote! { lfz_inline!(#number) })
     }
 
+    /// A type within a line, at the place where the program has it. It has been parsed.
+    pub(super) fn ty(&mut self, ty: &Type) -> TokenStream {
+        let code = Cow::Owned(Code { text: ty.text.clone(), at: ty.at });
+        self.codes.push(Spliced { code, insertions: Insertions::new(), dedent: 0 });
+        let number = Literal::usize_unsuffixed(self.codes.len() - 1);
+        quote! { lfz_inline!(#number) }
+    }
+
     fn add(&mut self, code: &'p Code, insertions: Insertions, dedent: usize) -> Result<Literal, EmitError> {
         if let Err(error) = code.text.parse::<TokenStream>() {
             let message = format!("this code ends before its brackets or literals do: {error}");
             return Err(EmitError::new(self.plan, code.at, message));
         }
-        self.codes.push(Spliced { code, insertions, dedent });
+        self.codes.push(Spliced { code: Cow::Borrowed(code), insertions, dedent });
         Ok(Literal::usize_unsuffixed(self.codes.len() - 1))
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections, and references to ports and actions.
 
-use super::super::ast::{Attribute, Connection, Reference};
+use super::super::ast::{Attribute, Connection, Name, Reference};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
@@ -39,7 +39,7 @@ impl Parser<'_> {
         let serializer = match self.eat_word("serializer") {
             Some(word) => {
                 let text = self.string("the name of a serializer in quotes")?;
-                Some(word.to(text.span))
+                Some(Name { span: word.to(text.span), ..text })
             }
             None => None,
         };

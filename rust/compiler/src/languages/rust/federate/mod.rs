@@ -30,7 +30,7 @@ use symbols::Symbols;
 pub(super) fn emit(
     plan: &Plan,
     federate: &Federate,
-    layout: &Layout,
+    layout: &Layout<'_>,
     deployment: &Deployment,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {

@@ -17,7 +17,7 @@ pub(super) struct Module<'p> {
     pub(super) plan: &'p Plan,
     pub(super) federate: &'p Federate,
     pub(super) tables: Tables<'p>,
-    pub(super) layout: &'p Layout,
+    pub(super) layout: &'p Layout<'p>,
     /// Where the RTI is, as deployed.
     pub(super) rti: Option<Rti>,
     /// Whether the RTI's clock is that of an image, which no program of this computer has.

@@ -2,9 +2,12 @@
 //! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
 //! methods say.
 
+use lf_model::PortId;
+
 use super::module::Module;
 use crate::languages::rust::reactor::{deadline_method, reaction_method, tardy_method};
-use crate::plan::{Argument, Reaction, ReactionKind, ScheduledReaction, Tardy, VariableKind};
+use crate::languages::rust::sending::serializer_type;
+use crate::plan::{Argument, Reaction, ReactionKind, ScheduledReaction, Serializer, Tardy, VariableKind};
 use crate::tables::Cell;
 
 /// Signatures of the methods, what each matches on, and what it answers for others.
@@ -53,15 +56,20 @@ impl Module<'_> {
             Some(format!("TriggerId({id}) => self.{}.capture(tag, &{source})", trigger(id)))
         });
         let encodes = tables.outputs.iter().enumerate().map(|(id, output)| {
-            format!("OutputId({id}) => {}.encode(bytes)", self.port_place(usize::from(output.source.0)))
+            let by = self.by(self.federate.outputs[id].serializer.as_ref(), output.source);
+            format!("OutputId({id}) => {}.encode{by}(bytes)", self.port_place(usize::from(output.source.0)))
         });
         let inputs = || tables.inputs.iter().enumerate();
         let queue = |input: &crate::tables::InputRow<'_>| trigger(usize::from(input.trigger.0));
-        let delivers =
-            inputs().map(|(id, input)| format!("InputId({id}) => self.{}.deliver(tag, bytes)", queue(input)));
-        let tardies = inputs()
-            .filter(|(_, input)| input.tardy)
-            .map(|(id, input)| format!("InputId({id}) => self.{}.deliver_tardy(tag, intended, bytes)", queue(input)));
+        let by = |id: usize, input: &crate::tables::InputRow<'_>| {
+            self.by(self.federate.inputs[id].serializer.as_ref(), input.fills)
+        };
+        let delivers = inputs()
+            .map(|(id, input)| format!("InputId({id}) => self.{}.deliver{}(tag, bytes)", queue(input), by(id, input)));
+        let tardies = inputs().filter(|(_, input)| input.tardy).map(|(id, input)| {
+            let by = by(id, input);
+            format!("InputId({id}) => self.{}.deliver_tardy{by}(tag, intended, bytes)", queue(input))
+        });
         let mut text = format!(
             "impl Program for {owner} {{\n    fn tables(&self) -> &'static Tables {{\n        &TABLES\n    }}\n"
         );
@@ -87,6 +95,13 @@ impl Module<'_> {
             text = text + "            _ => " + otherwise + "\n        }\n    }\n";
         }
         text + "}\n"
+    }
+
+    /// What the names of methods that make bytes of values end with, where a serializer is given.
+    fn by(&self, serializer: Option<&Serializer>, port: PortId) -> String {
+        // A type that cannot be named has been refused when the tables were made.
+        let ty = self.port_type(port).unwrap_or_default();
+        serializer.map(|serializer| format!("_by::<{}>", serializer_type(serializer, &ty))).unwrap_or_default()
     }
 
     /// One arm per reaction with a body for which there is a method.

@@ -7,7 +7,8 @@ use lf_model::{ActionTiming, Policy, PortId, ReactionKind, TriggerKind};
 use super::module::Module;
 use crate::emit::EmitError;
 use crate::languages::rust::print::{Fields, interval, optional};
-use crate::languages::rust::types::is_copy;
+use crate::languages::rust::sending::max_len;
+use crate::plan::Serializer;
 
 impl Module<'_> {
     /// The tables, checked when they are compiled.
@@ -76,37 +77,36 @@ impl Module<'_> {
     }
 
     fn output_rows(&self) -> Result<Vec<String>, EmitError> {
-        let row = |output: &crate::tables::OutputRow<'_>| {
+        let row = |(index, output): (usize, &crate::tables::OutputRow<'_>)| {
             let mut row = Fields::of("NetworkOutput");
             row.set("name", format_args!("{:?}", output.name)).set("source", format_args!("{:?}", output.source));
             row.set("federate", output.federate).set("port", output.port);
             row.set_if(output.delay.is_some(), "delay", optional(output.delay));
-            row.set("max_len", self.max_len(output.source)?);
+            row.set("max_len", self.max_len(output.source, self.federate.outputs[index].serializer.as_ref())?);
             row.set_if(output.tells_absence, "tells_absence", true).set_if(output.physical, "physical", true);
             Ok(row.row())
         };
-        self.tables.outputs.iter().map(row).collect()
+        self.tables.outputs.iter().enumerate().map(row).collect()
     }
 
     fn input_rows(&self) -> Result<Vec<String>, EmitError> {
-        let row = |input: &crate::tables::InputRow<'_>| {
+        let row = |(index, input): (usize, &crate::tables::InputRow<'_>)| {
             let mut row = Fields::of("NetworkInput");
             row.set("name", format_args!("{:?}", input.name)).set("trigger", format_args!("{:?}", input.trigger));
             row.set("federate", input.federate).set_if(input.delay.is_some(), "delay", optional(input.delay));
-            row.set("max_len", self.max_len(input.fills)?).set_if(input.level != u16::MAX, "level", input.level);
+            row.set("max_len", self.max_len(input.fills, self.federate.inputs[index].serializer.as_ref())?);
+            row.set_if(input.level != u16::MAX, "level", input.level);
             row.set_if(input.awaited, "awaited", true).set_if(input.physical, "physical", true);
             row.set_if(input.tardy, "tardy", true);
             row.set_if(input.max_wait != Interval::ZERO, "max_wait", interval(input.max_wait));
             row.set_if(input.absent_after != Interval::ZERO, "absent_after", interval(input.absent_after));
             Ok(row.set_if(!input.readers.is_empty(), "readers", ids(&input.readers)).row())
         };
-        self.tables.inputs.iter().map(row).collect()
+        self.tables.inputs.iter().enumerate().map(row).collect()
     }
 
-    fn max_len(&self, port: PortId) -> Result<String, EmitError> {
-        let ty = self.port_type(port)?;
-        let is_word = is_copy(&ty) && ty.bytes().all(|byte| byte.is_ascii_alphanumeric());
-        Ok(if is_word { format!("{ty}::MAX_LEN") } else { format!("<{ty} as Payload>::MAX_LEN") })
+    fn max_len(&self, port: PortId, serializer: Option<&Serializer>) -> Result<String, EmitError> {
+        Ok(max_len(serializer, &self.port_type(port)?))
     }
 }
 

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values that go from federate to federate, and whether they can.
+
+use super::graph::Graph;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::instances::Tree;
+use crate::languages::{Language, Preambles};
+use crate::resolve::{Class, Program};
+
+/// Reports ports whose values cannot go to another federate, as far as that is known without the target language's
+/// own compiler; each declaration once.
+pub(super) fn check(
+    graph: &Graph,
+    program: &Program,
+    classes: &[Class<'_>],
+    tree: &Tree,
+    language: &dyn Language,
+    diagnostics: &mut Diagnostics,
+) {
+    let texts = |preambles: &'_ [crate::syntax::ast::Preamble]| -> Vec<String> {
+        preambles.iter().map(|preamble| preamble.code.text.clone()).collect()
+    };
+    let all: Vec<String> = program
+        .units
+        .iter()
+        .flat_map(|unit| {
+            let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
+            texts(&unit.ast.preambles).into_iter().chain(inner)
+        })
+        .collect();
+    let mut seen = std::collections::BTreeSet::new();
+    for link in graph.links.iter().filter(|link| link.network) {
+        let class = tree.instances[graph.instance[link.from]].class;
+        let declared = &classes[class.0];
+        let port = &declared.ports[graph.port_of(link.from)];
+        let of_file = texts(&program.units[declared.id.unit].ast.preambles);
+        let visible = [of_file, texts(&declared.ast.body.preambles)].concat();
+        let preambles = Preambles { visible: &visible, all: &all };
+        let Some(why) = language.unsendable(&port.ty, link.serializer.as_ref(), preambles) else { continue };
+        if seen.insert((class, graph.port_of(link.from))) {
+            let diagnostic = Diagnostic::new(Code::Unsendable, port.ty_span, why.message);
+            diagnostics.push(diagnostic.also(link.span, "it goes to another federate here").hint(why.hint));
+        }
+    }
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How values become bytes between federates, from what connections and ports say.
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::plan::Serializer;
+use crate::resolve::{Connection, Given, Port};
+
+/// How the values of a connection become bytes: what it says itself, or else what one of its ports says.
+pub(super) fn of_connection(
+    connection: &Connection<'_>,
+    from: &Port<'_>,
+    to: &Port<'_>,
+    diagnostics: &mut Diagnostics,
+) -> Option<Serializer> {
+    let (own, from, to) = (connection.sending, from.sending, to.sending);
+    let name = one_of(own.serializer, from.serializer, to.serializer, "serializer", diagnostics);
+    let max_length = one_of(own.max_length, from.max_length, to.max_length, "length", diagnostics);
+    // LF's name for the layout of the type itself.
+    let name = name.filter(|name| *name != "native").map(str::to_owned);
+    let found = Serializer { name, max_length };
+    (found != Serializer::default()).then_some(found)
+}
+
+/// What the connection says, or the ports, which must not contradict each other.
+fn one_of<T: Copy + PartialEq>(
+    own: Option<Given<T>>,
+    from: Option<Given<T>>,
+    to: Option<Given<T>>,
+    what: &str,
+    diagnostics: &mut Diagnostics,
+) -> Option<T> {
+    if let (None, Some(from), Some(to)) = (own, from, to)
+        && from.value != to.value
+    {
+        let message = format!("the port at the other end of the connection says another {what}");
+        let diagnostic = Diagnostic::new(Code::BadAttribute, to.span, message).also(from.span, "the other one");
+        diagnostics.push(diagnostic.hint("say it at one of the ports alone, or before the connection"));
+    }
+    own.or(from).or(to).map(|given| given.value)
+}

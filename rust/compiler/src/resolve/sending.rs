@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What ports and connections say about how their values become bytes: `@serializer`, `@max_length`, `serializer`.
+
+use super::attributes::{Target, single_value};
+use super::checker::Checker;
+use super::model::{Given, Sending};
+use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
+use crate::syntax::ast::{self, Attribute, ExpressionKind, Literal};
+
+/// The most that a length may be bounded by: what a message of the protocol can be long.
+const LENGTH_MAX: usize = i32::MAX as usize;
+
+impl<'p> Checker<'p> {
+    /// Checks `@serializer` or `@max_length`.
+    pub(super) fn check_sending(
+        &mut self,
+        attribute: &'p Attribute,
+        target: Target<'_, 'p>,
+        sending: &mut Sending<'p>,
+    ) {
+        let (name, span) = (attribute.name.text.as_str(), attribute.span);
+        if !matches!(target, Target::Input | Target::Output | Target::Connection(_)) {
+            let message = "nothing here is sent to another federate";
+            let hint = format!("`@{name}` stands before a port or a connection");
+            self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
+            return;
+        }
+        let literal = single_value(attribute).and_then(|value| match &value.kind {
+            ExpressionKind::Literal(literal) => Some(literal),
+            _ => None,
+        });
+        if name == "max_length" {
+            let length = match literal {
+                Some(Literal::Int(digits)) => digits.parse().ok().filter(|length| (1..=LENGTH_MAX).contains(length)),
+                _ => None,
+            };
+            sending.max_length = length.map(|value| Given { value, span });
+            if length.is_none() {
+                let message = format!("a length is a number from 1 to {LENGTH_MAX}");
+                let hint = "write `@max_length(200)`: bytes of a text or of a serialized value, or elements of a list";
+                self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
+            }
+        } else if let Some(Literal::Text(text)) = literal {
+            sending.serializer = self.serializer(text.trim_matches('"'), span);
+        } else {
+            let hint = "write `@serializer(\"postcard\")`";
+            let diagnostic = Diagnostic::new(Code::BadAttribute, span, "a serializer is named by a text");
+            self.report(diagnostic.hint(hint));
+        }
+    }
+
+    /// What a connection says with its attributes and with LF's own word, which counts first.
+    pub(super) fn connection_sending(&mut self, declared: &'p ast::Connection, sending: Sending<'p>) -> Sending<'p> {
+        let named = declared.serializer.as_ref().and_then(|name| self.serializer(&name.text, name.span));
+        Sending { serializer: named.or(sending.serializer), ..sending }
+    }
+
+    fn serializer(&mut self, name: &'p str, span: Span) -> Option<Given<&'p str>> {
+        let known = self.language.serializers();
+        if known.contains(&name) {
+            return Some(Given { value: name, span });
+        }
+        let message = format!("there is no serializer \"{name}\" here");
+        let hint = did_you_mean(name, known.iter().copied())
+            .unwrap_or_else(|| format!("serializers are \"{}\"", known.join("\" and \"")));
+        self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
+        None
+    }
+}
