@@ -105,13 +105,15 @@ fn narrow(nodes: &[Node]) -> String {
         };
         let _ = writeln!(text, "reactor N{index} {{\n  timer t(0, 1 s)");
         for (word, port) in [("input", "x"), ("output", "y")] {
-            names(port).iter().for_each(|name| text = text.clone() + "  " + word + " " + name + ": u32\n");
+            for name in names(port) {
+                let _ = writeln!(text, "  {word} {name}: u32");
+            }
         }
         let _ = writeln!(text, "  reaction({}, t) -> {} {{= =}}\n}}", names("x").join(", "), names("y").join(", "));
         let members = node.members.map_or(vec![String::new()], |count| (0..count).map(|at| format!("_{at}")).collect());
-        members.iter().for_each(|member| {
+        for member in members {
             let _ = writeln!(main, "  n{index}{member} = new N{index}()");
-        });
+        }
     }
     for (index, node) in nodes.iter().enumerate() {
         let Some(connection) = &node.input else { continue };
@@ -137,15 +139,15 @@ fn meaning(program: &str) -> BTreeSet<String> {
     let plan: Plan =
         compilation.plan.unwrap_or_else(|| panic!("{}\n{program}", compilation.diagnostics.render(Style::Plain)));
     let federate = &plan.federates[0];
-    let plain = |path: &str| path.replace('[', "_").replace(']', "");
-    let port = |index: usize| plain(&federate.ports[index].path);
+    let normal = |path: &str| path.replace('[', "_").replace(']', "");
+    let port = |index: usize| normal(&federate.ports[index].path);
     let mut meaning = BTreeSet::new();
     for (position, reaction) in federate.reactions.iter().enumerate() {
         let ReactionKind::Body { arguments, .. } = &reaction.kind else { continue };
         let ports: Vec<_> = arguments.iter().flat_map(Argument::ports).map(|index| port(index.0)).collect();
         let triggers = |one: &lf_compiler::plan::Port| one.reactions.iter().any(|index| index.0 == position);
-        let triggers: Vec<_> = federate.ports.iter().filter(|one| triggers(one)).map(|one| plain(&one.path)).collect();
-        meaning.insert(format!("{} {} {ports:?} {triggers:?}", reaction.level, plain(&reaction.name)));
+        let triggers: Vec<_> = federate.ports.iter().filter(|one| triggers(one)).map(|one| normal(&one.path)).collect();
+        meaning.insert(format!("{} {} {ports:?} {triggers:?}", reaction.level, normal(&reaction.name)));
     }
     for trigger in &federate.triggers {
         if let TriggerKind::Delay { source, fills, delay_ns, .. } = &trigger.kind {

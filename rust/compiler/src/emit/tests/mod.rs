@@ -72,7 +72,7 @@ federated reactor { a = new A()  b = new B()  a.x, a.y -> b.x, b.y }
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     let errors = |place: &str| {
         let deployment = Deployment::parse("deployment.yaml", place, &plan).expect("it is right");
-        let settings = Settings { lf_linux: "", lf_zephyr: "", version: "0.0.0", deployment: &deployment };
+        let settings = Settings { lf_linux: "", lf_zephyr: "", version: "0.0.0", current: "", deployment: &deployment };
         emit(&plan, &settings).map_or_else(|errors| errors.iter().map(ToString::to_string).collect(), |_| Vec::new())
     };
     assert_eq!(errors("{}"), Vec::<String>::new());
