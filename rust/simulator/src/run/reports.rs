@@ -23,7 +23,7 @@ struct Listener;
 
 impl Log for Listener {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
-        metadata.target() == "lf_runtime::federate::late"
+        metadata.target().starts_with("lf_runtime::")
     }
 
     fn log(&self, record: &Record<'_>) {

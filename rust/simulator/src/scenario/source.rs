@@ -124,7 +124,7 @@ fn reaction(text: &mut String, reaction: &Reaction, waits: bool) {
     let effects = if reaction.effects.is_empty() { String::new() } else { format!(" -> {}", list(&reaction.effects)) };
     let tardy = if reaction.tardy && waits { " tardy {= =}" } else { "" };
     let (triggers, body) = (list(&reaction.triggers), words(&reaction.script));
-    let _ = writeln!(text, "  reaction({triggers}){uses}{effects} {{= {body} =}}{tardy}");
+    let _ = writeln!(text, "  reaction({triggers}){uses}{effects} {{= \"{body}\" =}}{tardy}");
 }
 
 fn variable(variable: Variable) -> String {
@@ -164,10 +164,10 @@ fn words(script: &Script) -> String {
 }
 
 impl Script {
-    /// Reads the body of a reaction: pairs of a word and a number.
+    /// Reads the body of a reaction: a text of pairs of a word and a number.
     pub(crate) fn parse(body: &str) -> Self {
         let mut script = Self::default();
-        let mut words = body.split_whitespace();
+        let mut words = body.trim().trim_matches('"').split_whitespace();
         while let (Some(word), Some(number)) = (words.next(), words.next().and_then(|text| text.parse::<u64>().ok())) {
             let time = i64::try_from(number).unwrap_or(i64::MAX);
             match word {
