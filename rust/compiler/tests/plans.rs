@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn a_queue_whose_source_has_no_rate_has_some_room_and_a_warning() {
+    check("unknown_capacity");
+}
+
+#[test]
 fn physical_connections_have_queues_that_count_from_physical_time() {
     check("physical_connections");
 }

@@ -287,7 +287,7 @@ coded!(PayloadError {
 });
 coded!(ModelError {
     ActionFull { action, capacity }, DelayFull { connection, capacity }, Encode { output, error },
-    TagOrder { tag, against }, NotReady { tag }, NoThreadLeft { threads }, ThreadRefused { os_error },
+    TagOrder { tag, against }, NotReady { tag }, NoThreadLeft { threads },
 });
 coded!(DeliverError {
     Full { input, capacity }, Payload { input, error }, Late { input, tag, current }, NoSuchPort { port },

@@ -1,24 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Threads for physical actions.
 
-use std::thread;
+use std::thread::{self, JoinHandle};
 
-use lf_model::{ModelError, PhysicalLink, ReactionContext};
+use lf_model::{PhysicalLink, ReactionContext};
 
 /// What reactions see of this module; it is in the prelude.
 pub trait SpawnPhysicalThread {
-    /// Runs `body` on a thread of its own, which can schedule physical actions through the link that it is given.
+    /// Runs `body` on a thread of its own, which can schedule physical actions through the link that it is given. What
+    /// `body` returns is had by joining the thread.
     ///
-    /// A thread that still runs when the program has ended does not hold it up. Where the operating system starts no
-    /// further thread, the program ends with an error after this reaction.
-    fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F);
+    /// A thread that still runs when the program has ended does not hold it up.
+    ///
+    /// # Panics
+    /// If the operating system starts no further thread.
+    fn spawn_physical_thread<T, F>(&mut self, body: F) -> JoinHandle<T>
+    where
+        T: Send + 'static,
+        F: FnOnce(&mut PhysicalLink) -> T + Send + 'static;
 }
 
 impl SpawnPhysicalThread for ReactionContext<'_> {
-    fn spawn_physical_thread<F: FnOnce(&mut PhysicalLink) + Send + 'static>(&mut self, body: F) {
+    #[track_caller]
+    fn spawn_physical_thread<T, F>(&mut self, body: F) -> JoinHandle<T>
+    where
+        T: Send + 'static,
+        F: FnOnce(&mut PhysicalLink) -> T + Send + 'static,
+    {
         let mut link = self.physical_link();
-        if let Err(error) = thread::Builder::new().spawn(move || body(&mut link)) {
-            self.fail(ModelError::ThreadRefused { os_error: error.raw_os_error().unwrap_or(0) });
-        }
+        thread::Builder::new().spawn(move || body(&mut link)).unwrap_or_else(|error| {
+            panic!(
+                "spawn_physical_thread got no thread from the operating system ({error}): let fewer threads run at \
+                 once, or raise the limit on their number"
+            )
+        })
     }
 }

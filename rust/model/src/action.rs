@@ -96,7 +96,11 @@ impl<T> LogicalAction<T> {
 
     /// The rules of minimum spacing. An event that [`Policy::Update`] replaces is taken out here.
     fn place(&mut self, intended: Tag, timing: &ActionTiming) -> Place {
-        let (Some(spacing), Some(last)) = (timing.min_spacing, self.last) else {
+        let Some(spacing) = timing.min_spacing else {
+            let replaces = timing.policy == Policy::Replace && self.queue.contains(intended);
+            return if replaces { Place::Into(intended) } else { Place::At(intended) };
+        };
+        let Some(last) = self.last else {
             return Place::At(intended);
         };
         // With a spacing of zero, two events at one instant are still one too many, but microsteps part them.

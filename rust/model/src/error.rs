@@ -46,11 +46,6 @@ pub enum ModelError {
         /// How many the image has.
         threads: usize,
     },
-    /// A body asked for a thread that the operating system did not start.
-    ThreadRefused {
-        /// The operating system's number of the reason; 0 when it gave none.
-        os_error: i32,
-    },
 }
 
 impl fmt::Display for ModelError {
@@ -82,11 +77,6 @@ impl fmt::Display for ModelError {
                 f,
                 "spawn_physical_thread was called while all of the image's threads ({threads}) were running: raise n \
                  in the target property `platform: {{user-threads: n}}`, or set CONFIG_LF_USER_THREADS"
-            ),
-            Self::ThreadRefused { os_error } => write!(
-                f,
-                "spawn_physical_thread got no thread from the operating system (its error number is {os_error}): \
-                 let fewer threads run at once, or raise the limit on their number"
             ),
         }
     }

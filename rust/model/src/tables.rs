@@ -161,7 +161,8 @@ pub enum Policy {
     Defer,
     /// It does not happen.
     Drop,
-    /// Its value takes the place of the pending event's; if that one has happened, it is deferred.
+    /// Its value takes the place of the pending event's; if that one has happened, it is deferred. Without a spacing,
+    /// that goes for an event at the same tag only.
     Replace,
     /// The pending event does not happen, and this one does; it is deferred where it would come too close to another.
     Update,

@@ -73,6 +73,10 @@ enum Command {
         /// Only programs whose paths contain this.
         #[arg(long, value_name = "TEXT")]
         only: Option<String>,
+        /// Check programs of any target as programs in Rust without bodies, and run none: what is said is about LF's
+        /// own language alone.
+        #[arg(long)]
+        empty_bodies: bool,
     },
     /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
     #[command(disable_help_flag = true)]
@@ -120,7 +124,9 @@ fn main() -> ExitCode {
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless => bless::run(&repository),
-        Command::LfTests { folder, only } => lf_tests::run(&repository, &folder, only.as_deref()),
+        Command::LfTests { folder, only, empty_bodies } => {
+            lf_tests::run(&repository, &folder, only.as_deref(), empty_bodies)
+        }
         Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }
 }

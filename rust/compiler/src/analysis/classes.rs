@@ -22,6 +22,10 @@ impl<'s> Places<'s> {
         Self { sources, language }
     }
 
+    pub(super) fn language(&self) -> &'static dyn Language {
+        self.language
+    }
+
     pub(super) fn at(&self, span: Span) -> Location {
         let file = self.sources.iter().position(|(id, _)| id == span.file).unwrap_or_default();
         let position = self.sources.get(span.file).map(|file| file.position(span.start));

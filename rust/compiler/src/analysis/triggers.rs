@@ -127,7 +127,10 @@ impl Builder<'_> {
             Some("drop") => SpacingPolicy::Drop,
             Some("replace") => SpacingPolicy::Replace,
             Some("update") => SpacingPolicy::Update,
-            _ => SpacingPolicy::Defer,
+            Some(_) => SpacingPolicy::Defer,
+            None if declared.ast.physical || min_spacing_ns.is_some() => SpacingPolicy::Defer,
+            None if self.context.places.language().replaces_events() => SpacingPolicy::Replace,
+            None => SpacingPolicy::Defer,
         };
         let span = declared.ast.name.span;
         let capacity = declared.capacity.unwrap_or_else(|| {
@@ -196,10 +199,11 @@ impl Builder<'_> {
             None => {
                 let name = self.link_name(position);
                 let message = format!("how many values of `{name}` are on their way at the same time is not known");
-                let hint = "its source can be written at any rate: write `@capacity(n)` before the connection, \
-                            or give the action that causes it a minimum spacing";
-                diagnostics.push(Diagnostic::new(Code::UnboundedCapacity, link.span, message).hint(hint));
-                1
+                let hint = "its source can be written at any rate, and the program ends with an error when the queue \
+                            is full: write `@capacity(n)` before the connection, or give the action that causes it a \
+                            minimum spacing";
+                diagnostics.push(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
+                bounded(derived.saturating_add(ACTION_CAPACITY), link.span, diagnostics)
             }
         };
         let kind =

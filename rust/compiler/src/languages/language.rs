@@ -56,6 +56,10 @@ pub(crate) trait Language: Debug + Sync {
     /// The value of code that is arithmetic of integers and parameters; nothing for any other code.
     fn integer(&self, code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64>;
 
+    /// Whether a logical action that is scheduled twice for one tag keeps the last value alone. Otherwise the second
+    /// event happens a microstep later.
+    fn replaces_events(&self) -> bool;
+
     /// Adds the files of a participant's program, and what they stem from.
     ///
     /// # Errors

@@ -124,7 +124,7 @@ pub enum SpacingPolicy {
     Defer,
     /// The later event is dropped.
     Drop,
-    /// The later event's value takes the place of the earlier one's.
+    /// The later event's value takes the place of the earlier one's; without a spacing, at the same tag only.
     Replace,
     /// The earlier event is dropped.
     Update,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attributes: those for diagrams are accepted, those of queues, waits and sending count, others are refused.
+//! Attributes: those for diagrams are accepted, those of queues, waits and sending count, and others are refused.
 
 use super::checker::Checker;
 use super::model::{Parameter, Sending, Wait};
@@ -49,8 +49,14 @@ const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 /// Attributes with a meaning.
 const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
 
+/// Attributes that say nothing which counts here, each with why.
+const IDLE: &[(&str, &str)] = &[
+    ("sparse", "present channels are found without it"),
+    ("property", "programs are not verified here"),
+];
+
 /// Attributes of LF that mean something and are not supported.
-pub(super) const UNSUPPORTED: [&str; 5] = ["sparse", "enclave", "property", "enabled", "transient"];
+pub(super) const UNSUPPORTED: [&str; 3] = ["enclave", "enabled", "transient"];
 
 impl<'p> Checker<'p> {
     /// Checks the attributes of a declaration, and returns those that have a meaning.
@@ -73,6 +79,9 @@ impl<'p> Checker<'p> {
                 *place = wait.or(*place);
             } else if name == "serializer" || name == "max_length" {
                 self.check_sending(attribute, target, &mut found.sending);
+            } else if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
+                let message = format!("`@{name}` has no effect: {reason}");
+                self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint("remove it, or leave it"));
             } else if UNSUPPORTED.contains(&name) {
                 let message = format!("the attribute `@{name}` is not supported yet");
                 self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint("remove it"));

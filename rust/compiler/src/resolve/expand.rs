@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::Language;
-use crate::syntax::ast::{Body, Instantiation, Name, Reactor, Type, TypeKind};
+use crate::syntax::ast::{Body, Instantiation, Name, Parameter, Reactor, Type, TypeKind};
 
 /// How many reactors a program may have, those with other types included.
 const REACTORS_MAX: usize = 10_000;
@@ -188,6 +188,7 @@ impl<'a> Expander<'a> {
     fn inherit(&mut self, id: ReactorId, to: &mut Reactor, files: &mut Vec<usize>, done: &mut Vec<ReactorId>) {
         done.push(id);
         let declared = self.declared(id);
+        let others = to.parameters.len();
         for name in &declared.extends {
             let Some(base) = self.find(name, "declare it, or import it") else { continue };
             if base == id || self.inherits(base, id, 0) {
@@ -199,7 +200,15 @@ impl<'a> Expander<'a> {
                 self.inherit(base, to, files, done);
             }
         }
-        to.parameters.extend(declared.parameters.iter().cloned());
+        let inherited = others..to.parameters.len();
+        for parameter in &declared.parameters {
+            let same = |inherited: &&mut Parameter| inherited.name.text == parameter.name.text;
+            match to.parameters[inherited.clone()].iter_mut().find(same) {
+                // Its own default takes the place of the inherited one.
+                Some(inherited) => inherited.clone_from(parameter),
+                None => to.parameters.push(parameter.clone()),
+            }
+        }
         append(&mut to.body, &declared.body);
     }
 

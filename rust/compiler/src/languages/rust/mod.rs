@@ -89,6 +89,10 @@ impl Language for Rust {
         integer::value(code, parameter)
     }
 
+    fn replaces_events(&self) -> bool {
+        true
+    }
+
     fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
         crates::emit(job, files, map)
     }

@@ -16,7 +16,9 @@ impl Module<'_> {
         description.set("program", format_args!("{:?}", self.plan.name));
         description.set("name", format_args!("{:?}", self.federate.name));
         description.set_if(target.timeout_ns.is_some(), "timeout", optional_ns(target.timeout_ns));
-        description.set_if(target.keepalive, "keepalive", true).set_if(target.fast, "fast", true);
+        // Alone, a program that nobody can make an event for has nothing to stay for: lfc's Rust target ends it, too.
+        let keepalive = target.keepalive && self.rti.is_some();
+        description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
         let federation = self.rti.as_ref().map(|rti| self.federation(rti, &mut uses));
         description.set_if(federation.is_some(), "federation", "Some(FEDERATION.with_buffers(&TABLES))");
