@@ -123,14 +123,13 @@ impl Builder<'_> {
         let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
         let min_delay_ns = time(declared.ast.min_delay.as_ref()).unwrap_or_default();
         let min_spacing_ns = time(declared.ast.min_spacing.as_ref()).filter(|ns| *ns > 0);
+        let replaces = self.context.places.language().replaces_events();
         let policy = match declared.ast.policy.as_ref().map(|policy| policy.text.as_str()) {
             Some("drop") => SpacingPolicy::Drop,
             Some("replace") => SpacingPolicy::Replace,
             Some("update") => SpacingPolicy::Update,
-            Some(_) => SpacingPolicy::Defer,
-            None if declared.ast.physical || min_spacing_ns.is_some() => SpacingPolicy::Defer,
-            None if self.context.places.language().replaces_events() => SpacingPolicy::Replace,
-            None => SpacingPolicy::Defer,
+            None if replaces && !declared.ast.physical && min_spacing_ns.is_none() => SpacingPolicy::Replace,
+            _ => SpacingPolicy::Defer,
         };
         let span = declared.ast.name.span;
         let capacity = declared.capacity.unwrap_or_else(|| {

@@ -50,10 +50,8 @@ const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer", "max_length"];
 
 /// Attributes that say nothing which counts here, each with why.
-const IDLE: &[(&str, &str)] = &[
-    ("sparse", "present channels are found without it"),
-    ("property", "programs are not verified here"),
-];
+const IDLE: &[(&str, &str)] =
+    &[("sparse", "present channels are found without it"), ("property", "programs are not verified here")];
 
 /// Attributes of LF that mean something and are not supported.
 pub(super) const UNSUPPORTED: [&str; 3] = ["enclave", "enabled", "transient"];

@@ -1,21 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The syntax of code blocks: what the target language itself says about them without its compiler.
 
+use std::thread;
+
 use super::load::Program;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::languages::Language;
+use crate::languages::{CodeKind, Language};
+use crate::syntax::ast;
+
+/// For fewer code blocks than these a thread is not worth starting.
+const BLOCKS_PER_THREAD: usize = 256;
 
 /// Reports for each code block the first thing that is wrong with it.
+///
+/// This is half of what the front end does of large programs, so all processors take part.
 pub(crate) fn check(program: &Program, language: &dyn Language, diagnostics: &mut Diagnostics) {
-    for (code, kind) in program.units.iter().flat_map(|unit| &unit.ast.codes) {
-        let Some(problem) = language.code_problem(&code.text, *kind) else { continue };
-        let at = |range: &core::ops::Range<usize>| {
-            Span::new(code.span.file, code.span.start + range.start, code.span.start + range.end)
-        };
-        let mut diagnostic = Diagnostic::new(Code::CodeSyntax, at(&problem.range), problem.message);
-        if let Some((range, text)) = &problem.also {
-            diagnostic = diagnostic.also(at(range), text.as_str());
+    let codes: Vec<_> = program.units.iter().flat_map(|unit| &unit.ast.codes).collect();
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let mut parts = codes.chunks(codes.len().div_ceil(threads).max(BLOCKS_PER_THREAD));
+    let first = parts.next().unwrap_or_default();
+    thread::scope(|scope| {
+        let others: Vec<_> = parts.map(|part| scope.spawn(|| problems(part, language))).collect();
+        diagnostics.extend(problems(first, language));
+        for other in others {
+            diagnostics.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
-        diagnostics.push(diagnostic.hint_maybe(problem.hint));
+    });
+}
+
+fn problems(codes: &[&(ast::Code, CodeKind)], language: &dyn Language) -> Vec<Diagnostic> {
+    codes.iter().filter_map(|(code, kind)| problem(code, *kind, language)).collect()
+}
+
+fn problem(code: &ast::Code, kind: CodeKind, language: &dyn Language) -> Option<Diagnostic> {
+    let problem = language.code_problem(&code.text, kind)?;
+    let at = |range: &core::ops::Range<usize>| {
+        Span::new(code.span.file, code.span.start + range.start, code.span.start + range.end)
+    };
+    let mut diagnostic = Diagnostic::new(Code::CodeSyntax, at(&problem.range), problem.message);
+    if let Some((range, text)) = &problem.also {
+        diagnostic = diagnostic.also(at(range), text.as_str());
     }
+    Some(diagnostic.hint_maybe(problem.hint))
 }

@@ -80,7 +80,11 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
     ),
     property("timeout", &["10 sec"], "stop when so much logical time has passed"),
     property("fast", SWITCH, "do not wait for physical time"),
-    property("keepalive", SWITCH, "go on while there are no events, if there are other federates or threads that can make one"),
+    property(
+        "keepalive",
+        SWITCH,
+        "go on while there are no events, if there are other federates or threads that can make one",
+    ),
     property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
     property("threading", SWITCH, "no effect: there is one event loop without worker threads"),
     property("single-threaded", SWITCH, "no effect, for the same reason"),
