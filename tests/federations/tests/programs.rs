@@ -57,6 +57,18 @@ fn the_smart_grid_isolates_the_fault() {
     }
 }
 
+/// Nine programs, eight of which are the members of a bank. The fault of three sensors is outvoted at each tag.
+#[test]
+fn eight_sensors_of_a_bank_are_heard_at_once() {
+    let finished = Lfz::run("voter", Path::new("applications/voter/src/Voter.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let votes: Vec<&str> = finished.of("voter").filter(|line| line.contains(" values: ")).collect();
+    let expected: Vec<String> = (1..=11)
+        .map(|vote| format!("info: vote {vote} of {} values: {}", if vote <= 5 { 8 } else { 7 }, 200 + 10 * vote))
+        .collect();
+    assert_eq!(votes, expected, "{finished}");
+}
+
 /// Nobody grants anything here, so on a busy computer a message may be tardy. Then units are safe rather than clever,
 /// and B and C open all the same.
 #[test]
