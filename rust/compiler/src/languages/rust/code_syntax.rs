@@ -8,6 +8,7 @@ use proc_macro2::LineColumn;
 use syn::parse::Parser as _;
 
 use super::code_block::skip;
+use super::names::raw;
 use crate::languages::{CodeKind, CodeProblem};
 
 /// The first thing that is wrong.
@@ -142,7 +143,11 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::TypeParameter => "this is no type parameter",
     };
     let message = format!("{what} of Rust: {message}");
-    Some(CodeProblem { range, message, also: None, hint: None })
+    let word = &text[range.clone()];
+    let raw = raw(word);
+    let hint = (raw != word && !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_lowercase()))
+        .then(|| format!("`{word}` is a word of Rust; a port or an action of this name is written `{raw}`"));
+    Some(CodeProblem { range, message, also: None, hint })
 }
 
 fn byte_of(text: &str, place: LineColumn) -> usize {
