@@ -3,6 +3,7 @@
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
 use std::process::ExitCode;
+use std::thread::{self, JoinHandle};
 use std::{fmt, io};
 
 use lf_model::time::{Interval, Tag};
@@ -24,8 +25,43 @@ const INPUT_BYTES: usize = 1 << 18;
 /// The least buffer of a connection with another federate.
 const PEER_BYTES: usize = 1 << 14;
 
+/// Programs of more bytes than this get a stack of their own, on which they are made and live.
+const SMALL: usize = 1 << 19;
+/// The stack that bodies have in any case, as that of a process usually is.
+const STACK: usize = 8 << 20;
+/// How often a program can be on the stack at the same time while it is made and moved, or its largest value while a
+/// body sets it; without optimization each step makes a copy.
+const COPIES: usize = 16;
+
 /// Runs a generated program with this process's command line.
-pub fn main(description: &'static Description, mut program: impl Program, mut storage: impl EngineStorage) -> ExitCode {
+pub fn main<P: Program + 'static, S: EngineStorage + 'static>(
+    description: &'static Description,
+    program: fn() -> P,
+    storage: fn() -> S,
+) -> ExitCode {
+    let size = size_of::<P>() + size_of::<S>();
+    if size <= SMALL {
+        return start(description, program, storage);
+    }
+    let stack = size.saturating_mul(COPIES).saturating_add(STACK);
+    let thread = thread::Builder::new().name("main".to_owned()).stack_size(stack);
+    match thread.spawn(move || start(description, program, storage)).map(JoinHandle::join) {
+        Ok(Ok(status)) => status,
+        Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        Err(error) => {
+            eprintln!("error: the program needs a stack of {stack} bytes: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The program's own frame: it holds all state and all queues.
+#[inline(never)]
+fn start<P: Program, S: EngineStorage>(
+    description: &'static Description,
+    program: fn() -> P,
+    storage: fn() -> S,
+) -> ExitCode {
     let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
         Ok(Invocation::Run(arguments)) => arguments,
         Ok(Invocation::Help) => {
@@ -38,6 +74,7 @@ pub fn main(description: &'static Description, mut program: impl Program, mut st
         }
     };
     crate::logger::install(description.logging);
+    let (mut program, mut storage) = (program(), storage());
     let tables = program.tables();
     let engine = Engine::new(tables, &mut storage, arguments.settings(description.settings()));
     match run(description, &arguments, &mut program, engine) {

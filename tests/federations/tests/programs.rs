@@ -36,6 +36,14 @@ fn bodies_print_and_log() {
 }
 
 #[test]
+fn values_may_be_larger_than_the_stack_of_a_process() {
+    let finished = Lfz::run("large_arrays", &programs().join("LargeArrays.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.of("sink").filter(|line| line.contains(" bytes of ")).collect();
+    assert_eq!(said, ["1000000 bytes of 1", "1000000 bytes of 2", "1000000 bytes of 3"], "{finished}");
+}
+
+#[test]
 fn the_message_test_receives_everything_in_order() {
     let run = Lfz::run("message_test", Path::new("applications/message_test/src/MessageTest.lf"), &[]);
     let finished = run.finish();

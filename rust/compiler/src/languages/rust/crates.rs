@@ -104,7 +104,7 @@ fn main(job: &Job<'_>, federate: &Federate, generated: &[(File, FileMap)]) -> Re
         #lines
         fn main() -> std::process::ExitCode {
             lf::name_lf_lines(LINES);
-            lf::main(&DESCRIPTION, #owner::new(), Storage::new())
+            lf::main(&DESCRIPTION, #owner::new, Storage::new)
         }
     };
     splices.finish(format!("{}/src/main.rs", job.folder), tokens)
