@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
 use crate::process;
+use crate::zephyr;
 
-/// After how long a program is stopped that does not end by itself.
-const TIME_LIMIT: &str = "60 s";
+/// After how many seconds a program is stopped that does not end by itself.
+const TIME_LIMIT_S: u32 = 60;
 
-/// The exit status of `lfz run` when that time is over.
+/// The exit status of `lfz run`, and of `timeout`, when that time is over.
 const TIMED_OUT: i32 = 124;
 
 /// What the name of a diagnostic begins with that refuses a part of LF.
@@ -28,9 +29,18 @@ enum Verdict {
     Failed(String),
 }
 
-/// Runs all programs below a folder, or those whose paths contain a text; or checks them with
-/// [bodies that are empty](empty_bodies).
-pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, with_empty_bodies: bool) -> ExitCode {
+/// What is done with the programs.
+pub(crate) enum Way<'a> {
+    /// They run on this computer.
+    Run,
+    /// They are checked, with [bodies that are empty](empty_bodies).
+    EmptyBodies,
+    /// They run as images for a board of native_sim.
+    Image(&'a str),
+}
+
+/// Runs or checks all programs below a folder, or those whose paths contain a text.
+pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Way<'_>) -> ExitCode {
     let mut cargo = process::cargo(repository);
     cargo.args(["build", "--release", "--quiet", "--package", "lfz"]);
     if !process::succeeds(&mut cargo) {
@@ -38,7 +48,7 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, with_emp
     }
     let target = process::target_folder(repository);
     let (lfz, output) = (target.join("release/lfz"), target.join("lf-tests"));
-    let programs = match programs(folder, &output, with_empty_bodies) {
+    let programs = match programs(folder, &output, way) {
         Ok(programs) => programs,
         Err(error) => {
             eprintln!("error: {}: {error}", folder.display());
@@ -48,12 +58,19 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, with_emp
     let mut counts = Counts::default();
     for (name, path) in programs.iter().filter(|(name, _)| only.is_none_or(|only| name.contains(only))) {
         let mut command = Command::new(&lfz);
-        if with_empty_bodies {
-            command.arg("check").arg(path);
-        } else {
-            command.args(["run", "--timeout", TIME_LIMIT, "--out"]).arg(output.join(name)).arg(path);
-        }
-        counts.add(name, judge(&mut command));
+        counts.add(
+            name,
+            match way {
+                Way::Run => judge(
+                    command
+                        .args(["run", "--timeout", &format!("{TIME_LIMIT_S} s"), "--out"])
+                        .arg(output.join(name))
+                        .arg(path),
+                ),
+                Way::EmptyBodies => judge(command.arg("check").arg(path)),
+                Way::Image(board) => judge_image(repository, &lfz, board, path, &output.join("image")),
+            },
+        );
     }
     counts.close()
 }
@@ -100,15 +117,15 @@ impl Counts {
     }
 }
 
-/// The programs below a folder, by their paths in it; where bodies are to be empty, copies of them.
-fn programs(folder: &Path, output: &Path, with_empty_bodies: bool) -> io::Result<Vec<(String, PathBuf)>> {
+/// The programs below a folder, by their paths in it: copies of them where they are to be changed.
+fn programs(folder: &Path, output: &Path, way: &Way<'_>) -> io::Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     find(folder, &mut found)?;
     found.sort();
     let mut programs = Vec::new();
     for path in found {
         let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
-        if with_empty_bodies {
+        if matches!(way, Way::EmptyBodies) {
             let copy = output.join("empty-bodies").join(&name);
             copy.parent().map_or(Ok(()), fs::create_dir_all)?;
             fs::write(&copy, empty_bodies(&String::from_utf8_lossy(&fs::read(&path)?)))?;
@@ -171,7 +188,40 @@ fn find(folder: &Path, programs: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// What became of a program that is run or checked so.
+/// What the copy of a program is called that becomes an image: all have one build folder, so that Zephyr is compiled once.
+const COPY: &str = "LfTest";
+
+/// What became of a program that runs as an image.
+///
+/// The copy is beside the program, where its imports are found, and is removed again.
+fn judge_image(repository: &Path, lfz: &Path, board: &str, program: &Path, output: &Path) -> Verdict {
+    let copy = program.with_file_name(format!("{COPY}.lf"));
+    let written = fs::read_to_string(program).and_then(|text| fs::write(&copy, without_main_name(&text)));
+    if let Err(error) = written {
+        return Verdict::Failed(format!("{} cannot be written: {error}", copy.display()));
+    }
+    let mut build = zephyr::command_in_workspace(repository, Path::new("python3"));
+    build.arg(repository.join("scripts/lf")).arg("lf-build").arg(&copy).env("LFZ", lfz);
+    let verdict = judge(build.args(["-w", &format!("-b {board}"), "--build-dir"]).arg(output));
+    let removed = fs::remove_file(&copy);
+    match (verdict, removed) {
+        (Verdict::Passed, Ok(())) => {
+            let image = output.join("zephyr").join(COPY).join(COPY).join("zephyr/zephyr.exe");
+            judge(Command::new("timeout").arg(TIME_LIMIT_S.to_string()).arg(image))
+        }
+        (Verdict::Passed, Err(error)) => Verdict::Failed(format!("{}: {error}", copy.display())),
+        (verdict, _) => verdict,
+    }
+}
+
+/// A main reactor may only be called like its file.
+fn without_main_name(program: &str) -> String {
+    let Some((before, after)) = program.split_once("main reactor") else { return program.to_owned() };
+    let name = after.trim_start().find(|character: char| !(character.is_alphanumeric() || character == '_'));
+    format!("{before}main reactor {}", &after.trim_start()[name.unwrap_or(0)..])
+}
+
+/// What became of a program that is run, built or checked so.
 fn judge(command: &mut Command) -> Verdict {
     let result = match command.stdin(Stdio::null()).output() {
         Ok(result) => result,
@@ -190,7 +240,7 @@ fn judge(command: &mut Command) -> Verdict {
         return Verdict::Refused(reason.to_owned());
     }
     Verdict::Failed(match result.status.code() {
-        Some(TIMED_OUT) => format!("does not end within {TIME_LIMIT}"),
+        Some(TIMED_OUT) => format!("does not end within {TIME_LIMIT_S} s"),
         _ => errors().chain(said.lines().filter(|line| line.contains("panicked"))).next().unwrap_or("").to_owned(),
     })
 }

@@ -77,6 +77,9 @@ enum Command {
         /// own language alone.
         #[arg(long)]
         empty_bodies: bool,
+        /// Run them as Zephyr images for this board of native_sim, one after the other.
+        #[arg(long, value_name = "BOARD", conflicts_with = "empty_bodies")]
+        board: Option<String>,
     },
     /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
     #[command(disable_help_flag = true)]
@@ -124,8 +127,13 @@ fn main() -> ExitCode {
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless => bless::run(&repository),
-        Command::LfTests { folder, only, empty_bodies } => {
-            lf_tests::run(&repository, &folder, only.as_deref(), empty_bodies)
+        Command::LfTests { folder, only, empty_bodies, board } => {
+            let way = match &board {
+                Some(board) => lf_tests::Way::Image(board),
+                None if empty_bodies => lf_tests::Way::EmptyBodies,
+                None => lf_tests::Way::Run,
+            };
+            lf_tests::run(&repository, &folder, only.as_deref(), &way)
         }
         Command::Evaluate { arguments } => evaluate::run(&repository, &arguments),
     }
