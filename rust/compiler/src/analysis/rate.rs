@@ -37,7 +37,10 @@ impl Rate {
     const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false, modes: BTreeSet::new() };
 
     fn one(stream: Stream, mode: Option<usize>) -> Self {
-        Rate { streams: vec![stream], complete: true, modes: BTreeSet::from([mode]) }
+        // What happens once in all is no distance.
+        let counts = stream.is_some() || mode.is_some();
+        let modes = counts.then_some(mode).into_iter().collect();
+        Rate { streams: vec![stream], complete: true, modes }
     }
 
     fn add(&mut self, other: Rate) {
