@@ -200,26 +200,26 @@ pub(crate) fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: 
 
 /// What the engine does for modes. The tables lead here, so that a program without modes does not carry it.
 pub(crate) struct Hooks {
-    /// At the start: the initial modes are active, and the timers of all others wait.
-    pub(crate) start: fn(&mut Change<'_>, Instant),
-    /// When a tag is complete: carries out what its reactions have asked for.
-    pub(crate) change: fn(&mut Change<'_>, &mut dyn ModeCells),
-    /// At the next microstep: triggers the startup and reset reactions of what has been entered.
-    pub(crate) enter: fn(&mut Change<'_>),
+    /// A moment at which modes change.
+    pub(crate) at: fn(&mut Change<'_>, Moment<'_>),
     /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
     pub(crate) runs: fn(&Modes, &[ModeState], ReactionId, bool) -> bool,
     /// Whether a trigger is in no mode, or in an active one.
     pub(crate) is_active: fn(&Modes, &[ModeState], TriggerId) -> bool,
 }
 
+/// When something becomes of modes.
+pub(crate) enum Moment<'a> {
+    /// The start: the initial modes are active, and the timers of all others wait.
+    Start(Instant),
+    /// A tag is complete: what its reactions have asked for is carried out.
+    Complete(&'a mut dyn ModeCells),
+    /// The next microstep: startup and reset reactions of what has been entered are triggered.
+    Entry,
+}
+
 impl Hooks {
-    const ALL: Self = Self {
-        start: |change, start| change.start(start),
-        change: |change, cells| change.change(cells),
-        enter: |change| change.enter(),
-        runs,
-        is_active,
-    };
+    const ALL: Self = Self { at: |change, moment| change.at(moment), runs, is_active };
 }
 
 /// Shutdown reactions also run in modes that are not active any more.
@@ -254,6 +254,14 @@ impl Change<'_> {
 
     fn is_within(&self, parent: Option<ModeId>) -> bool {
         parent.is_none_or(|parent| self.has(parent, ModeState::ACTIVE))
+    }
+
+    fn at(&mut self, moment: Moment<'_>) {
+        match moment {
+            Moment::Start(start) => self.start(start),
+            Moment::Complete(cells) => self.change(cells),
+            Moment::Entry => self.enter(),
+        }
     }
 
     fn start(&mut self, start: Instant) {

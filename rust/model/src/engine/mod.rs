@@ -13,7 +13,7 @@ use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
-use crate::modes::ModeState;
+use crate::modes::{ModeState, Moment};
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
@@ -179,9 +179,7 @@ impl<'s> Engine<'s> {
                 _ => {}
             }
         }
-        if let Some(modes) = self.tables.modes {
-            (modes.hooks.start)(&mut self.change(modes), start);
-        }
+        self.modes_at(Moment::Start(start));
     }
 
     /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never put off.

@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::bits::Bits;
 use crate::events::Events;
-use crate::modes::{Change, Modes};
+use crate::modes::{Change, Moment};
 use crate::tables::{ReactionId, TriggerId};
 
 impl Engine<'_> {
@@ -16,14 +16,18 @@ impl Engine<'_> {
         self.tables.modes.is_none_or(|modes| (modes.hooks.is_active)(modes, self.modes, trigger))
     }
 
-    pub(super) fn change(&mut self, modes: &'static Modes) -> Change<'_> {
-        Change {
+    /// Something becomes of the modes, if there are any.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    pub(super) fn modes_at(&mut self, moment: Moment<'_>) {
+        let Some(modes) = self.tables.modes else { return };
+        let mut change = Change {
             modes,
             current: self.state.current,
             states: self.modes,
             held: self.held,
             events: Events { next: self.events.next, winners: self.events.winners },
             ready: Bits(self.ready.0),
-        }
+        };
+        (modes.hooks.at)(&mut change, moment);
     }
 }

@@ -6,6 +6,7 @@ use crate::context::ReactionContext;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
+use crate::modes::Moment;
 use crate::program::Program;
 use crate::queue::Full;
 use crate::state::{Phase, Tardy};
@@ -98,9 +99,7 @@ impl Engine<'_> {
             TriggerKind::Startup | TriggerKind::Shutdown => {}
             TriggerKind::Reset => {
                 self.events.set(id, None);
-                if let Some(modes) = self.tables.modes {
-                    (modes.hooks.enter)(&mut self.change(modes));
-                }
+                self.modes_at(Moment::Entry);
                 return;
             }
             TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
@@ -208,10 +207,8 @@ impl Engine<'_> {
         self.tardy.clear();
         let over = self.state.error.is_some() || self.state.current >= self.state.stop;
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
-        if let Some(modes) = self.tables.modes.filter(|_| !over)
-            && let Some(cells) = program.modes()
-        {
-            (modes.hooks.change)(&mut self.change(modes), cells);
+        if let Some(cells) = program.modes().filter(|_| !over) {
+            self.modes_at(Moment::Complete(cells));
         }
     }
 
