@@ -33,15 +33,30 @@ pub(crate) struct Instance {
     pub(crate) children: Vec<Vec<usize>>,
     /// Per port of the class: how many channels it has; nothing for one that is no multiport.
     pub(crate) widths: Vec<Option<usize>>,
+    /// The innermost mode that it is in, by its position in the tree's modes.
+    pub(crate) mode: Option<usize>,
+    /// The position of the first of its own modes.
+    first_mode: usize,
     /// The parameters that are known, in the order of the class; times in nanoseconds.
     numbers: Vec<Option<i64>>,
     pub(crate) span: Span,
+}
+
+/// A mode of an instance.
+#[derive(Debug)]
+pub(crate) struct Mode {
+    pub(crate) instance: usize,
+    /// Its position in the class.
+    pub(crate) declared: usize,
+    pub(crate) initial: bool,
 }
 
 /// All instances, containers before what they contain, in order of declaration. The first is the main reactor.
 #[derive(Debug)]
 pub(crate) struct Tree {
     pub(crate) instances: Vec<Instance>,
+    /// The modes of all instances, in their order.
+    pub(crate) modes: Vec<Mode>,
 }
 
 /// What is to be added to the tree.
@@ -59,7 +74,7 @@ pub(crate) fn build(
     language: &'static dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> Option<Tree> {
-    let mut work = Builder { classes, language, diagnostics, tree: Tree { instances: Vec::new() } };
+    let mut work = Builder { classes, language, diagnostics, tree: Tree { instances: Vec::new(), modes: Vec::new() } };
     // What is to be added next stands last.
     let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
     while let Some(next) = open.pop() {
@@ -71,6 +86,9 @@ pub(crate) fn build(
         let (position, class) = (work.tree.instances.len(), next.class);
         let instance = work.instance(&next);
         work.tree.instances.push(instance);
+        let modes = classes[class.0].ast.body.modes.iter().enumerate();
+        let modes = modes.map(|(declared, mode)| Mode { instance: position, declared, initial: mode.initial });
+        work.tree.modes.extend(modes);
         if let (Some(parent), Some(child)) = (next.parent, next.child) {
             work.tree.instances[parent].children[child].push(position);
         }
@@ -144,6 +162,8 @@ impl Builder<'_> {
             bank_index: next.bank_index,
             children: vec![Vec::new(); declared.children.len()],
             widths: Vec::new(),
+            mode: next.parent.and_then(|parent| self.tree.mode_of(parent, child.and_then(|child| child.ast.mode))),
+            first_mode: self.tree.modes.len(),
             numbers,
             span,
         };
@@ -200,6 +220,23 @@ fn as_number(index: usize) -> i64 {
 }
 
 impl Tree {
+    /// The innermost mode that something in an instance is in, which is declared in one of its modes or in none.
+    pub(crate) fn mode_of(&self, instance: usize, declared: Option<usize>) -> Option<usize> {
+        let instance = &self.instances[instance];
+        declared.map_or(instance.mode, |mode| Some(instance.first_mode + mode))
+    }
+
+    /// A mode and those that contain it, from the inside.
+    pub(crate) fn modes_around(&self, mode: Option<usize>) -> impl Iterator<Item = usize> {
+        core::iter::successors(mode, |mode| self.instances[self.modes[*mode].instance].mode)
+    }
+
+    /// Whether what is in the one mode and what is in the other one are never active at the same time.
+    pub(crate) fn exclude(&self, one: Option<usize>, other: Option<usize>) -> bool {
+        let apart = |one: usize, other: usize| one != other && self.modes[one].instance == self.modes[other].instance;
+        self.modes_around(one).any(|one| self.modes_around(other).any(|other| apart(one, other)))
+    }
+
     /// The nanoseconds of a parameter of an instance, if they are known.
     pub(crate) fn parameter(&self, instance: usize, parameter: usize) -> Option<i64> {
         self.instances[instance].numbers.get(parameter).copied().flatten()

@@ -6,7 +6,7 @@
 //! of them.
 
 use lf_model::time::Interval;
-use lf_model::{ActionTiming, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
+use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
 
 use crate::plan::{self, Federate, Plan, SpacingPolicy, Type};
 
@@ -25,10 +25,38 @@ pub struct Tables<'p> {
     pub inputs: Vec<InputRow<'p>>,
     /// The reactions that tell absence: they run at every tag.
     pub absence: Vec<ReactionId>,
+    /// The modes, those of a container before those of what it contains.
+    pub modes: Vec<ModeRow<'p>>,
     /// The federates that send to this one, each with the least delay in nanoseconds; `None` without `after`.
     pub upstream: Vec<(u16, Option<i64>)>,
     /// The wire ports of which reactions wait until it is known what comes there, each with the least of their levels.
     pub awaited: Vec<(u16, u16)>,
+}
+
+/// A mode of an instance.
+#[derive(Clone, Debug)]
+pub struct ModeRow<'p> {
+    /// For people.
+    pub name: &'p str,
+    /// The instance that it belongs to.
+    pub instance: u16,
+    /// The innermost mode that the instance is in.
+    pub parent: Option<ModeId>,
+    /// Whether the instance begins in it.
+    pub initial: bool,
+}
+
+/// What a change of modes triggers.
+#[derive(Clone, Copy, Debug)]
+pub struct ModeEvents<'t> {
+    /// The trigger that has an event where a mode is entered.
+    pub entry: TriggerId,
+    /// The reactions to `startup`.
+    pub startup: &'t [ReactionId],
+    /// The reactions to `reset`.
+    pub reset: &'t [ReactionId],
+    /// The reactions to `shutdown`.
+    pub shutdown: &'t [ReactionId],
 }
 
 /// A reaction.
@@ -42,6 +70,8 @@ pub struct ReactionRow<'p> {
     pub deadline: Option<Interval>,
     /// Whether it says what to do with tardy inputs.
     pub tardy: bool,
+    /// The innermost mode that it is in.
+    pub mode: Option<ModeId>,
     /// What it runs.
     pub kind: ReactionKind,
 }
@@ -55,6 +85,8 @@ pub struct TriggerRow<'p> {
     pub kind: TriggerKind,
     /// The reactions that it triggers directly.
     pub reactions: Vec<ReactionId>,
+    /// The innermost mode that it is in.
+    pub mode: Option<ModeId>,
     /// The memory for its events.
     pub cell: Cell,
     /// How many pending events it can hold.
@@ -66,7 +98,7 @@ pub struct TriggerRow<'p> {
 /// The memory for the events of a trigger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cell {
-    /// None: startup and shutdown.
+    /// None: startup, shutdown and reset.
     None,
     /// A timer.
     Timer,
@@ -169,8 +201,9 @@ impl<'p> Tables<'p> {
             level: reaction.level,
             deadline: interval(reaction.deadline_ns),
             tardy: plan.tardy(federate, reaction).is_some(),
+            mode: mode_id(reaction.mode),
             kind: match &reaction.kind {
-                plan::ReactionKind::Body { .. } => ReactionKind::Body,
+                plan::ReactionKind::Body { .. } | plan::ReactionKind::Copy { .. } => ReactionKind::Body,
                 plan::ReactionKind::Send(output) => ReactionKind::Send(lf_model::OutputId(id(output.0))),
             },
         });
@@ -180,10 +213,36 @@ impl<'p> Tables<'p> {
             ports,
             outputs: federate.outputs.iter().map(output_row).collect(),
             absence: reaction_ids(&federate.absence()),
+            modes: federate.modes.iter().map(mode_row).collect(),
             upstream: federate.upstream.iter().map(|upstream| (upstream.federate, upstream.delay_ns)).collect(),
             awaited: awaited.collect(),
             triggers,
             inputs,
+        }
+    }
+
+    /// The triggers in modes.
+    pub fn mode_triggers(&self) -> Vec<ModeTrigger> {
+        let of = |(id, row): (u16, &TriggerRow<'_>)| {
+            let offset = match row.kind {
+                TriggerKind::Timer { offset, .. } => Some(offset),
+                _ => None,
+            };
+            Some(ModeTrigger { trigger: TriggerId(id), mode: row.mode?, offset })
+        };
+        (0..).zip(&self.triggers).filter_map(of).collect()
+    }
+
+    /// What a change of modes triggers.
+    pub fn mode_events(&self) -> ModeEvents<'_> {
+        let position = |kind| self.triggers.iter().position(|trigger| trigger.kind == kind);
+        let reactions = |kind| position(kind).map_or(&[][..], |trigger| &self.triggers[trigger].reactions);
+        ModeEvents {
+            // A federate with modes has this trigger.
+            entry: TriggerId(id(position(TriggerKind::Reset).unwrap_or_default())),
+            startup: reactions(TriggerKind::Startup),
+            reset: reactions(TriggerKind::Reset),
+            shutdown: reactions(TriggerKind::Shutdown),
         }
     }
 
@@ -196,7 +255,7 @@ impl<'p> Tables<'p> {
 fn trigger_row<'p>(trigger: &'p plan::Trigger, inputs: &[InputRow<'p>]) -> TriggerRow<'p> {
     let kind = trigger_kind(&trigger.kind);
     let (cell, captures) = match &trigger.kind {
-        plan::TriggerKind::Startup | plan::TriggerKind::Shutdown => (Cell::None, None),
+        plan::TriggerKind::Startup | plan::TriggerKind::Shutdown | plan::TriggerKind::Reset => (Cell::None, None),
         plan::TriggerKind::Timer { .. } => (Cell::Timer, None),
         plan::TriggerKind::Action { physical: false, .. } => (Cell::Logical, None),
         plan::TriggerKind::Action { physical: true, .. } => (Cell::Physical, None),
@@ -210,13 +269,15 @@ fn trigger_row<'p>(trigger: &'p plan::Trigger, inputs: &[InputRow<'p>]) -> Trigg
         }
     };
     let reactions = reaction_ids(&trigger.reactions);
-    TriggerRow { name: &trigger.path, kind, reactions, cell, capacity: trigger.capacity, captures }
+    let mode = mode_id(trigger.mode);
+    TriggerRow { name: &trigger.path, kind, reactions, mode, cell, capacity: trigger.capacity, captures }
 }
 
 fn trigger_kind(kind: &plan::TriggerKind) -> TriggerKind {
     match kind {
         plan::TriggerKind::Startup => TriggerKind::Startup,
         plan::TriggerKind::Shutdown => TriggerKind::Shutdown,
+        plan::TriggerKind::Reset => TriggerKind::Reset,
         plan::TriggerKind::Timer { offset_ns, period_ns, .. } => TriggerKind::Timer {
             offset: Interval::from_nanos(*offset_ns),
             period: Interval::from_nanos(period_ns.unwrap_or(0)),
@@ -240,6 +301,15 @@ fn trigger_kind(kind: &plan::TriggerKind) -> TriggerKind {
         }
         plan::TriggerKind::NetworkInput { fills, .. } => TriggerKind::NetworkInput { fills: port_id(*fills) },
     }
+}
+
+fn mode_row(mode: &plan::Mode) -> ModeRow<'_> {
+    let (instance, parent) = (id(mode.instance.0), mode_id(mode.parent));
+    ModeRow { name: &mode.path, instance, parent, initial: mode.initial }
+}
+
+fn mode_id(mode: Option<plan::ModeIndex>) -> Option<ModeId> {
+    mode.map(|mode| ModeId(id(mode.0)))
 }
 
 fn output_row(output: &plan::NetworkOutput) -> OutputRow<'_> {
@@ -284,7 +354,7 @@ fn readers(federate: &Federate, port: plan::PortIndex) -> Vec<ReactionId> {
     let triggered = &federate.ports[port.0].reactions;
     let reads = |reaction: &plan::ScheduledReaction| match &reaction.kind {
         plan::ReactionKind::Body { arguments, .. } => arguments.iter().any(|argument| argument.ports().contains(&port)),
-        plan::ReactionKind::Send(_) => false,
+        plan::ReactionKind::Send(_) | plan::ReactionKind::Copy { .. } => false,
     };
     let all = federate.reactions.iter().enumerate().filter(|(_, reaction)| reads(reaction));
     let readers = all.filter(|(index, _)| !triggered.contains(&plan::ReactionIndex(*index)));

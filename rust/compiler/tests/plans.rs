@@ -115,3 +115,13 @@ fn each_member_of_a_bank_in_a_federated_reactor_is_a_federate() {
 fn reactors_have_what_they_inherit_and_types_in_place_of_type_parameters() {
     check("inherited");
 }
+
+#[test]
+fn what_is_in_a_mode_says_so_and_connections_out_of_it_copy() {
+    check("modes");
+}
+
+#[test]
+fn the_time_of_a_mode_that_is_never_reset_is_never_ahead() {
+    check("mode_capacities");
+}

@@ -59,6 +59,13 @@ fn check_reactions(plan: &Plan, federate: &Federate) {
                 assert!(written[source].is_none_or(|writer| writer < reaction.level));
                 assert!(federate.ports[source].reactions.iter().any(|it| it.0 == position));
             }
+            ReactionKind::Copy { from, to } => {
+                assert!(written[from.0].is_none_or(|writer| writer < reaction.level));
+                written[to.0] = written[to.0].max(Some(reaction.level));
+                assert!(federate.ports[from.0].reactions.iter().any(|it| it.0 == position));
+            }
+            // Those in different modes need no order.
+            ReactionKind::Body { .. } if reaction.mode.is_some() => {}
             ReactionKind::Body { instance, reaction: number, arguments } => {
                 let class = plan.class(&federate.instances[instance.0]);
                 let declared = &class.reactions[number - 1];

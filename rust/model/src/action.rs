@@ -4,7 +4,8 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, schedule_by_view};
+use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, mode_by_view, schedule_by_view};
+use crate::modes::ModeCell;
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::{ActionTiming, Policy, TriggerId};
 use crate::time::{Instant, Tag};
@@ -192,8 +193,24 @@ impl<T> TriggerCell for LogicalAction<T> {
     }
 }
 
+impl<T> ModeCell for LogicalAction<T> {
+    fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+        // The spacing of events is one of the mode's own time.
+        for tag in [&mut self.last, &mut self.before, &mut self.happened].into_iter().flatten() {
+            *tag = tag.moved(from, to);
+        }
+        self.queue.shift(from, to);
+        self.queue.first_tag()
+    }
+    fn discard(&mut self) {
+        (self.last, self.before, self.happened) = (None, None, None);
+        self.queue.clear();
+    }
+}
+
 schedule_by_view!(LogicalActionQueue, LogicalAction, T);
 cell_by_view!(LogicalActionQueue, LogicalAction, T);
+mode_by_view!(LogicalActionQueue, LogicalAction, T);
 
 /// The tag at which a physical event at `time` is meant to happen: never before the start.
 pub(crate) fn physical_tag(time: Instant, timing: &ActionTiming, start: Instant) -> Tag {

@@ -136,6 +136,24 @@ macro_rules! cell_by_view {
 }
 pub(crate) use cell_by_view;
 
+/// Implements [`ModeCell`](crate::ModeCell) in the same way.
+macro_rules! mode_by_view {
+    ($owned:ident, $view:ident, T $($bound:tt)*) => {
+        impl<T $($bound)*, const N: usize> ModeCell for $owned<T, N> {
+            fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+                ModeCell::shift(self as &mut $view<T>, from, to)
+            }
+            fn discard(&mut self) {
+                ModeCell::discard(self as &mut $view<T>);
+            }
+            fn forget(&mut self) {
+                ModeCell::forget(self as &mut $view<T>);
+            }
+        }
+    };
+}
+pub(crate) use mode_by_view;
+
 /// The tags between which an event can be scheduled.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {

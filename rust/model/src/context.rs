@@ -7,6 +7,7 @@ use crate::cell::{Moment, Readable, Schedulable};
 use crate::env::Env;
 use crate::error::{ModelError, ScheduleError};
 use crate::events::Events;
+use crate::modes::{ModeState, Transition, request};
 use crate::physical::{PhysicalActionRef, PhysicalLink};
 use crate::port::Port;
 use crate::queue::Full;
@@ -26,6 +27,7 @@ pub struct ReactionContext<'a> {
     pub(crate) tardy: Tardy<'a>,
     /// What this reaction triggers is tardy too.
     pub(crate) inherits_tardy: bool,
+    pub(crate) modes: &'a mut [ModeState],
     pub(crate) env: &'a mut (dyn Env + 'a),
 }
 
@@ -74,6 +76,12 @@ impl ReactionContext<'_> {
         if self.inherits_tardy {
             self.tardy.mark(self.tables.ports[usize::from(port.id.0)].reactions);
         }
+    }
+
+    /// Sets a port to the value of another one, if that has one: a connection in a mode.
+    #[doc(hidden)]
+    pub fn copy<T: Clone>(&mut self, from: &Port<T>, to: &mut Port<T>) {
+        self.set_opt(to, from.value.clone());
     }
 
     /// Sets a port if there is a value.
@@ -128,6 +136,16 @@ impl ReactionContext<'_> {
         offset: Offset,
     ) -> Result<(), ScheduleError> {
         action.post(self.env.outside(), value, offset)
+    }
+
+    /// Changes the mode of the reactor from the next microstep on. The last mode that is set at a tag counts.
+    ///
+    /// A mode is known in the bodies of those reactions that have it among their effects: `-> Two` or `-> reset(Two)`,
+    /// or `-> history(Two)`.
+    pub fn set_mode(&mut self, mode: Transition) {
+        if let Some(modes) = self.tables.modes {
+            request(modes.modes, self.modes, mode);
+        }
     }
 
     /// Asks the program to stop: at the next microstep, or later by `offset`. In a federation all federates stop at

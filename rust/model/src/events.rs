@@ -3,7 +3,7 @@
 //!
 //! A trigger keeps its own pending values in order of tag, so one tag per trigger is all there is to order, and this
 //! queue cannot be full. Finding the earliest takes no time, changing one trigger's tag O(log triggers).
-use crate::tables::TriggerId;
+use crate::ids::TriggerId;
 use crate::time::Tag;
 
 #[derive(Debug)]

@@ -32,7 +32,9 @@ mod engine;
 mod env;
 mod error;
 mod events;
+mod ids;
 mod macros;
+mod modes;
 mod multiport;
 mod outside;
 mod payload;
@@ -53,9 +55,11 @@ pub use context::ReactionContext;
 pub use engine::{Delivery, Engine, Progress};
 pub use env::{Env, Outgoing, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
+pub use ids::{InputId, ModeId, OutputId, PortId, ReactionId, TriggerId};
 pub use lf_derive::Payload;
 #[doc(hidden)]
 pub use macros::__private;
+pub use modes::{ModeCell, ModeCells, ModeEvents, ModeInfo, ModeTrigger, Modes, Transition};
 pub use multiport::{Multiport, MultiportMut};
 pub use outside::{Mailbox, Outside};
 #[cfg(feature = "postcard")]
@@ -72,8 +76,8 @@ pub use queue::{Event, Full, Owned, View};
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
 pub use tables::{
-    ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, Policy, PortId, PortInfo, ReactionId, ReactionInfo,
-    ReactionKind, Tables, TriggerId, TriggerInfo, TriggerKind, words,
+    ActionTiming, NetworkInput, NetworkOutput, Policy, PortInfo, ReactionInfo, ReactionKind, Tables, TriggerInfo,
+    TriggerKind, words,
 };
 pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};

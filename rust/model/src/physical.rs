@@ -18,8 +18,9 @@ use heapless::Deque;
 use heapless::vec::VecStorage;
 
 use crate::action::{LogicalAction, LogicalActionQueue, physical_tag};
-use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, schedule_by_view};
+use crate::cell::{Bounds, Moment, Readable, Schedulable, TriggerCell, cell_by_view, mode_by_view, schedule_by_view};
 use crate::error::ScheduleError;
+use crate::modes::ModeCell;
 use crate::outside::Outside;
 use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
@@ -187,8 +188,21 @@ impl<T> TriggerCell for PhysicalAction<T> {
     }
 }
 
+impl<T> ModeCell for PhysicalAction<T> {
+    fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+        self.action.shift(from, to)
+    }
+    fn discard(&mut self) {
+        self.action.discard();
+    }
+    fn forget(&mut self) {
+        while self.handle.inbox.take().is_some() {}
+    }
+}
+
 schedule_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 cell_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
+mode_by_view!(PhysicalActionQueue, PhysicalAction, T: 'static);
 
 /// What a physical thread has of the program that started it: it can schedule physical actions and ask to stop.
 ///

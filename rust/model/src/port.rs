@@ -4,7 +4,8 @@ use core::fmt;
 
 use heapless::vec::VecStorage;
 
-use crate::cell::{PortCell, Readable, TriggerCell, Undelivered, cell_by_view};
+use crate::cell::{PortCell, Readable, TriggerCell, Undelivered, cell_by_view, mode_by_view};
+use crate::modes::ModeCell;
 use crate::payload::{Native, Payload, PayloadError, Serializer};
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
@@ -130,6 +131,17 @@ impl<T, const N: usize> QueuedPort<T, N> {
 }
 
 cell_by_view!(QueuedPort, QueuedPortInner, T);
+mode_by_view!(QueuedPort, QueuedPortInner, T);
+
+impl<T> ModeCell for QueuedPortInner<T> {
+    fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+        self.queue.shift(from, to);
+        self.queue.first_tag()
+    }
+    fn discard(&mut self) {
+        self.queue.clear();
+    }
+}
 
 impl<T> QueuedPortInner<T> {
     fn take<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {

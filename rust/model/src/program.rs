@@ -2,6 +2,7 @@
 //! The side of the engine on which the generated program is.
 use crate::cell::{Placed, PortCell, TriggerCell, Undelivered};
 use crate::context::ReactionContext;
+use crate::modes::ModeCells;
 use crate::payload::PayloadError;
 use crate::queue::Full;
 use crate::tables::{InputId, OutputId, PortId, ReactionId, Tables, TriggerId};
@@ -31,6 +32,11 @@ pub trait Program {
 
     /// The trigger, to move its event's value to where reactions see it. Startup and shutdown have no cell.
     fn trigger(&mut self, _trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
+        None
+    }
+
+    /// What is in modes; nothing in a program without any.
+    fn modes(&mut self) -> Option<&mut dyn ModeCells> {
         None
     }
 

@@ -79,6 +79,15 @@ impl<T> Queue<T> {
         self.0.retain(|event| event.tag != tag);
     }
 
+    /// Moves all events: they are as far from `to` as they were from `from`.
+    pub(crate) fn shift(&mut self, from: Tag, to: Tag) {
+        self.0.iter_mut().for_each(|event| event.tag = event.tag.moved(from, to));
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
     /// Takes the earliest event, if it is at `tag` or before.
     pub(crate) fn pop_until(&mut self, tag: Tag) -> Option<T> {
         self.0.pop_front_if(|event| event.tag <= tag).map(|event| event.value)

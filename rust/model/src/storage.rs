@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory that an engine borrows, of the size that its program's tables need.
+use crate::modes::ModeState;
 use crate::state::Last;
 use crate::time::Tag;
 
@@ -20,6 +21,8 @@ pub struct StorageParts<'s> {
     pub(crate) tardy: &'s mut [u32],
     pub(crate) intended: &'s mut [Tag],
     pub(crate) last: &'s mut [Last],
+    pub(crate) modes: &'s mut [ModeState],
+    pub(crate) held: &'s mut [Tag],
 }
 
 /// The memory of an engine. [`storage_for!`](crate::storage_for) gives the type for a program's tables.
@@ -31,6 +34,8 @@ pub struct Storage<
     const PORT_WORDS: usize,
     const TARDY_WORDS: usize = 0,
     const TARDY_INPUTS: usize = 0,
+    const MODES: usize = 0,
+    const HELD: usize = 0,
 > {
     next: [Tag; TRIGGERS],
     winners: [u16; TRIGGERS],
@@ -40,6 +45,8 @@ pub struct Storage<
     tardy: [u32; TARDY_WORDS],
     intended: [Tag; TARDY_INPUTS],
     last: [Last; TARDY_INPUTS],
+    modes: [ModeState; MODES],
+    held: [Tag; HELD],
 }
 
 impl<
@@ -49,7 +56,9 @@ impl<
     const PORT_WORDS: usize,
     const TARDY_WORDS: usize,
     const TARDY_INPUTS: usize,
-> Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
+    const MODES: usize,
+    const HELD: usize,
+> Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
 {
     /// Empty storage.
     ///
@@ -66,6 +75,8 @@ impl<
             tardy: [0; TARDY_WORDS],
             intended: [Tag::NEVER; TARDY_INPUTS],
             last: [Last::NONE; TARDY_INPUTS],
+            modes: [ModeState::NONE; MODES],
+            held: [Tag::FOREVER; HELD],
         }
     }
 }
@@ -77,7 +88,9 @@ impl<
     const PORT_WORDS: usize,
     const TARDY_WORDS: usize,
     const TARDY_INPUTS: usize,
-> Default for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
+    const MODES: usize,
+    const HELD: usize,
+> Default for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
 {
     fn default() -> Self {
         Self::new()
@@ -91,7 +104,10 @@ impl<
     const PORT_WORDS: usize,
     const TARDY_WORDS: usize,
     const TARDY_INPUTS: usize,
-> EngineStorage for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS>
+    const MODES: usize,
+    const HELD: usize,
+> EngineStorage
+    for Storage<TRIGGERS, TRIGGER_WORDS, REACTION_WORDS, PORT_WORDS, TARDY_WORDS, TARDY_INPUTS, MODES, HELD>
 {
     fn parts(&mut self) -> StorageParts<'_> {
         StorageParts {
@@ -103,6 +119,8 @@ impl<
             tardy: &mut self.tardy,
             intended: &mut self.intended,
             last: &mut self.last,
+            modes: &mut self.modes,
+            held: &mut self.held,
         }
     }
 }
@@ -118,6 +136,8 @@ macro_rules! storage_for {
             { $crate::words($tables.ports.len()) },
             { $crate::words($tables.tardy_reactions()) },
             { $tables.tardy_inputs() },
+            { $tables.mode_count() },
+            { $tables.held_triggers() },
         >
     };
 }

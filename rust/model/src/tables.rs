@@ -3,27 +3,9 @@
 //!
 //! The generator writes one `const TABLES: Tables` per federate, and `const _: () = TABLES.check();` beside it, so
 //! that a table that contradicts itself does not compile. The engine then trusts the tables.
+pub(crate) use crate::ids::{InputId, OutputId, PortId, ReactionId, TriggerId};
+use crate::modes::Modes;
 use crate::time::Interval;
-
-/// A reaction: its index in [`Tables::reactions`], which is also its place in the order of execution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct ReactionId(pub u16);
-
-/// A trigger: its index in [`Tables::triggers`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TriggerId(pub u16);
-
-/// A port that stores a value: its index in [`Tables::ports`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct PortId(pub u16);
-
-/// A connection to another federate: its index in [`Tables::outputs`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct OutputId(pub u16);
-
-/// A connection from another federate: its index in [`Tables::inputs`], which is its port number on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct InputId(pub u16);
 
 /// Everything about a program that does not change while it runs.
 #[derive(Clone, Copy, Debug)]
@@ -40,12 +22,14 @@ pub struct Tables {
     pub inputs: &'static [NetworkInput],
     /// The reactions that send outputs with [`NetworkOutput::tells_absence`]: they run at every tag.
     pub absence: &'static [ReactionId],
+    /// The modes, and what is in them, where there are any.
+    pub modes: Option<&'static Modes>,
 }
 
 impl Tables {
     /// Those of a program without anything, for what generated ones leave out.
     pub const DEFAULT: Self =
-        Self { reactions: &[], triggers: &[], ports: &[], outputs: &[], inputs: &[], absence: &[] };
+        Self { reactions: &[], triggers: &[], ports: &[], outputs: &[], inputs: &[], absence: &[], modes: None };
 }
 
 /// A reaction in its place in the order of execution.
@@ -95,6 +79,9 @@ pub enum TriggerKind {
     Startup,
     /// Once, at the last tag.
     Shutdown,
+    /// When a mode is entered: its reactions are those that `reset` triggers. A program with modes has one, which also
+    /// triggers startup reactions in modes that are not active from the start.
+    Reset,
     /// At the start plus `offset`, then every `period`; a period of zero means once.
     Timer {
         /// From the start to the first event.
@@ -290,6 +277,22 @@ impl Tables {
         if self.tardy_inputs() == 0 { 0 } else { self.reactions.len() }
     }
 
+    /// How many modes the engine has to know the state of.
+    pub const fn mode_count(&self) -> usize {
+        match self.modes {
+            Some(modes) => modes.modes.len(),
+            None => 0,
+        }
+    }
+
+    /// For how many triggers the engine has to remember an event while they are not active: those in modes.
+    pub const fn held_triggers(&self) -> usize {
+        match self.modes {
+            Some(modes) => modes.triggers.len(),
+            None => 0,
+        }
+    }
+
     /// Checks that ids are in range, levels rise with the order of execution, and the parts agree with each other.
     ///
     /// # Panics
@@ -302,6 +305,9 @@ impl Tables {
         self.check_triggers();
         self.check_ports();
         self.check_network();
+        if let Some(modes) = self.modes {
+            modes.check(self.reactions.len(), self.triggers.len());
+        }
     }
 
     const fn check_reactions(&self) {

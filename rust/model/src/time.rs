@@ -214,6 +214,15 @@ impl Tag {
         }
     }
 
+    /// The tag that is as far from `to` as this one is from `from`: as many nanoseconds, and at that instant itself as
+    /// many microsteps. NEVER and FOREVER stay what they are.
+    #[must_use]
+    pub(crate) fn moved(self, from: Self, to: Self) -> Self {
+        let microsteps = |steps: Microstep| to.microstep.0.saturating_add(steps.0).saturating_sub(from.microstep.0);
+        let microstep = if self.time == from.time { Microstep(microsteps(self.microstep)) } else { self.microstep };
+        if self.is_finite() { Self { time: to.time + self.time.since(from.time), microstep } } else { self }
+    }
+
     /// Whether a program can reach this tag: its time is neither NEVER nor FOREVER.
     pub const fn is_finite(self) -> bool {
         !matches!(self.time, Instant::NEVER | Instant::FOREVER)

@@ -280,6 +280,7 @@ mod generated {
             readers: &[],
         }],
         absence: &[],
+        modes: None,
     };
     const _: () = TABLES.check();
     pub type Storage = lf::storage_for!(TABLES);

@@ -49,6 +49,7 @@ const GOOD: Tables = Tables {
         readers: &[],
     }],
     absence: &[ReactionId(1)],
+    modes: None,
 };
 const _: () = GOOD.check();
 

@@ -51,6 +51,12 @@ fn values_of_all_kinds_arrive_unchanged() {
     check(&["Texts", "Letters", "Greeting", "FixedArray", "ScaledArray", "Arrays", "Kinds"]);
 }
 
+/// What a federate does in its modes follows from tags alone, as in a program that is not federated.
+#[test]
+fn federates_have_modes() {
+    check(&["ModalWorker"]);
+}
+
 /// The stop tag is one for all, whoever asks for it, how often and when.
 #[test]
 fn all_federates_stop_at_one_tag() {

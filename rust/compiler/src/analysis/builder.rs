@@ -12,7 +12,7 @@ use super::waits::Waits;
 use super::zero_delay::Cycles;
 use crate::federates::Parts;
 use crate::instances::Tree;
-use crate::plan::{self, InstanceIndex, PortIndex, TriggerIndex};
+use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
 use crate::resolve::Class;
 
 /// What has been worked out for the whole program.
@@ -41,6 +41,8 @@ pub(super) struct Builder<'a> {
     pub(super) instances: BTreeMap<usize, InstanceIndex>,
     /// The storing ports of this federate.
     pub(super) ports: BTreeMap<Node, PortIndex>,
+    /// The modes of this federate.
+    pub(super) modes: BTreeMap<usize, ModeIndex>,
     pub(super) triggers: Vec<plan::Trigger>,
     pub(super) sources: BTreeMap<Source, TriggerIndex>,
     /// By network input: how far apart the values are that come there, as far as that is known.
@@ -52,6 +54,7 @@ pub(super) struct Builder<'a> {
 pub(super) enum Source {
     Startup,
     Shutdown,
+    Reset,
     /// Instance, and position in its class.
     Timer(usize, usize),
     /// Instance, and position in its class.
@@ -70,13 +73,16 @@ impl Builder<'_> {
         self.ports[&self.context.graph.root[node]]
     }
 
+    pub(super) fn mode_index(&self, mode: Option<usize>) -> Option<ModeIndex> {
+        mode.map(|mode| self.modes[&mode])
+    }
+
     pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
         self.instances[&instance]
     }
 
     pub(super) fn link_name(&self, link: usize) -> String {
         let Context { graph, tree, classes, .. } = *self.context;
-        let link = &graph.links[link];
-        format!("{} -> {}", graph.path(link.from, tree, classes), graph.path(link.to, tree, classes))
+        graph.link_name(link, tree, classes)
     }
 }

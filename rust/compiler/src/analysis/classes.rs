@@ -94,6 +94,8 @@ fn class(
         name: state.name.text.clone(),
         ty: places.ty(&state.ty, state.ty_span),
         init: state.init.map(|value| places.value(value, &state.ty, state.is_time)),
+        resets: state.resets,
+        mode: state.mode,
         at: places.at(state.name.span),
     });
     let ports = class.ports.iter().map(|port| plan::PortDeclaration {
@@ -214,7 +216,8 @@ fn variable_kind(
     places: &Places<'_>,
 ) -> Option<plan::VariableKind> {
     Some(match variable {
-        Variable::Startup | Variable::Shutdown => return None,
+        Variable::Startup | Variable::Shutdown | Variable::Reset => return None,
+        Variable::Mode(_, transition) => plan::VariableKind::Mode { history: transition == ast::Transition::History },
         Variable::Timer(_) => plan::VariableKind::Timer,
         Variable::Action(action) => {
             let action = &class.actions[action];

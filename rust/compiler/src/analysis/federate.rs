@@ -4,9 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::{Builder, Context, Source};
+use super::graph::Work;
 use super::physical;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::plan::{self, Argument, InstanceIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
+use crate::plan::{self, Argument, InstanceIndex, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
 use crate::resolve::Variable;
 
 /// Works out the plan of one federate.
@@ -14,9 +15,11 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
     let tree = context.tree;
     let members = (0..tree.instances.len()).filter(|instance| context.parts.of[*instance] == Some(part));
     let instances: BTreeMap<_, _> = members.enumerate().map(|(index, member)| (member, InstanceIndex(index))).collect();
+    let modes = tree.modes.iter().enumerate().filter(|(_, mode)| context.parts.of[mode.instance] == Some(part));
+    let modes = modes.enumerate().map(|(index, (mode, _))| (mode, ModeIndex(index))).collect();
     let ports = BTreeMap::new();
     let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
-    let mut builder = Builder { context, part, instances, ports, triggers, sources, spacings };
+    let mut builder = Builder { context, part, instances, ports, modes, triggers, sources, spacings };
     builder.number_ports();
     builder.add_triggers(diagnostics);
     let reactions = builder.reactions(diagnostics);
@@ -34,7 +37,7 @@ impl Builder<'_> {
                 used.insert(*root);
             }
         }
-        for link in graph.links.iter().filter(|link| link.network || link.is_delayed()) {
+        for link in graph.links.iter().filter(|link| link.network || link.copies || link.is_delayed()) {
             used.extend([graph.root[link.from], graph.root[link.to]].iter().filter(|n| self.owns(graph.instance[**n])));
         }
         self.ports = used.into_iter().enumerate().map(|(index, node)| (node, PortIndex(index))).collect();
@@ -45,10 +48,24 @@ impl Builder<'_> {
         let Context { graph, tree, classes, levels, .. } = *self.context;
         let mut reactions = Vec::new();
         for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
-            let reaction = &classes[tree.instances[step.instance].class.0].reactions[step.reaction];
+            let (name, level) = (graph.step_name(position, tree, classes), levels.steps[position]);
+            let mode = self.mode_index(step.mode);
+            let number = match step.work {
+                Work::Reaction(number) => number,
+                Work::Copy(link) => {
+                    let link = &graph.links[link];
+                    let kind = plan::ReactionKind::Copy { from: self.port(link.from), to: self.port(link.to) };
+                    reactions.push(plan::ScheduledReaction { name, level, deadline_ns: None, mode, kind });
+                    continue;
+                }
+            };
+            let reaction = &classes[tree.instances[step.instance].class.0].reactions[number];
             let arguments = reaction.parameters.iter().filter_map(|parameter| {
                 Some(match parameter.variable {
-                    Variable::Startup | Variable::Shutdown => return None,
+                    Variable::Startup | Variable::Shutdown | Variable::Reset => return None,
+                    Variable::Mode(mode, _) => {
+                        Argument::Mode(self.mode_index(tree.mode_of(step.instance, Some(mode)))?)
+                    }
                     Variable::Port(port) => {
                         let nodes = graph.nodes(tree, step.instance, port);
                         let mut ports = nodes.into_iter().map(|node| self.port(node));
@@ -65,22 +82,24 @@ impl Builder<'_> {
             });
             let kind = plan::ReactionKind::Body {
                 instance: self.instance_index(step.instance),
-                reaction: step.reaction + 1,
+                reaction: number + 1,
                 arguments: arguments.collect(),
             };
             let deadline = reaction.ast.deadline.as_ref();
             let deadline = deadline.and_then(|it| tree.time(step.instance, &it.value, classes, diagnostics));
             reactions.push(plan::ScheduledReaction {
-                name: graph.step_name(position, tree, classes),
-                level: levels.steps[position],
+                name,
+                level,
                 deadline_ns: deadline.filter(|ns| *ns != i64::MAX),
+                mode,
                 kind,
             });
         }
         for (output, link) in self.context.network.outputs[self.part].iter().enumerate() {
             let level = levels.sends[*link];
             let kind = plan::ReactionKind::Send(OutputIndex(output));
-            reactions.push(plan::ScheduledReaction { name: self.link_name(*link), level, deadline_ns: None, kind });
+            let name = self.link_name(*link);
+            reactions.push(plan::ScheduledReaction { name, level, deadline_ns: None, mode: None, kind });
         }
         // The sort is stable, so instances and declarations stay in order within a level.
         reactions.sort_by_key(|reaction| reaction.level);
@@ -110,6 +129,7 @@ impl Builder<'_> {
                     let port = self.port(graph.links[link].from);
                     ports[port.0].reactions.push(index);
                 }
+                plan::ReactionKind::Copy { from, .. } => ports[from.0].reactions.push(index),
                 plan::ReactionKind::Body { instance, reaction, arguments } => {
                     let class = self.class_of(*instance);
                     let declared = &described.classes[described.index[&class].0].reactions[*reaction - 1];
@@ -150,12 +170,32 @@ impl Builder<'_> {
             let source = match parameter.variable {
                 Variable::Startup => Source::Startup,
                 Variable::Shutdown => Source::Shutdown,
+                Variable::Reset => Source::Reset,
                 _ => continue,
             };
             if let Some(trigger) = self.sources.get(&source) {
                 self.triggers[trigger.0].reactions.push(index);
             }
         }
+    }
+
+    fn described_modes(&self) -> Vec<plan::Mode> {
+        let Context { tree, classes, places, .. } = *self.context;
+        let described = |mode: &usize| {
+            let mode = &tree.modes[*mode];
+            let instance = &tree.instances[mode.instance];
+            let declared = &classes[instance.class.0].ast.body.modes[mode.declared];
+            let name = declared.name.as_ref().map_or("mode", |name| name.text.as_str());
+            plan::Mode {
+                path: format!("{}.{name}", instance.path),
+                instance: self.instance_index(mode.instance),
+                declared: mode.declared,
+                parent: self.mode_index(instance.mode),
+                initial: mode.initial,
+                at: places.at(declared.span),
+            }
+        };
+        self.modes.keys().map(described).collect()
     }
 
     fn finish(
@@ -175,6 +215,7 @@ impl Builder<'_> {
                 parent: instance.parent.and_then(|parent| self.instances.get(&parent).copied()),
                 child: instance.child,
                 bank_index: instance.bank_index,
+                mode: self.mode_index(instance.mode),
                 at: places.at(instance.span),
             });
         }
@@ -195,6 +236,7 @@ impl Builder<'_> {
             physical_delay_ns: physical::least_delay(self.context, self.part).filter(|_| !self.context.decentralized),
             instances,
             ports,
+            modes: self.described_modes(),
             triggers: self.triggers,
             reactions,
         }

@@ -10,17 +10,28 @@ use crate::federates::Parts;
 use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::Serializer;
-use crate::resolve::{Class, Connection, End, PortRef, Variable, type_mismatch};
+use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
+use crate::syntax::ast::Transition;
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
 pub(super) type Node = usize;
 
-/// A reaction of an instance.
+/// A reaction of an instance, or a connection that copies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub(super) instance: usize,
-    /// Its position in the class.
-    pub(super) reaction: usize,
+    /// The innermost mode that it is in.
+    pub(super) mode: Option<usize>,
+    pub(super) work: Work,
+}
+
+/// What a step does.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Work {
+    /// It runs a reaction, by its position in the class.
+    Reaction(usize),
+    /// It copies the value at one end of a connection to the other.
+    Copy(usize),
 }
 
 /// A connection of two ports of instances.
@@ -35,6 +46,10 @@ pub(super) struct Link {
     pub(super) capacity: Option<usize>,
     /// Whether it leaves a federate.
     pub(super) network: bool,
+    /// The innermost mode that it is in.
+    pub(super) mode: Option<usize>,
+    /// Whether values are copied when its mode is active, because the destination is not in that mode.
+    pub(super) copies: bool,
     /// `@maxwait` in nanoseconds.
     pub(super) max_wait: Option<i64>,
     /// `@absent_after` in nanoseconds.
@@ -47,7 +62,7 @@ pub(super) struct Link {
 impl Link {
     /// Whether the destination is the source's storage.
     fn is_alias(&self) -> bool {
-        self.delay.is_none() && !self.network && !self.physical
+        self.delay.is_none() && !self.network && !self.physical && !self.copies
     }
 
     /// Whether it carries messages with tags from federate to federate.
@@ -57,7 +72,7 @@ impl Link {
 
     /// Whether it has a queue of its own inside a federate.
     pub(super) fn is_delayed(&self) -> bool {
-        !self.network && !self.is_alias()
+        !self.network && !self.copies && !self.is_alias()
     }
 }
 
@@ -79,8 +94,10 @@ pub(super) struct Graph {
     pub(super) into: Vec<Option<usize>>,
     /// The port whose storage each port uses.
     pub(super) root: Vec<Node>,
-    /// All reactions, in order of instances and then of declaration.
+    /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
+    /// The modes that can be entered by reset.
+    pub(super) resets: BTreeSet<usize>,
     /// Per storing port: the reactions that write it.
     pub(super) writers: Vec<Vec<usize>>,
     /// Per storing port: the reactions that read it, each with whether it triggers them.
@@ -104,6 +121,7 @@ impl Graph {
             into: Vec::new(),
             root: Vec::new(),
             steps: Vec::new(),
+            resets: BTreeSet::new(),
             writers: Vec::new(),
             readers: Vec::new(),
         };
@@ -192,9 +210,17 @@ impl Graph {
                 let absent_after = connection.absent_after.map(|wait| known(wait.value));
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
+                let mode = tree.mode_of(position, connection.mode);
                 for (from, to) in self.pairs(connection, position, classes, tree, language, diagnostics) {
                     let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
-                    self.into[to] = Some(self.links.len());
+                    // What is in the mode itself sees nothing when the mode is not active.
+                    let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
+                    let is_delayed = delay.is_some() || physical;
+                    let to = if copies && is_delayed { self.copied(to, mode, span) } else { to };
+                    let copies = copies && !is_delayed;
+                    if !copies {
+                        self.into[to] = Some(self.links.len());
+                    }
                     let port =
                         |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
                     let serializer = network
@@ -207,6 +233,8 @@ impl Graph {
                         physical,
                         capacity,
                         network,
+                        mode,
+                        copies,
                         max_wait,
                         absent_after,
                         serializer,
@@ -215,6 +243,29 @@ impl Graph {
                 }
             }
         }
+    }
+
+    /// A port that stands for another one in a mode, and a connection that copies from the one to the other.
+    fn copied(&mut self, to: Node, mode: Option<usize>, span: Span) -> Node {
+        let from = self.instance.len();
+        self.instance.push(self.instance[to]);
+        self.declared.push(self.declared[to]);
+        self.into.push(None);
+        self.links.push(Link {
+            from,
+            to,
+            delay: None,
+            physical: false,
+            capacity: None,
+            network: false,
+            mode,
+            copies: true,
+            max_wait: None,
+            absent_after: None,
+            serializer: None,
+            span,
+        });
+        from
     }
 
     /// Which port is connected to which; says where channels are left over, and where types differ.
@@ -294,8 +345,12 @@ impl Graph {
         for (position, instance) in tree.instances.iter().enumerate() {
             for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
                 let step = self.steps.len();
-                self.steps.push(Step { instance: position, reaction: index });
+                let mode = tree.mode_of(position, reaction.ast.mode);
+                self.steps.push(Step { instance: position, mode, work: Work::Reaction(index) });
                 for parameter in &reaction.parameters {
+                    if let Variable::Mode(mode, Transition::Reset) = parameter.variable {
+                        self.resets.extend(tree.mode_of(position, Some(mode)));
+                    }
                     let Variable::Port(port) = parameter.variable else { continue };
                     for node in self.nodes(tree, position, port) {
                         let root = self.root[node];
@@ -309,11 +364,39 @@ impl Graph {
                 }
             }
         }
+        // Resetting a mode resets what is in it, and that begins in its initial mode.
+        for (position, mode) in tree.modes.iter().enumerate().filter(|(_, mode)| mode.initial) {
+            if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
+                self.resets.insert(position);
+            }
+        }
+        for (position, link) in self.links.iter().enumerate().filter(|(_, link)| link.copies) {
+            let step = self.steps.len();
+            self.steps.push(Step { instance: self.instance[link.to], mode: link.mode, work: Work::Copy(position) });
+            self.writers[self.root[link.to]].push(step);
+            self.readers[self.root[link.from]].push((step, true));
+        }
+    }
+
+    /// The reaction of a step; nothing for a connection that copies.
+    pub(super) fn reaction<'c>(&self, step: usize, tree: &Tree, classes: &'c [Class<'c>]) -> Option<&'c Reaction<'c>> {
+        let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
+        classes[tree.instances[instance].class.0].reactions.get(reaction)
+    }
+
+    /// The name of a connection: `a.x -> b.y`.
+    pub(super) fn link_name(&self, link: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+        let link = &self.links[link];
+        format!("{} -> {}", self.path(link.from, tree, classes), self.path(link.to, tree, classes))
     }
 
     /// The name of a reaction: `unit_a.sensor.reaction_1`, or with its own name in place of the last part.
     pub(super) fn step_name(&self, step: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
-        let Step { instance, reaction } = self.steps[step];
+        let Step { instance, work, .. } = self.steps[step];
+        let reaction = match work {
+            Work::Reaction(reaction) => reaction,
+            Work::Copy(link) => return self.link_name(link, tree, classes),
+        };
         let instance = &tree.instances[instance];
         match &classes[instance.class.0].reactions[reaction].ast.name {
             Some(name) => format!("{}.{}", instance.path, name.text),

@@ -4,7 +4,7 @@
 //! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
 //! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
 
-use super::graph::{Graph, Node};
+use super::graph::{Graph, Node, Work};
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
@@ -41,7 +41,7 @@ pub(super) fn order(
     classes: &[Class<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Option<Levels> {
-    let followers = collect_followers(graph);
+    let followers = collect_followers(graph, tree);
     let count = followers.len();
     let mut missing = vec![0_usize; count];
     for (follower, _) in followers.iter().flatten() {
@@ -77,22 +77,21 @@ pub(super) fn order(
     Some(Levels { steps, sends })
 }
 
-fn collect_followers(graph: &Graph) -> Followers {
+fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
     let sends = graph.steps.len();
     let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
-    for (step, pair) in graph.steps.windows(2).enumerate() {
-        if pair[0].instance == pair[1].instance {
-            followers[step].push((step + 1, Reason::Declared));
-        }
-    }
+    declared_order(graph, tree, &mut followers);
     // What reads or sends each storing port.
     let mut behind: Vec<Vec<Vertex>> =
         graph.readers.iter().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         behind[graph.root[link.from]].push(sends + position);
     }
+    let mode = |vertex: Vertex| graph.steps.get(vertex).and_then(|step| step.mode);
     let mut follow = |vertex: Vertex, node: Node| {
-        followers[vertex].extend(behind[node].iter().map(|follower| (*follower, Reason::Port(node))));
+        // Those that exclude each other never wait for each other.
+        let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
+        followers[vertex].extend(behind.map(|follower| (*follower, Reason::Port(node))));
     };
     for (node, writers) in graph.writers.iter().enumerate() {
         for writer in writers {
@@ -103,6 +102,23 @@ fn collect_followers(graph: &Graph) -> Followers {
         follow(sends + position, link.to);
     }
     followers
+}
+
+/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes.
+fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
+    // The last reactions of the instance so far: any other one is before one of them.
+    let mut last: Vec<usize> = Vec::new();
+    let reactions = graph.steps.iter().enumerate().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
+    for (position, step) in reactions {
+        last.retain(|before| graph.steps[*before].instance == step.instance);
+        let apart = |before: &usize| tree.exclude(graph.steps[*before].mode, step.mode);
+        last.iter().filter(|before| !apart(before)).for_each(|before| {
+            followers[*before].push((position, Reason::Declared));
+        });
+        let in_mode = step.mode != tree.instances[step.instance].mode;
+        last.retain(|before| in_mode && graph.steps[*before].mode != step.mode);
+        last.push(position);
+    }
 }
 
 /// Says where a cycle is.
@@ -187,8 +203,10 @@ impl Names<'_> {
         if let Some(link) = self.link(vertex) {
             return self.graph.links[link].span;
         }
-        let step = self.graph.steps[vertex];
-        self.classes[self.tree.instances[step.instance].class.0].reactions[step.reaction].ast.keyword
+        match (self.graph.reaction(vertex, self.tree, self.classes), self.graph.steps[vertex].work) {
+            (None, Work::Copy(link)) => self.graph.links[link].span,
+            (reaction, _) => reaction.map_or(self.tree.instances[0].span, |reaction| reaction.ast.keyword),
+        }
     }
 }
 

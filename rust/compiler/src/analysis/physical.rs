@@ -2,7 +2,7 @@
 //! How soon a physical action, or a value on a physical connection, can cause a message to another federate.
 
 use super::builder::Context;
-use super::graph::Node;
+use super::graph::{Node, Work};
 use crate::diagnostics::Diagnostics;
 use crate::resolve::{ReactionParameter, Variable};
 
@@ -45,27 +45,28 @@ fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {
     }
     while let Some(step) = open.pop() {
         let Some(delay) = least[step] else { continue };
-        for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
-            let mut reach = |to: usize, added: i64| {
+        let mut reach = |to: usize, added: i64| {
+            let total = delay.saturating_add(added);
+            if least[to].is_none_or(|known| total < known) {
+                least[to] = Some(total);
+                open.push(to);
+            }
+        };
+        let behind = paths.written(step).into_iter().flat_map(|node| paths.ports_behind(context.graph.root[node]));
+        for (root, added) in behind {
+            for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
+                reach(*reader, added);
+            }
+            if paths.is_sent(root) {
                 let total = delay.saturating_add(added);
-                if least[to].is_none_or(|known| total < known) {
-                    least[to] = Some(total);
-                    open.push(to);
-                }
-            };
+                sent = Some(sent.map_or(total, |known| known.min(total)));
+            }
+        }
+        for effect in paths.parameters(step).iter().filter(|parameter| parameter.effect) {
             match effect.variable {
-                Variable::Port(port) => {
-                    let nodes = context.graph.nodes(context.tree, paths.instance(step), port);
-                    let behind = nodes.into_iter().flat_map(|node| paths.ports_behind(context.graph.root[node]));
-                    for (root, added) in behind {
-                        for (reader, _) in context.graph.readers[root].iter().filter(|(_, triggers)| *triggers) {
-                            reach(*reader, added);
-                        }
-                        if paths.is_sent(root) {
-                            let total = delay.saturating_add(added);
-                            sent = Some(sent.map_or(total, |known| known.min(total)));
-                        }
-                    }
+                Variable::Mode(mode, _) => {
+                    let entered = context.tree.mode_of(paths.instance(step), Some(mode));
+                    paths.steps_in(entered).for_each(|to| reach(to, 0));
                 }
                 Variable::Action(action) => {
                     let added = paths.min_delay(paths.instance(step), action);
@@ -91,8 +92,29 @@ impl Search<'_> {
     }
 
     fn parameters(&self, step: usize) -> &[ReactionParameter] {
-        let class = &self.context.classes[self.context.tree.instances[self.instance(step)].class.0];
-        &class.reactions[self.context.graph.steps[step].reaction].parameters
+        let Context { graph, tree, classes, .. } = *self.context;
+        graph.reaction(step, tree, classes).map_or(&[], |reaction| &reaction.parameters)
+    }
+
+    /// The ports that a step writes.
+    fn written(&self, step: usize) -> Vec<Node> {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        if let Work::Copy(link) = graph.steps[step].work {
+            return vec![graph.links[link].to];
+        }
+        let effects = self.parameters(step).iter().filter(|parameter| parameter.effect);
+        let nodes = effects.filter_map(|effect| match effect.variable {
+            Variable::Port(port) => Some(graph.nodes(tree, self.instance(step), port)),
+            _ => None,
+        });
+        nodes.flatten().collect()
+    }
+
+    /// What can run because a mode is entered.
+    fn steps_in(&self, mode: Option<usize>) -> impl Iterator<Item = usize> {
+        let (graph, tree) = (self.context.graph, self.context.tree);
+        let is_in = move |step: &usize| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
+        (0..graph.steps.len()).filter(is_in)
     }
 
     fn min_delay(&self, instance: usize, action: usize) -> i64 {

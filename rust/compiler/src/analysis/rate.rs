@@ -5,7 +5,9 @@
 //! it, a reaction's are those of its triggers. Timers and actions with a minimum spacing have a known spacing. Actions
 //! without one do not, because a body may schedule them as often as it likes.
 
-use super::graph::Graph;
+use std::collections::BTreeSet;
+
+use super::graph::{Graph, Work};
 use crate::diagnostics::Diagnostics;
 use crate::instances::Tree;
 use crate::resolve::{Class, Variable};
@@ -26,19 +28,25 @@ pub(super) struct Rate {
     pub(super) streams: Vec<Stream>,
     /// Whether these are all.
     pub(super) complete: bool,
+    /// The innermost modes that their timers and actions are in, or none: they keep these distances in its time.
+    modes: BTreeSet<Option<usize>>,
 }
 
 impl Rate {
-    const NONE: Rate = Rate { streams: Vec::new(), complete: true };
-    const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false };
+    const NONE: Rate = Rate { streams: Vec::new(), complete: true, modes: BTreeSet::new() };
+    const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false, modes: BTreeSet::new() };
 
-    fn one(stream: Stream) -> Self {
-        Rate { streams: vec![stream], complete: true }
+    fn one(stream: Stream, mode: Option<usize>) -> Self {
+        // What happens once in all is no distance.
+        let counts = stream.is_some() || mode.is_some();
+        let modes = counts.then_some(mode).into_iter().collect();
+        Rate { streams: vec![stream], complete: true, modes }
     }
 
     fn add(&mut self, other: Rate) {
         self.complete &= other.complete;
         self.streams.extend(other.streams);
+        self.modes.extend(other.modes);
         if self.streams.len() > STREAMS_MAX {
             self.streams.truncate(STREAMS_MAX);
             self.complete = false;
@@ -61,8 +69,21 @@ impl<'a> Rates<'a> {
         Self { graph, tree, classes, known: vec![None; graph.instance.len()], depth: 0 }
     }
 
+    /// The events at a storing port, at their distances in the time of a mode, or of the program.
+    pub(super) fn of_port_in(&mut self, root: usize, mode: Option<usize>) -> Rate {
+        let mut rate = self.of_port(root);
+        // The time of another mode stands still at other times. What is entered by history only is never earlier.
+        let keeps = |origin: &Option<usize>| {
+            let mut inner = self.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
+            let contains = mode.is_none() || self.tree.modes_around(*origin).any(|around| Some(around) == mode);
+            contains && inner.all(|around| !self.graph.resets.contains(&around))
+        };
+        rate.complete &= rate.modes.iter().all(keeps);
+        rate
+    }
+
     /// The events at a storing port.
-    pub(super) fn of_port(&mut self, root: usize) -> Rate {
+    fn of_port(&mut self, root: usize) -> Rate {
         if let Some(known) = &self.known[root] {
             return known.clone();
         }
@@ -92,11 +113,13 @@ impl<'a> Rates<'a> {
     pub(super) fn of_steps(&mut self, steps: &[usize]) -> Rate {
         let mut rate = Rate::NONE;
         for step in steps {
-            let step = self.graph.steps[*step];
-            let class = &self.classes[self.tree.instances[step.instance].class.0];
-            let reaction = &class.reactions[step.reaction];
+            if let Work::Copy(link) = self.graph.steps[*step].work {
+                rate.add(self.of_port(self.graph.root[self.graph.links[link].from]));
+            }
+            let Some(reaction) = self.graph.reaction(*step, self.tree, self.classes) else { continue };
+            let instance = self.graph.steps[*step].instance;
             for parameter in reaction.parameters.iter().filter(|parameter| parameter.triggers) {
-                rate.add(self.of_variable(step.instance, parameter.variable));
+                rate.add(self.of_variable(instance, parameter.variable));
             }
         }
         rate
@@ -111,10 +134,15 @@ impl<'a> Rates<'a> {
             time.filter(|ns| *ns > 0)
         };
         match variable {
-            Variable::Startup | Variable::Shutdown => Rate::one(None),
-            Variable::Timer(timer) => Rate::one(time(class.timers[timer].period.as_ref())),
+            Variable::Startup | Variable::Shutdown => Rate::one(None, None),
+            // As often as a mode is entered.
+            Variable::Reset | Variable::Mode(..) => Rate::UNKNOWN,
+            Variable::Timer(timer) => {
+                let mode = self.tree.mode_of(instance, class.timers[timer].mode);
+                Rate::one(time(class.timers[timer].period.as_ref()), mode)
+            }
             Variable::Action(action) => match time(class.actions[action].ast.min_spacing.as_ref()) {
-                Some(spacing) => Rate::one(Some(spacing)),
+                Some(spacing) => Rate::one(Some(spacing), self.tree.mode_of(instance, class.actions[action].ast.mode)),
                 None => Rate::UNKNOWN,
             },
             Variable::Port(port) => {

@@ -12,7 +12,7 @@
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
 
-use super::builder::{Builder, Source};
+use super::builder::{Builder, Context, Source};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
@@ -62,10 +62,10 @@ impl Builder<'_> {
     fn variables(&self) -> Vec<(usize, Variable)> {
         let (graph, tree) = (self.context.graph, self.context.tree);
         let mut variables = Vec::new();
-        for step in graph.steps.iter().filter(|step| self.owns(step.instance)) {
-            let class = &self.context.classes[tree.instances[step.instance].class.0];
-            let parameters = &class.reactions[step.reaction].parameters;
-            variables.extend(parameters.iter().map(|parameter| (step.instance, parameter.variable)));
+        for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
+            let reaction = graph.reaction(position, tree, self.context.classes);
+            let parameters = reaction.into_iter().flat_map(|reaction| &reaction.parameters);
+            variables.extend(parameters.map(|parameter| (step.instance, parameter.variable)));
         }
         variables
     }
@@ -75,10 +75,13 @@ impl Builder<'_> {
         for (variable, source, path, kind) in [
             (Variable::Startup, Source::Startup, "startup", TriggerKind::Startup),
             (Variable::Shutdown, Source::Shutdown, "shutdown", TriggerKind::Shutdown),
+            (Variable::Reset, Source::Reset, "reset", TriggerKind::Reset),
         ] {
-            if variables.iter().any(|(_, used)| *used == variable) {
-                let reactions = Vec::new();
-                self.add(source, plan::Trigger { path: path.to_owned(), kind, capacity: 1, reactions, at: None });
+            // What enters a mode for the first time needs it, too.
+            let is_entry = variable == Variable::Reset && !self.modes.is_empty();
+            if is_entry || variables.iter().any(|(_, used)| *used == variable) {
+                let (path, reactions) = (path.to_owned(), Vec::new());
+                self.add(source, plan::Trigger { path, kind, capacity: 1, reactions, mode: None, at: None });
             }
         }
     }
@@ -112,7 +115,8 @@ impl Builder<'_> {
         };
         let path = format!("{}.{}", tree.instances[instance].path, declared.name.text);
         let at = Some(self.context.places.at(declared.name.span));
-        let trigger = plan::Trigger { path, kind, capacity: 1, reactions: Vec::new(), at };
+        let mode = self.mode_index(tree.mode_of(instance, declared.mode));
+        let trigger = plan::Trigger { path, kind, capacity: 1, reactions: Vec::new(), mode, at };
         self.add(Source::Timer(instance, timer), trigger);
     }
 
@@ -147,19 +151,21 @@ impl Builder<'_> {
         };
         let path = format!("{}.{}", tree.instances[instance].path, declared.ast.name.text);
         let at = Some(self.context.places.at(span));
-        self.add(Source::Action(instance, action), plan::Trigger { path, kind, capacity, reactions: Vec::new(), at });
+        let mode = self.mode_index(tree.mode_of(instance, declared.ast.mode));
+        let trigger = plan::Trigger { path, kind, capacity, reactions: Vec::new(), mode, at };
+        self.add(Source::Action(instance, action), trigger);
     }
 
     /// The reactions that can schedule an action.
     fn schedulers(&self, instance: usize, action: usize) -> Vec<usize> {
-        let steps = &self.context.graph.steps;
-        let class = &self.context.classes[self.context.tree.instances[instance].class.0];
+        let Context { graph, tree, classes, .. } = *self.context;
         let schedules = |step: &usize| {
-            let step = steps[*step];
-            let mut effects = class.reactions.get(step.reaction).into_iter().flat_map(|reaction| &reaction.parameters);
-            step.instance == instance && effects.any(|it| it.effect && it.variable == Variable::Action(action))
+            let mut effects =
+                graph.reaction(*step, tree, classes).into_iter().flat_map(|reaction| &reaction.parameters);
+            graph.steps[*step].instance == instance
+                && effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
-        (0..steps.len()).filter(schedules).collect()
+        (0..graph.steps.len()).filter(schedules).collect()
     }
 
     /// The capacity that the program gives to a connection, at itself or at its destination.
@@ -174,7 +180,7 @@ impl Builder<'_> {
         let graph = self.context.graph;
         let link = &graph.links[position];
         let delay_ns = link.delay.unwrap_or_default();
-        let rate = rates.of_port(graph.root[link.from]);
+        let rate = rates.of_port_in(graph.root[link.from], link.mode);
         // One value waits for the next microstep while the one before it is there.
         if link.physical {
             // As of a physical action: how far physical time is ahead of the tag is not known.
@@ -219,7 +225,7 @@ impl Builder<'_> {
     ) {
         let graph = self.context.graph;
         let link = &graph.links[position];
-        let rate = rates.of_port(graph.root[link.from]);
+        let rate = rates.of_port_in(graph.root[link.from], link.mode);
         let delay_ns = link.delay.unwrap_or_default();
         let is_direct = self.context.decentralized && !link.physical;
         let given = self.given_capacity(position);
@@ -284,7 +290,9 @@ impl Builder<'_> {
         let link = &graph.links[position];
         let path = graph.path(link.to, tree, self.context.classes);
         let at = Some(self.context.places.at(link.span));
-        self.add(Source::Link(position), plan::Trigger { path, kind, capacity, reactions: Vec::new(), at });
+        let mode = self.mode_index(link.mode);
+        let trigger = plan::Trigger { path, kind, capacity, reactions: Vec::new(), mode, at };
+        self.add(Source::Link(position), trigger);
     }
 }
 

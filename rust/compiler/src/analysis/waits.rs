@@ -254,11 +254,11 @@ impl<'a> Search<'a> {
 
     /// The offset of a reaction's older handler, 0 if it has none.
     fn absent_after(&mut self, step: usize) -> i64 {
-        let step = self.graph.steps[step];
-        let class = &self.classes[self.tree.instances[step.instance].class.0];
-        let tardy = class.reactions[step.reaction].ast.tardy.as_ref();
+        let instance = self.graph.steps[step].instance;
+        let reaction = self.graph.reaction(step, self.tree, self.classes);
+        let tardy = reaction.and_then(|reaction| reaction.ast.tardy.as_ref());
         let offset = tardy.and_then(|tardy| tardy.absent_after.as_ref());
-        let known = |value| self.tree.time(step.instance, value, self.classes, self.diagnostics);
+        let known = |value| self.tree.time(instance, value, self.classes, self.diagnostics);
         offset.and_then(known).unwrap_or_default()
     }
 }

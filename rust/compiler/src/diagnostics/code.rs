@@ -97,6 +97,13 @@ codes! {
     /// A width that is not known when the program is compiled.
     BadWidth = "E054-bad-width",
 
+    /// Modes of which none or several are initial, or where there can be none.
+    BadMode = "E055-bad-mode",
+    /// Something of another mode.
+    OtherMode = "E056-other-mode",
+    /// State in a mode that is entered by reset, of which nothing says what becomes of it.
+    NotReset = "E057-not-reset",
+
     /// A reaction without a trigger.
     MissingTrigger = "E060-missing-trigger",
     /// Something that cannot trigger a reaction or be used by it.

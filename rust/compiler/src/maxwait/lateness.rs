@@ -148,6 +148,9 @@ fn causes(plan: &Plan, federate: &Federate, port: PortIndex) -> BTreeSet<Cause> 
             }
         }
         for (position, reaction) in federate.reactions.iter().enumerate() {
+            if let ReactionKind::Copy { from, to } = reaction.kind {
+                open.extend((to == port && seen.insert(from)).then_some(from));
+            }
             let Some(dependencies) = dependencies(plan, federate, &reaction.kind) else { continue };
             if !dependencies.iter().any(|(it, argument)| it.effect && argument.ports().contains(&port)) {
                 continue;
@@ -161,8 +164,8 @@ fn causes(plan: &Plan, federate: &Federate, port: PortIndex) -> BTreeSet<Cause> 
             // Startup and shutdown are no arguments.
             for trigger in &federate.triggers {
                 let cause = match trigger.kind {
-                    TriggerKind::Startup => Cause::Startup,
-                    TriggerKind::Shutdown => Cause::OwnEvent,
+                    TriggerKind::Startup if reaction.mode.is_none() => Cause::Startup,
+                    TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => Cause::OwnEvent,
                     _ => continue,
                 };
                 if trigger.reactions.contains(&ReactionIndex(position)) {

@@ -44,6 +44,13 @@ pub struct ReactorClass {
     pub reactions: Vec<Reaction>,
 }
 
+impl ReactorClass {
+    /// Whether state in this mode, or in none, is reset. A reactor without reactions has no state that anybody sees.
+    pub fn has_resets(&self, mode: Option<usize>) -> bool {
+        !self.reactions.is_empty() && self.state.iter().any(|state| state.resets && state.mode == mode)
+    }
+}
+
 /// A method of a reactor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Method {
@@ -99,6 +106,12 @@ pub struct StateVariable {
     pub ty: Type,
     /// Its initial value, which may name the reactor's parameters; `Default::default()` if there is none.
     pub init: Option<Value>,
+    /// Whether it gets this value again when its mode, or that of its reactor, is entered by reset.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub resets: bool,
+    /// The mode of the class that it is in, by its position.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<usize>,
     /// Where it is declared.
     pub at: Location,
 }
@@ -225,4 +238,9 @@ pub enum VariableKind {
     },
     /// A timer.
     Timer,
+    /// A mode that the reaction can change to.
+    Mode {
+        /// Whether it goes on where it was left.
+        history: bool,
+    },
 }

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::serializer::Serializer;
 use super::source::{
-    ClassIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex, TriggerIndex, Type,
+    ClassIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex,
+    Type,
 };
 
 /// A federate, or the whole of a program that is not federated.
@@ -25,6 +26,9 @@ pub struct Federate {
     pub instances: Vec<Instance>,
     /// The ports that store a value. An input that is connected without delay is the port that feeds it.
     pub ports: Vec<Port>,
+    /// The modes of all instances, those of a container before those of what it contains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub modes: Vec<Mode>,
     /// Everything that can put an event into the queue.
     pub triggers: Vec<Trigger>,
     /// The reactions in the order in which they run within a tag.
@@ -82,7 +86,27 @@ pub struct Instance {
     pub child: Option<usize>,
     /// Which member of a bank it is.
     pub bank_index: Option<usize>,
+    /// The innermost mode that it is in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ModeIndex>,
     /// Where it is instantiated.
+    pub at: Location,
+}
+
+/// A mode of an instance.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Mode {
+    /// The path: `unit_a.sensor.Calibrating`.
+    pub path: String,
+    /// The instance.
+    pub instance: InstanceIndex,
+    /// Its position among the modes of the class.
+    pub declared: usize,
+    /// The innermost mode that the instance is in.
+    pub parent: Option<ModeIndex>,
+    /// Whether the instance begins in it.
+    pub initial: bool,
+    /// Where it is declared.
     pub at: Location,
 }
 
@@ -112,7 +136,10 @@ pub struct Trigger {
     pub capacity: usize,
     /// The reactions that it triggers directly, in order of execution. Triggers that fill a port have none.
     pub reactions: Vec<ReactionIndex>,
-    /// Where it is declared; `None` for startup and shutdown.
+    /// The innermost mode that it is in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ModeIndex>,
+    /// Where it is declared; `None` for startup, shutdown and reset.
     pub at: Option<Location>,
 }
 
@@ -138,6 +165,8 @@ pub enum TriggerKind {
     Startup,
     /// Once, at the last tag.
     Shutdown,
+    /// When a mode is entered by reset, and for startup when one is entered for the first time.
+    Reset,
     /// At the start plus the offset, then every period.
     Timer {
         /// The instance that owns it.
@@ -191,6 +220,9 @@ pub struct ScheduledReaction {
     pub level: u16,
     /// The deadline in nanoseconds.
     pub deadline_ns: Option<i64>,
+    /// The innermost mode that it is in.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mode: Option<ModeIndex>,
     /// What it runs.
     pub kind: ReactionKind,
 }
@@ -210,6 +242,13 @@ pub enum ReactionKind {
     },
     /// Sending a port's value to another federate.
     Send(OutputIndex),
+    /// A connection in a mode to what is not in that mode.
+    Copy {
+        /// The port whose value is copied.
+        from: PortIndex,
+        /// The port that gets it.
+        to: PortIndex,
+    },
 }
 
 /// The storage that a variable of a reaction stands for.
@@ -222,6 +261,8 @@ pub enum Argument {
     Ports(Vec<PortIndex>),
     /// An action or a timer.
     Trigger(TriggerIndex),
+    /// A mode that the reaction can change to.
+    Mode(ModeIndex),
 }
 
 impl Argument {
@@ -230,7 +271,7 @@ impl Argument {
         match self {
             Self::Port(port) => core::slice::from_ref(port),
             Self::Ports(ports) => ports,
-            Self::Trigger(_) => &[],
+            Self::Trigger(_) | Self::Mode(_) => &[],
         }
     }
 }

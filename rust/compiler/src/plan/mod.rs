@@ -18,13 +18,13 @@ pub use class::{
     ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub use federate::{
-    Argument, Federate, Instance, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction, SpacingPolicy,
-    Trigger, TriggerKind, Upstream,
+    Argument, Federate, Instance, Mode, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction,
+    SpacingPolicy, Trigger, TriggerKind, Upstream,
 };
 pub(crate) use render::Time;
 pub use serializer::Serializer;
 pub use source::{
-    ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, OutputIndex, PortIndex, ReactionIndex,
+    ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex,
     SourceFile, TriggerIndex, Type, Value,
 };
 

@@ -144,7 +144,15 @@ impl Plan {
         self.render_head(federate, f)?;
         self.render_instances(federate, f)?;
         list(f, "ports", &federate.ports, render_port)?;
-        list(f, "triggers", &federate.triggers, render_trigger)?;
+        list(f, "modes", &federate.modes, |mode, f| {
+            write!(f, "{}", mode.path)?;
+            mode.parent.map_or(Ok(()), |parent| write!(f, " in mode {parent}"))?;
+            f.write_str(if mode.initial { ", initial" } else { "" })
+        })?;
+        list(f, "triggers", &federate.triggers, |trigger, f| {
+            render_trigger(trigger, f)?;
+            trigger.mode.map_or(Ok(()), |mode| write!(f, ", in mode {mode}"))
+        })?;
         list(f, "reactions in execution order", &federate.reactions, |reaction, f| {
             self.render_reaction(federate, reaction, f)
         })?;
@@ -196,6 +204,7 @@ impl Plan {
                         format!("ports {}", ports.join(" "))
                     }
                     Argument::Trigger(trigger) => format!("trigger {trigger}"),
+                    Argument::Mode(mode) => format!("mode {mode}"),
                 };
                 write!(f, "{open}{}: {storage}", parameter.name)?;
             }
@@ -203,7 +212,11 @@ impl Plan {
                 f.write_str("]")?;
             }
         }
+        if let ReactionKind::Copy { from, to } = &reaction.kind {
+            write!(f, "  copies port {from} to port {to}")?;
+        }
         reaction.deadline_ns.map_or(Ok(()), |ns| write!(f, "  deadline {}", Time(ns)))?;
+        reaction.mode.map_or(Ok(()), |mode| write!(f, "  in mode {mode}"))?;
         f.write_str(match self.tardy(federate, reaction) {
             None => "",
             Some(Tardy::Handler(_)) => "  with a tardy handler",
@@ -288,7 +301,7 @@ fn render_trigger(trigger: &Trigger, f: &mut Formatter<'_>) -> fmt::Result {
     f.write_str(&trigger.path)?;
     match &trigger.kind {
         // The path says it all.
-        TriggerKind::Startup | TriggerKind::Shutdown => {}
+        TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => {}
         TriggerKind::Timer { offset_ns, period_ns, .. } => {
             write!(f, ": timer at {}", Time(*offset_ns))?;
             match period_ns {

@@ -32,6 +32,8 @@ index! {
     TriggerIndex;
     /// Position in [`Federate::reactions`](super::Federate::reactions): the order of execution.
     ReactionIndex;
+    /// Position in [`Federate::modes`](super::Federate::modes).
+    ModeIndex;
     /// Position in [`Federate::outputs`](super::Federate::outputs).
     OutputIndex;
     /// Position in [`Federate::inputs`](super::Federate::inputs): the port number on the wire.

@@ -12,13 +12,6 @@ pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
     pub(super) language: &'static dyn Language,
     pub(super) found: Vec<Diagnostic>,
-    /// Whether names may be declared where they cannot be seen, by features that have been refused.
-    pub(super) lenient: bool,
-}
-
-/// Whether a reactor uses a feature that is not supported and that declares names which are not known here.
-pub(super) fn is_opaque(reactor: &ast::Reactor) -> bool {
-    !reactor.body.modes.is_empty()
 }
 
 impl<'p> Checker<'p> {
@@ -26,17 +19,18 @@ impl<'p> Checker<'p> {
         self.found.push(diagnostic);
     }
 
-    /// Finds a port by its reference, reporting what does not exist.
+    /// Finds a port by its reference in a mode, or outside of modes; reports what does not exist there.
     pub(super) fn find_port(
         &mut self,
         reference: &ast::Reference,
+        mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> Option<PortRef> {
         let name = &reference.name;
         let Some(container) = &reference.container else {
             let own = class.ports.iter().position(|port| port.name.text == name.text);
-            if own.is_none() && !class.opaque {
+            if own.is_none() {
                 let names = class.ports.iter().map(|port| port.name.text.as_str());
                 let message = format!("reactor `{}` has no port `{}`", class.name, name.text);
                 let hint = did_you_mean(&name.text, names);
@@ -46,18 +40,20 @@ impl<'p> Checker<'p> {
         };
         let child = class.children.iter().position(|child| child.ast.name.text == container.text);
         let Some(child) = child else {
-            if !class.opaque {
-                let message = format!("reactor `{}` has no instance `{}`", class.name, container.text);
-                let names = class.children.iter().map(|child| child.ast.name.text.as_str());
-                let hint = did_you_mean(&container.text, names);
-                self.report(Diagnostic::new(Code::UnknownInstance, container.span, message).hint_maybe(hint));
-            }
+            let message = format!("reactor `{}` has no instance `{}`", class.name, container.text);
+            let names = class.children.iter().map(|child| child.ast.name.text.as_str());
+            let hint = did_you_mean(&container.text, names);
+            self.report(Diagnostic::new(Code::UnknownInstance, container.span, message).hint_maybe(hint));
             return None;
         };
+        let declared = class.children[child].ast;
+        if !self.check_mode(container, (declared.mode, declared.name.span), mode, class) {
+            return None;
+        }
         // An instance of an unknown reactor has been reported.
         let inner = &classes[class.children[child].class?.0];
         let port = inner.ports.iter().position(|port| port.name.text == name.text);
-        if port.is_none() && !inner.opaque {
+        if port.is_none() {
             let message = format!("`{}` is a `{}`, which has no port `{}`", container.text, inner.name, name.text);
             let names = inner.ports.iter().map(|port| port.name.text.as_str());
             let hint = did_you_mean(&name.text, names);

@@ -2,7 +2,7 @@
 //! What a reactor declares.
 
 use super::attributes::{Attributes, Target};
-use super::checker::{Checker, is_opaque};
+use super::checker::Checker;
 use super::expand::Expanded;
 use super::model::{Action, Class, ClassId, Method, Parameter, Port, State};
 use super::value::Destination;
@@ -18,7 +18,6 @@ impl<'p> Checker<'p> {
             Some(name) => name.text.clone(),
             None => super::mains::file_stem(&self.program.units[id.unit].path).to_owned(),
         };
-        self.lenient = is_opaque(reactor);
         self.check_attributes(&reactor.attributes, Target::Other);
         let parameters = self.parameters(reactor);
         let states = self.states(reactor, &parameters);
@@ -46,7 +45,6 @@ impl<'p> Checker<'p> {
             users: expanded.users.iter().map(|user| ClassId(*user)).collect(),
             ast: reactor,
             name,
-            opaque: is_opaque(reactor),
             parameters,
             states,
             ports,
@@ -92,6 +90,8 @@ impl<'p> Checker<'p> {
                 self.check_value(&init.value, place, parameters);
             }
             states.push(State {
+                resets: declared.reset.is_some(),
+                mode: declared.mode,
                 name: &declared.name,
                 ty: ty.text,
                 ty_span: ty.span,
@@ -196,13 +196,11 @@ impl<'p> Checker<'p> {
             let name = &given.name;
             let position = class.parameters.iter().position(|parameter| parameter.name.text == name.text);
             let Some(position) = position else {
-                if !class.opaque {
-                    let message = format!("reactor `{}` has no parameter `{}`", class.name, name.text);
-                    let names = class.parameters.iter().map(|parameter| parameter.name.text.as_str());
-                    let hint = did_you_mean(&name.text, names);
-                    let diagnostic = Diagnostic::new(Code::UnknownParameter, name.span, message).hint_maybe(hint);
-                    self.report(diagnostic.also(class.ast.span(), "its declaration"));
-                }
+                let message = format!("reactor `{}` has no parameter `{}`", class.name, name.text);
+                let names = class.parameters.iter().map(|parameter| parameter.name.text.as_str());
+                let hint = did_you_mean(&name.text, names);
+                let diagnostic = Diagnostic::new(Code::UnknownParameter, name.span, message).hint_maybe(hint);
+                self.report(diagnostic.also(class.ast.span(), "its declaration"));
                 continue;
             };
             if let Some(first) = arguments[position] {

@@ -29,8 +29,8 @@ impl<'p> Checker<'p> {
                 let message = "a connection without `after` has no queue, so this capacity has no effect";
                 self.report(Diagnostic::new(Code::NoEffect, declared.span, message).hint("remove `@capacity`"));
             }
-            let left = self.ends(&declared.left, class, classes);
-            let right = self.ends(&declared.right, class, classes);
+            let left = self.ends(&declared.left, declared.mode, class, classes);
+            let right = self.ends(&declared.right, declared.mode, class, classes);
             let (Some(left), Some(right)) = (left, right) else { continue };
             if !self.check_directions(&left, &right, class, classes) {
                 continue;
@@ -50,6 +50,7 @@ impl<'p> Checker<'p> {
                 max_wait,
                 absent_after,
                 sending,
+                mode: declared.mode,
                 span: declared.span,
             });
         }
@@ -57,8 +58,14 @@ impl<'p> Checker<'p> {
     }
 
     /// The ports of one side; nothing if one does not exist, which has been reported.
-    fn ends(&mut self, side: &'p [Reference], class: &Class<'p>, classes: &[Class<'p>]) -> Option<Vec<End<'p>>> {
-        let ends: Vec<_> = side.iter().map(|end| (self.find_port(end, class, classes), end)).collect();
+    fn ends(
+        &mut self,
+        side: &'p [Reference],
+        mode: Option<usize>,
+        class: &Class<'p>,
+        classes: &[Class<'p>],
+    ) -> Option<Vec<End<'p>>> {
+        let ends: Vec<_> = side.iter().map(|end| (self.find_port(end, mode, class, classes), end)).collect();
         ends.into_iter().map(|(port, ast)| Some(End { port: port?, ast })).collect()
     }
 
@@ -130,13 +137,13 @@ impl<'p> Checker<'p> {
 
     /// Reports ports with more than one connection, or with a connection and a reaction that writes them.
     pub(super) fn writers(&mut self, class: &Class<'p>, classes: &[Class<'p>]) {
-        let mut first: BTreeMap<PortRef, Span> = BTreeMap::new();
+        let mut first: Sources = BTreeMap::new();
         let ends = class.connections.iter().flat_map(|connection| {
-            let span = connection.span;
-            connection.right.iter().map(move |end| (end.port, span))
+            let (mode, span) = (connection.mode, connection.span);
+            connection.right.iter().map(move |end| (end.port, mode, span))
         });
-        for (to, at) in ends {
-            if let Some(span) = first.get(&to).copied() {
+        for (to, mode, at) in ends {
+            if let Some(span) = source_beside(&first, to, mode) {
                 let name = port_text(to, class, classes);
                 let message = format!("`{name}` already has a source: a port takes one connection");
                 self.report(
@@ -145,13 +152,13 @@ impl<'p> Checker<'p> {
                         .hint("give the receiver one input for each source"),
                 );
             } else {
-                first.insert(to, at);
+                first.entry(to).or_default().push((mode, at));
             }
         }
         for reaction in &class.reactions {
             for effect in reaction.parameters.iter().filter(|parameter| parameter.effect) {
                 let Variable::Port(port) = effect.variable else { continue };
-                if let Some(span) = first.get(&port).copied() {
+                if let Some(span) = source_beside(&first, port, reaction.ast.mode) {
                     let name = port_text(port, class, classes);
                     let message = format!("`{name}` is written by a connection, so a reaction cannot write it too");
                     self.report(
@@ -163,6 +170,16 @@ impl<'p> Checker<'p> {
             }
         }
     }
+}
+
+/// The connections into each port, with their modes.
+type Sources = BTreeMap<PortRef, Vec<(Option<usize>, Span)>>;
+
+/// A connection into a port that can be active together with what is in a mode, or in none.
+fn source_beside(sources: &Sources, port: PortRef, mode: Option<usize>) -> Option<Span> {
+    let excludes = |other: Option<usize>| mode.is_some() && other.is_some() && mode != other;
+    let mut others = sources.get(&port).into_iter().flatten();
+    others.find(|(other, _)| !excludes(*other)).map(|(_, span)| *span)
 }
 
 /// What is wrong when a source and a destination have different types.

@@ -9,7 +9,9 @@ use std::collections::BTreeMap;
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::Language;
-use crate::syntax::ast::{Body, Instantiation, Name, Parameter, Reactor, Type, TypeKind};
+use crate::syntax::ast::{
+    Action, Body, Connection, Instantiation, Name, Parameter, Reaction, Reactor, State, Timer, Type, TypeKind, Watchdog,
+};
 
 /// How many reactors a program may have, those with other types included.
 const REACTORS_MAX: usize = 10_000;
@@ -258,16 +260,19 @@ fn append(to: &mut Body, from: &Body) {
         reactions,
         modes,
     } = from.clone();
+    // A mode is known by its position.
+    let first = to.modes.len();
+    let moved = |mode: Option<usize>| mode.map(|mode| first + mode);
     to.preambles.extend(preambles);
-    to.states.extend(states);
+    to.states.extend(states.into_iter().map(|it| State { mode: moved(it.mode), ..it }));
     to.methods.extend(methods);
     to.ports.extend(ports);
-    to.timers.extend(timers);
-    to.actions.extend(actions);
-    to.watchdogs.extend(watchdogs);
-    to.instances.extend(instances);
-    to.connections.extend(connections);
-    to.reactions.extend(reactions);
+    to.timers.extend(timers.into_iter().map(|it| Timer { mode: moved(it.mode), ..it }));
+    to.actions.extend(actions.into_iter().map(|it| Action { mode: moved(it.mode), ..it }));
+    to.watchdogs.extend(watchdogs.into_iter().map(|it| Watchdog { mode: moved(it.mode), ..it }));
+    to.instances.extend(instances.into_iter().map(|it| Instantiation { mode: moved(it.mode), ..it }));
+    to.connections.extend(connections.into_iter().map(|it| Connection { mode: moved(it.mode), ..it }));
+    to.reactions.extend(reactions.into_iter().map(|it| Reaction { mode: moved(it.mode), ..it }));
     to.modes.extend(modes);
 }
 

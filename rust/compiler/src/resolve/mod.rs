@@ -14,6 +14,7 @@ mod expand;
 mod load;
 mod mains;
 mod model;
+mod modes;
 mod names;
 mod reaction;
 mod reactors;
@@ -34,7 +35,7 @@ pub use load::SourceProvider;
 pub(crate) use load::{Program, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
-    Class, ClassId, Connection, End, Given, Method, Port, PortRef, ReactionParameter, Variable, Wait,
+    Class, ClassId, Connection, End, Given, Method, Port, PortRef, Reaction, ReactionParameter, Variable, Wait,
 };
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;

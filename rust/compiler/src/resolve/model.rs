@@ -21,8 +21,6 @@ pub(crate) struct Class<'p> {
     pub(crate) users: Vec<ClassId>,
     pub(crate) ast: &'p ast::Reactor,
     pub(crate) name: String,
-    /// Whether it uses a feature that is not supported and that declares names which are not known here.
-    pub(crate) opaque: bool,
     pub(crate) parameters: Vec<Parameter<'p>>,
     pub(crate) states: Vec<State<'p>>,
     pub(crate) ports: Vec<Port<'p>>,
@@ -72,6 +70,10 @@ pub(crate) struct State<'p> {
     pub(crate) ty_span: Span,
     pub(crate) is_time: bool,
     pub(crate) init: Option<&'p ast::Expression>,
+    /// Whether entering its mode by reset gives it its initial value.
+    pub(crate) resets: bool,
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
 }
 
 /// An input or output.
@@ -170,6 +172,8 @@ pub(crate) struct Connection<'p> {
     pub(crate) max_wait: Option<Wait<'p>>,
     pub(crate) absent_after: Option<Wait<'p>>,
     pub(crate) sending: Sending<'p>,
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     /// The whole connection statement.
     pub(crate) span: Span,
 }
@@ -179,6 +183,10 @@ pub(crate) struct Connection<'p> {
 pub(crate) enum Variable {
     Startup,
     Shutdown,
+    /// `reset`
+    Reset,
+    /// A mode as an effect, and how it is entered.
+    Mode(usize, ast::Transition),
     Port(PortRef),
     Action(usize),
     Timer(usize),

@@ -18,7 +18,8 @@ pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mu
     let things = things.chain(body.timers.iter().map(|it| (&it.name, "timer")));
     let things = things.chain(body.actions.iter().map(|it| (&it.name, "action")));
     let things = things.chain(body.instances.iter().map(|it| (&it.name, "instance")));
-    let things = things.chain(body.watchdogs.iter().map(|it| (&it.name, "watchdog")));
+    let modes = body.modes.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "mode"));
+    let things = things.chain(modes).chain(body.watchdogs.iter().map(|it| (&it.name, "watchdog")));
     let reactions = body.reactions.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "reaction"));
     for (names, in_bodies) in [
         (parameters.collect::<Vec<_>>(), false),

@@ -42,7 +42,7 @@ impl<'p> Checker<'p> {
                 [(Role::Trigger, &declared.triggers), (Role::Use, &declared.uses), (Role::Effect, &declared.effects)]
             {
                 for reference in list {
-                    self.dependency(reference, role, class, classes, &mut parameters);
+                    self.dependency(reference, role, declared.mode, class, classes, &mut parameters);
                 }
             }
             reactions.push(Reaction { ast: declared, parameters });
@@ -54,11 +54,12 @@ impl<'p> Checker<'p> {
         &mut self,
         reference: &Reference,
         role: Role,
+        mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
         parameters: &mut Vec<ReactionParameter>,
     ) {
-        let Some(variable) = self.variable(reference, role, class, classes) else { return };
+        let Some(variable) = self.variable(reference, role, mode, class, classes) else { return };
         if !self.check_role(reference, variable, role, class, classes) {
             return;
         }
@@ -107,29 +108,59 @@ impl<'p> Checker<'p> {
         &mut self,
         reference: &Reference,
         role: Role,
+        mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> Option<Variable> {
-        // Modes and `reset` have been refused.
-        if reference.transition || reference.name.text == "reset" {
-            return None;
-        }
         if reference.container.is_some() {
-            return self.find_port(reference, class, classes).map(Variable::Port);
+            return self.find_port(reference, mode, class, classes).map(Variable::Port);
         }
         let name = reference.name.text.as_str();
-        if role == Role::Trigger && (name == "startup" || name == "shutdown") {
-            return Some(if name == "startup" { Variable::Startup } else { Variable::Shutdown });
+        match name {
+            "startup" if role == Role::Trigger => return Some(Variable::Startup),
+            "shutdown" if role == Role::Trigger => return Some(Variable::Shutdown),
+            "reset" if role == Role::Trigger => return Some(Variable::Reset),
+            _ => {}
+        }
+        let is_mode = |mode: &ast::Mode| mode.name.as_ref().is_some_and(|mode| mode.text == name);
+        if role == Role::Effect && (reference.transition.is_some() || class.ast.body.modes.iter().any(is_mode)) {
+            return self.transition(reference, mode, class);
         }
         let port = class.ports.iter().position(|port| port.name.text == name);
-        let port = port.map(|port| Variable::Port(PortRef::Own(port)));
-        let action = || class.actions.iter().position(|action| action.ast.name.text == name).map(Variable::Action);
-        let timer = || class.timers.iter().position(|timer| timer.name.text == name).map(Variable::Timer);
-        let found = port.or_else(action).or_else(timer);
-        if found.is_none() && !class.opaque {
+        let action = || class.actions.iter().position(|action| action.ast.name.text == name);
+        let timer = || class.timers.iter().position(|timer| timer.name.text == name);
+        let (found, declared) = if let Some(port) = port {
+            return Some(Variable::Port(PortRef::Own(port)));
+        } else if let Some(action) = action() {
+            let declared = class.actions[action].ast;
+            (Variable::Action(action), (declared.mode, declared.name.span))
+        } else if let Some(timer) = timer() {
+            let declared = class.timers[timer];
+            (Variable::Timer(timer), (declared.mode, declared.name.span))
+        } else {
             self.unknown_dependency(reference, class);
+            return None;
+        };
+        self.check_mode(&reference.name, declared, mode, class).then_some(found)
+    }
+
+    /// The mode that an effect names.
+    fn transition(&mut self, effect: &Reference, here: Option<usize>, class: &Class<'p>) -> Option<Variable> {
+        let names = || class.ast.body.modes.iter().map(|mode| mode.name.as_ref().map_or("", |name| &name.text));
+        let wanted = effect.name.text.as_str();
+        let Some(mode) = names().position(|name| name == wanted) else {
+            let message = format!("reactor `{}` has no mode `{wanted}`", class.name);
+            let hint = did_you_mean(wanted, names());
+            self.report(Diagnostic::new(Code::UnknownName, effect.name.span, message).hint_maybe(hint));
+            return None;
+        };
+        if here.is_none() {
+            let message = "only a reaction in a mode can change the mode";
+            let hint = "put the reaction into the mode that it leaves";
+            self.report(Diagnostic::new(Code::OtherMode, effect.span, message).hint(hint));
+            return None;
         }
-        found
+        Some(Variable::Mode(mode, effect.transition.unwrap_or(ast::Transition::Reset)))
     }
 
     fn unknown_dependency(&mut self, reference: &Reference, class: &Class<'p>) {
@@ -148,7 +179,7 @@ impl<'p> Checker<'p> {
             let ports = class.ports.iter().map(|port| port.name.text.as_str());
             let actions = class.actions.iter().map(|action| action.ast.name.text.as_str());
             let timers = class.timers.iter().map(|timer| timer.name.text.as_str());
-            did_you_mean(name, ports.chain(actions).chain(timers).chain(["startup", "shutdown"]))
+            did_you_mean(name, ports.chain(actions).chain(timers).chain(["startup", "shutdown", "reset"]))
         };
         let message = format!("reactor `{}` has no port, action or timer `{name}`", class.name);
         self.report(Diagnostic::new(Code::UnknownName, reference.span, message).hint_maybe(hint));

@@ -6,7 +6,7 @@ use super::checker::Checker;
 use super::expand::Expanded;
 use super::load::Program;
 use super::model::{Child, Class, ClassId};
-use super::{mains, names, unsupported};
+use super::{mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::languages::Language;
 use crate::syntax::ast;
@@ -22,23 +22,24 @@ pub(crate) fn check<'p>(
     language: &'static dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> (Vec<Class<'p>>, Option<ClassId>) {
-    let mut checker = Checker { program, language, found: Vec::new(), lenient: false };
+    let mut checker = Checker { program, language, found: Vec::new() };
     let mut classes: Vec<Class<'p>> = Vec::new();
     for reactor in expanded {
         names::check(&reactor.ast, language, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
+        modes::check(&reactor.ast, &mut checker.found);
         classes.push(checker.declare(reactor));
     }
     for (position, reactor) in expanded.iter().enumerate() {
         checker.children(position, &reactor.children, &mut classes);
     }
     for position in 0..classes.len() {
-        checker.lenient = classes[position].opaque;
         let connections = checker.connections(position, &classes);
         classes[position].connections = connections;
         let reactions = checker.reactions(position, &classes);
         classes[position].reactions = reactions;
         checker.writers(&classes[position], &classes);
+        checker.check_resets(&classes[position], &classes);
     }
     checker.cycles(&classes);
     let main = mains::find(&mut checker, &classes);
@@ -50,7 +51,6 @@ impl<'p> Checker<'p> {
     /// Resolves the contained reactors of a class and checks the values of their parameters.
     fn children(&mut self, position: usize, found: &[Option<usize>], classes: &mut [Class<'p>]) {
         let class = &classes[position];
-        self.lenient = class.opaque;
         let mut children = Vec::new();
         for (instance, id) in class.ast.body.instances.iter().zip(found) {
             let id = id.map(ClassId);

@@ -52,9 +52,6 @@ impl Checker<'_> {
 
     /// Reports a name that no parameter in scope has.
     pub(super) fn unknown_parameter(&mut self, name: &str, span: Span, scope: &[Parameter<'_>]) {
-        if self.lenient {
-            return;
-        }
         let message = format!("there is no parameter `{name}` here");
         let hint = did_you_mean(name, scope.iter().map(|parameter| parameter.name.text.as_str()));
         let hint = hint

@@ -2,7 +2,7 @@
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{Connection, Reaction, Reactor, ReactorKind, Reference};
+use crate::syntax::ast::{Reactor, ReactorKind};
 
 /// Declares the features, each with what to do instead; the README's table is made of them.
 macro_rules! features {
@@ -38,10 +38,6 @@ macro_rules! features {
 }
 
 features! {
-    Mode: "modes" are, "keep the mode in a state variable and test it in the reactions";
-    Transition: "mode transitions" are, "keep the mode in a state variable";
-    ResetState: "`reset` state variables" are, "remove the word; without modes nothing is reset";
-    ResetTrigger: "the trigger `reset`" is, "without modes nothing is reset; remove it";
     Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
     Mutation: "mutations" are, "use a reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
@@ -62,12 +58,10 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
         refuse(Feature::Realtime, span);
     }
     let body = &reactor.body;
-    body.modes.iter().for_each(|mode| refuse(Feature::Mode, mode.span));
     body.watchdogs.iter().for_each(|watchdog| refuse(Feature::Watchdog, watchdog.name.span));
-    body.states.iter().filter_map(|state| state.reset).for_each(|span| refuse(Feature::ResetState, span));
+    let mutations = body.reactions.iter().filter(|reaction| reaction.mutation);
+    mutations.for_each(|reaction| refuse(Feature::Mutation, reaction.keyword));
     check_hosts(reactor, found);
-    body.connections.iter().for_each(|connection| check_connection(connection, found));
-    body.reactions.iter().for_each(|reaction| check_reaction(reaction, found));
 }
 
 /// Only a federated reactor says where the RTI is, and only its instances can be placed.
@@ -84,29 +78,5 @@ fn check_hosts(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
         let message = "only a federated reactor can say where its RTI is";
         let hint = "remove `at …`, or make the reactor `federated`";
         found.push(Diagnostic::new(Code::MisplacedHost, host.span, message).hint(hint));
-    }
-}
-
-fn check_connection(connection: &Connection, found: &mut Vec<Diagnostic>) {
-    for reference in connection.left.iter().chain(&connection.right) {
-        check_reference(reference, found);
-    }
-}
-
-fn check_reference(reference: &Reference, found: &mut Vec<Diagnostic>) {
-    if reference.transition {
-        found.push(Feature::Transition.refused(reference.span));
-    }
-}
-
-fn check_reaction(reaction: &Reaction, found: &mut Vec<Diagnostic>) {
-    if reaction.mutation {
-        found.push(Feature::Mutation.refused(reaction.keyword));
-    }
-    for trigger in reaction.triggers.iter().filter(|trigger| trigger.name.text == "reset") {
-        found.push(Feature::ResetTrigger.refused(trigger.span));
-    }
-    for reference in reaction.triggers.iter().chain(&reaction.uses).chain(&reaction.effects) {
-        check_reference(reference, found);
     }
 }

@@ -133,7 +133,7 @@ pub(crate) struct TypeParameter {
     pub(crate) name: Name,
 }
 
-/// What stands in the braces of a reactor or of a mode.
+/// What stands in the braces of a reactor, and in those of its modes, in the order of the text.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Body {
     pub(crate) preambles: Vec<Preamble>,
@@ -161,6 +161,8 @@ pub(crate) struct Parameter {
 /// A state variable.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) reset: Option<Span>,
     pub(crate) name: Name,
@@ -217,6 +219,8 @@ pub(crate) struct Port {
 /// A timer.
 #[derive(Clone, Debug)]
 pub(crate) struct Timer {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) name: Name,
     pub(crate) offset: Option<Expression>,
@@ -226,6 +230,8 @@ pub(crate) struct Timer {
 /// An action.
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) physical: bool,
     pub(crate) name: Name,
@@ -238,12 +244,16 @@ pub(crate) struct Action {
 /// A watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Watchdog {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) name: Name,
 }
 
 /// A contained reactor.
 #[derive(Clone, Debug)]
 pub(crate) struct Instantiation {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) name: Name,
     pub(crate) width: Option<Width>,
@@ -272,6 +282,8 @@ pub(crate) struct Host {
 /// A connection.
 #[derive(Clone, Debug)]
 pub(crate) struct Connection {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) left: Vec<Reference>,
     /// `( … )+`: the left side is repeated as often as the right side needs.
@@ -292,17 +304,19 @@ pub(crate) struct Reference {
     pub(crate) name: Name,
     pub(crate) interleaved: bool,
     pub(crate) alias: Option<Name>,
-    /// `reset(mode)` or `history(mode)`.
-    pub(crate) transition: bool,
+    /// How a mode is to be entered, where it is said.
+    pub(crate) transition: Option<Transition>,
     pub(crate) span: Span,
 }
 
 impl Reference {
-    /// As it is written: `child.port` or `port`.
+    /// As it is written: `child.port`, `port` or `reset(mode)`.
     pub(crate) fn text(&self) -> String {
-        match &self.container {
-            Some(container) => format!("{}.{}", container.text, self.name.text),
-            None => self.name.text.clone(),
+        match (&self.container, self.transition) {
+            (Some(container), _) => format!("{}.{}", container.text, self.name.text),
+            (None, Some(Transition::Reset)) => format!("reset({})", self.name.text),
+            (None, Some(Transition::History)) => format!("history({})", self.name.text),
+            (None, None) => self.name.text.clone(),
         }
     }
 }
@@ -310,6 +324,8 @@ impl Reference {
 /// A reaction.
 #[derive(Clone, Debug)]
 pub(crate) struct Reaction {
+    /// The mode that it is in.
+    pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     /// The word `reaction` or `mutation`.
     pub(crate) keyword: Span,
@@ -341,8 +357,18 @@ pub(crate) struct Deadline {
     pub(crate) code: Code,
 }
 
-/// A mode; what is in it is read to find errors of syntax, and not used yet.
+/// A mode. What is in it stands in the body of its reactor, and says in which mode it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Mode {
+    /// A mode without a name cannot be entered.
+    pub(crate) name: Option<Name>,
+    pub(crate) initial: bool,
     pub(crate) span: Span,
+}
+
+/// `reset(mode)` or `history(mode)`
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Transition {
+    Reset,
+    History,
 }

@@ -5,6 +5,7 @@
 //! [`drain_physical`](Engine::drain_physical), [`next_tag`](Engine::next_tag), wait until physical time (and the RTI)
 //! allow it, [`begin`](Engine::begin), and [`advance`](Engine::advance) until it says [`Progress::Complete`].
 //! [`deliver`](Engine::deliver) and [`set_stop_tag`](Engine::set_stop_tag) may come at any time between these.
+mod modes;
 mod tag;
 mod tardy;
 
@@ -12,6 +13,7 @@ use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
+use crate::modes::{ModeState, Moment};
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
@@ -56,12 +58,16 @@ pub struct Engine<'s> {
     tardy: Tardy<'s>,
     /// By input, where any can be tardy: the last message that was in time.
     last: &'s mut [Last],
+    /// What is active, in a program with modes.
+    modes: &'s mut [ModeState],
+    /// By trigger in a mode: the next event when that was left.
+    held: &'s mut [Tag],
 }
 
 impl<'s> Engine<'s> {
     /// An engine for the program with these tables, in storage of their size.
     pub fn new(tables: &'static Tables, storage: &'s mut impl EngineStorage, settings: Settings) -> Self {
-        let StorageParts { next, winners, active, ready, ports, tardy, intended, last } = storage.parts();
+        let StorageParts { next, winners, active, ready, ports, tardy, intended, last, modes, held } = storage.parts();
         let mut engine = Self {
             tables,
             settings,
@@ -81,6 +87,8 @@ impl<'s> Engine<'s> {
             ports: Bits(ports),
             tardy: Tardy { reactions: Bits(tardy), intended },
             last,
+            modes,
+            held,
         };
         engine.events.reset();
         engine.active.clear();
@@ -171,6 +179,7 @@ impl<'s> Engine<'s> {
                 _ => {}
             }
         }
+        self.modes_at(Moment::Start(start));
     }
 
     /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never put off.
@@ -198,6 +207,12 @@ impl<'s> Engine<'s> {
         let bounds = self.state.bounds();
         for (id, trigger) in (0..).map(TriggerId).zip(self.tables.triggers) {
             let TriggerKind::Physical(timing) = &trigger.kind else { continue };
+            if !self.is_active(id) {
+                if let Some(cell) = program.modes().and_then(|cells| cells.in_mode(id)) {
+                    cell.forget();
+                }
+                continue;
+            }
             if let Some(cell) = program.trigger(id) {
                 cell.drain(timing, &bounds);
                 self.events.set(id, cell.pending());

@@ -6,6 +6,7 @@ use crate::context::ReactionContext;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
+use crate::modes::Moment;
 use crate::program::Program;
 use crate::queue::Full;
 use crate::state::{Phase, Tardy};
@@ -63,6 +64,10 @@ impl Engine<'_> {
             if let Some(level) = max_level.filter(|limit| info.level >= *limit) {
                 return Progress::LevelLimit { level };
             }
+            if !self.runs(ReactionId(first)) {
+                self.ready.remove(first);
+                continue;
+            }
             match info.kind {
                 ReactionKind::Send(output) => {
                     if !self.send(program, env, output) {
@@ -92,6 +97,11 @@ impl Engine<'_> {
         let mut next = program.trigger(id).and_then(|cell| cell.activate(tag));
         match self.tables.triggers[usize::from(id.0)].kind {
             TriggerKind::Startup | TriggerKind::Shutdown => {}
+            TriggerKind::Reset => {
+                self.events.set(id, None);
+                self.modes_at(Moment::Entry);
+                return;
+            }
             TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
                 self.active.insert(id.0);
             }
@@ -141,6 +151,7 @@ impl Engine<'_> {
             tardy: Tardy { reactions: Bits(self.tardy.reactions.0), intended: self.tardy.intended },
             // Whoever handles it has dealt with it.
             inherits_tardy: tardy && !info.tardy,
+            modes: self.modes,
             env,
         };
         if tardy && info.tardy {
@@ -196,6 +207,9 @@ impl Engine<'_> {
         self.tardy.clear();
         let over = self.state.error.is_some() || self.state.current >= self.state.stop;
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
+        if let Some(cells) = program.modes().filter(|_| !over) {
+            self.modes_at(Moment::Complete(cells));
+        }
     }
 
     fn capture(&mut self, program: &mut dyn Program, env: &dyn Env, id: TriggerId) {
@@ -205,7 +219,7 @@ impl Engine<'_> {
             TriggerKind::PhysicalDelay { fills, delay } => (fills, self.physical_tag(env.physical_time(), delay)),
             _ => return,
         };
-        if tag > self.state.stop || !tag.is_finite() {
+        if tag > self.state.stop || !tag.is_finite() || !self.is_active(id) {
             return;
         }
         if let Err(Full { capacity }) = program.capture(id, tag) {

@@ -4,10 +4,11 @@
 //! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, three
 //! ports, a connection with `after` from port 0, an input, and an output from port 1.
 use lf_model::{
-    ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModelError,
-    NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port,
-    PortCell, PortId, PortInfo, Program, Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind,
-    Settings, Storage, Tables, Tag, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
+    ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
+    PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortCell, PortId, PortInfo, Program,
+    Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag,
+    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::{Clock, Host};
@@ -25,6 +26,7 @@ pub fn at(ms: i64, microstep: u32) -> Tag {
 pub enum By {
     Startup,
     Shutdown,
+    Reset,
     Timer(usize),
     Action(usize),
     Physical,
@@ -41,6 +43,8 @@ pub struct Cells {
     pub ports: [Port<u32>; 3],
     pub delayed: QueuedPort<u32, 2>,
     pub input: TardyInput<u32, 2>,
+    /// The modes whose state has been reset.
+    pub resets: Vec<u16>,
     /// What reactions want to tell the test: a word, and when.
     pub log: Vec<(String, Tag)>,
 }
@@ -64,6 +68,7 @@ struct Reaction {
     handler: Option<Body>,
     tardy: Option<Body>,
     reads_input: bool,
+    mode: Option<ModeId>,
 }
 
 pub struct BenchProgram {
@@ -83,6 +88,9 @@ pub struct Builder {
     tells_absence: bool,
     physical_connections: bool,
     tardy: bool,
+    modes: &'static [ModeInfo],
+    /// Of timers, actions, the physical action, and the delayed connection.
+    trigger_modes: [Option<ModeId>; 10],
     reactions: Vec<Reaction>,
 }
 
@@ -97,6 +105,8 @@ pub fn bench() -> Builder {
         tells_absence: false,
         physical_connections: false,
         tardy: false,
+        modes: &[],
+        trigger_modes: [None; 10],
         reactions: Vec::new(),
     }
 }
@@ -149,6 +159,29 @@ impl Builder {
         self
     }
 
+    /// The program has modes: with the number of their instance, what contains it, and whether they are initial.
+    pub fn modes(mut self, modes: &[(u16, Option<u16>, bool)]) -> Self {
+        self.modes = leak(modes.iter().map(|&(instance, parent, initial)| ModeInfo {
+            name: "mode",
+            instance,
+            parent: parent.map(ModeId),
+            initial,
+        }));
+        self
+    }
+
+    /// A timer (2, 3), an action (4, 5), the physical action (6) or the delayed connection (7) is in a mode.
+    pub fn trigger_in(mut self, trigger: usize, mode: u16) -> Self {
+        self.trigger_modes[trigger] = Some(ModeId(mode));
+        self
+    }
+
+    /// The reaction that was added last is in a mode.
+    pub fn in_mode(mut self, mode: u16) -> Self {
+        self.reactions.last_mut().unwrap().mode = Some(ModeId(mode));
+        self
+    }
+
     /// A handler for a tardy input of the reaction that was added last.
     pub fn handles_tardy(mut self, handler: impl FnMut(&mut Cells, &mut ReactionContext<'_>) + 'static) -> Self {
         self.reactions.last_mut().unwrap().tardy = Some(Box::new(handler));
@@ -177,6 +210,7 @@ impl Builder {
             handler: None,
             tardy: None,
             reads_input: false,
+            mode: None,
         });
         self
     }
@@ -196,8 +230,8 @@ impl Builder {
         self
     }
 
-    pub fn build(self) -> Bench {
-        let mut reactions = self.reactions;
+    pub fn build(mut self) -> Bench {
+        let mut reactions = std::mem::take(&mut self.reactions);
         reactions.sort_by_key(|reaction| reaction.level);
         let sees_input = |reaction: &&Reaction| reaction.triggers.contains(&By::Input) || reaction.reads_input;
         let input_level = reactions.iter().filter(sees_input).map(|reaction| reaction.level).min().unwrap_or(u16::MAX);
@@ -221,7 +255,7 @@ impl Builder {
                 tardy: reaction.tardy.is_some(),
                 kind: reaction.kind,
             })),
-            triggers: triggers(&reactions, &self.timers, &self.actions, self.physical, delayed),
+            triggers: triggers(&self, &reactions, delayed),
             ports: ports(&reactions),
             outputs: leak([NetworkOutput {
                 name: "bench.out -> other.in",
@@ -248,6 +282,7 @@ impl Builder {
                 readers,
             }]),
             absence,
+            modes: (!self.modes.is_empty()).then(|| self.leak_modes(&reactions)),
         }));
         tables.check();
         let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));
@@ -258,18 +293,41 @@ impl Builder {
             ports: [0, 1, 2].map(|id| Port::new(PortId(id))),
             delayed: QueuedPort::new(PortId(3)),
             input: TardyInput::new(PortId(4)),
+            resets: Vec::new(),
             log: Vec::new(),
         };
-        let mut engine = engine(tables, self.settings, self.tardy);
+        let mut engine = engine(tables, self.settings, self.tardy, !self.modes.is_empty());
         engine.start(START);
         let clock = Clock::new_static(START.as_nanos());
         Bench { program: BenchProgram { tables, reactions, cells }, engine, host: Host::new(clock), clock }
     }
 }
 
-/// An engine in memory of the right size.
-fn engine(tables: &'static Tables, settings: Settings, tardy: bool) -> Engine<'static> {
-    if tardy {
+impl Builder {
+    fn leak_modes(&self, reactions: &[Reaction]) -> &'static Modes {
+        let of_reactions = leak(reactions.iter().map(|reaction| reaction.mode));
+        let offset = |trigger: usize| (2..4).contains(&trigger).then(|| Interval(self.timers[trigger - 2].0));
+        let id = |trigger: usize| TriggerId(u16::try_from(trigger).unwrap());
+        let triggers = self.trigger_modes.iter().enumerate().filter_map(|(trigger, mode)| {
+            Some(ModeTrigger { trigger: id(trigger), mode: (*mode)?, offset: offset(trigger) })
+        });
+        let by = |by| triggered_by(reactions, by);
+        let events = ModeEvents {
+            entry: TriggerId(9),
+            startup: by(By::Startup),
+            reset: by(By::Reset),
+            shutdown: by(By::Shutdown),
+        };
+        Box::leak(Box::new(Modes::new(self.modes, of_reactions, leak(triggers), events)))
+    }
+}
+
+/// An engine in memory of the right size; no bench has more than four modes.
+fn engine(tables: &'static Tables, settings: Settings, tardy: bool, modal: bool) -> Engine<'static> {
+    if modal {
+        let storage: &'static mut Storage<10, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::default());
+        Engine::new(tables, storage, settings)
+    } else if tardy {
         let storage: &'static mut Storage<9, 1, 1, 1, 1, 1> = Box::leak(Box::default());
         Engine::new(tables, storage, settings)
     } else {
@@ -286,13 +344,8 @@ fn triggered_by(reactions: &[Reaction], by: By) -> &'static [ReactionId] {
     leak((0..).map(ReactionId).zip(reactions).filter(|(_, reaction)| reaction.triggers.contains(&by)).map(|(id, _)| id))
 }
 
-fn triggers(
-    reactions: &[Reaction],
-    timers: &[(i64, i64)],
-    actions: &[ActionTiming],
-    physical: ActionTiming,
-    delayed: TriggerKind,
-) -> &'static [TriggerInfo] {
+fn triggers(bench: &Builder, reactions: &[Reaction], delayed: TriggerKind) -> &'static [TriggerInfo] {
+    let Builder { timers, actions, physical, .. } = bench;
     let timer =
         |index: usize| TriggerKind::Timer { offset: Interval(timers[index].0), period: Interval(timers[index].1) };
     let info = |name, kind, by: Option<By>| TriggerInfo {
@@ -300,17 +353,19 @@ fn triggers(
         kind,
         reactions: by.map_or(&[], |by| triggered_by(reactions, by)),
     };
-    leak([
+    let reset = (!bench.modes.is_empty()).then(|| info("reset", TriggerKind::Reset, Some(By::Reset)));
+    let triggers = [
         info("startup", TriggerKind::Startup, Some(By::Startup)),
         info("shutdown", TriggerKind::Shutdown, Some(By::Shutdown)),
         info("bench.t0", timer(0), Some(By::Timer(0))),
         info("bench.t1", timer(1), Some(By::Timer(1))),
         info("bench.a0", TriggerKind::Logical(actions[0]), Some(By::Action(0))),
         info("bench.a1", TriggerKind::Logical(actions[1]), Some(By::Action(1))),
-        info("bench.p", TriggerKind::Physical(physical), Some(By::Physical)),
+        info("bench.p", TriggerKind::Physical(*physical), Some(By::Physical)),
         info("bench.p3", delayed, None),
         info("bench.in", TriggerKind::NetworkInput { fills: PortId(4) }, None),
-    ])
+    ];
+    leak(triggers.into_iter().chain(reset))
 }
 
 fn ports(reactions: &[Reaction]) -> &'static [PortInfo] {
@@ -321,6 +376,21 @@ fn ports(reactions: &[Reaction]) -> &'static [PortInfo] {
         reactions: triggered_by(reactions, by),
         delays: if by == By::Port(0) { &[TriggerId(7)] } else { &[] },
     }))
+}
+
+impl ModeCells for BenchProgram {
+    fn in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell> {
+        match usize::from(trigger.0) {
+            index @ 4..6 => Some(&mut self.cells.actions[index - 4]),
+            6 => Some(&mut self.cells.physical),
+            7 => Some(&mut self.cells.delayed),
+            _ => None,
+        }
+    }
+
+    fn reset_mode(&mut self, mode: ModeId) {
+        self.cells.resets.push(mode.0);
+    }
 }
 
 impl Program for BenchProgram {
@@ -358,6 +428,10 @@ impl Program for BenchProgram {
             8 => Some(&mut self.cells.input),
             _ => None,
         }
+    }
+
+    fn modes(&mut self) -> Option<&mut dyn ModeCells> {
+        Some(self)
     }
 
     fn capture(&mut self, _trigger: TriggerId, tag: Tag) -> Result<(), Full> {

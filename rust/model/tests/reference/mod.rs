@@ -262,6 +262,13 @@ impl Reference<'_> {
                 }
             }
         }
+        if plan.spacing.is_none()
+            && plan.policy == 2
+            && let Some(pending) = action.pending.get_mut(&tag)
+        {
+            *pending = value;
+            return;
+        }
         if tag > self.stop {
             action.beyond.insert(tag);
             action.last = Some(tag);

@@ -398,7 +398,7 @@ mod tests {
         ports: &[PortInfo { name: "b.y", reactions: &[], delays: &[] }],
         outputs: &[],
         inputs: &[input(1, Interval::FOREVER), input(1, Interval::from_millis(5)), input(2, Interval::ZERO)],
-        absence: &[],
+        ..Tables::DEFAULT
     };
 
     /// A program whose queues never have room.

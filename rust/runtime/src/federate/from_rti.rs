@@ -158,7 +158,7 @@ mod tests {
             absent_after: Interval::ZERO,
             readers: &[],
         }],
-        absence: &[],
+        ..Tables::DEFAULT
     };
     const _: () = TABLES.check();
 

@@ -149,6 +149,7 @@ impl<const N: usize> Node<N> {
             outputs: network_outputs(outputs),
             inputs: network_inputs(inputs, level),
             absence: ids(&|does| matches!(does, Does::Send(output) if outputs[usize::from(output)].3)),
+            ..Tables::DEFAULT
         };
         tables.check();
         Self {

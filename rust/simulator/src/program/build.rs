@@ -7,7 +7,7 @@ use std::fmt;
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use lf_compiler::tables::{Cell as PlannedCell, PortRow, Tables, TriggerRow};
 use lf_model::time::Tag;
-use lf_model::{Port, PortId, Timer, TriggerId};
+use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId};
 use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
@@ -61,6 +61,7 @@ impl Scripted {
         Ok(Self {
             tables: tables(&planned),
             bodies: bodies.collect(),
+            copies: federate.reactions.iter().map(copy).collect(),
             cells,
             ports,
             sources: sources.collect(),
@@ -90,6 +91,12 @@ fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: 
     }
 }
 
+/// The ports of a connection that copies.
+fn copy(reaction: &plan::ScheduledReaction) -> Option<(usize, usize)> {
+    let ReactionKind::Copy { from, to } = reaction.kind else { return None };
+    Some((from.0, to.0))
+}
+
 fn body(
     scenario: &Scenario,
     plan: &Plan,
@@ -104,6 +111,11 @@ fn body(
     for (parameter, argument) in declared.parameters.iter().zip(arguments) {
         let variables: Vec<_> = match argument {
             Argument::Trigger(trigger) => vec![Variable::Trigger(trigger.0)],
+            Argument::Mode(mode) => {
+                let mode = ModeId(u16::try_from(mode.0).unwrap_or(u16::MAX));
+                let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                vec![Variable::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
+            }
             Argument::Port(_) | Argument::Ports(_) => {
                 argument.ports().iter().map(|port| Variable::Port(port.0)).collect()
             }
@@ -118,7 +130,7 @@ fn body(
             };
             let outside = match argument {
                 Argument::Trigger(trigger) => scenario.outside(&federate.triggers[trigger.0].path).to_vec(),
-                Argument::Port(_) | Argument::Ports(_) => Vec::new(),
+                Argument::Port(_) | Argument::Ports(_) | Argument::Mode(_) => Vec::new(),
             };
             effects.push(Effect { variable, shape, outside });
         }

@@ -8,8 +8,9 @@ use std::collections::VecDeque;
 
 use lf_model::time::Tag;
 use lf_model::{
-    ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, PhysicalAction, PhysicalActionQueue,
-    PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell, TriggerId, Undelivered,
+    ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, ModeCell, PhysicalAction,
+    PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell,
+    TriggerId, Undelivered,
 };
 
 use super::value::Value;
@@ -33,7 +34,7 @@ pub(crate) enum Cell {
 }
 
 /// A logical action, whatever its capacity.
-pub(crate) trait AnyLogical: TriggerCell {
+pub(crate) trait AnyLogical: TriggerCell + ModeCell {
     fn action(&self) -> &LogicalAction<Value>;
     fn action_mut(&mut self) -> &mut LogicalAction<Value>;
 }
@@ -64,6 +65,7 @@ impl<const N: usize> AnyPhysical for PhysicalActionQueue<Value, N> {
 
 /// A port with its queue, whatever its capacity.
 pub(crate) trait AnyQueue: TriggerCell {
+    fn as_mode(&mut self) -> Option<&mut dyn ModeCell>;
     fn port(&self) -> &Port<Value>;
     fn port_mut(&mut self) -> &mut Port<Value>;
     fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered>;
@@ -72,6 +74,9 @@ pub(crate) trait AnyQueue: TriggerCell {
 }
 
 impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
+    fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
+        Some(self)
+    }
     fn port(&self) -> &Port<Value> {
         &self.port
     }
@@ -90,6 +95,10 @@ impl<const N: usize> AnyQueue for QueuedPort<Value, N> {
 }
 
 impl<const N: usize> AnyQueue for TardyInput<Value, N> {
+    /// Messages from other federates come into no mode.
+    fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
+        None
+    }
     fn port(&self) -> &Port<Value> {
         &self.port
     }
@@ -158,6 +167,29 @@ impl Cell {
             Self::Physical(recorded) => Some(recorded),
             Self::Replayed(replayed) => Some(replayed),
             Self::Queued(queued) => Some(queued),
+        }
+    }
+}
+
+impl Cell {
+    /// The queue of a trigger in a mode; physical actions are in none here.
+    pub(crate) fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
+        match self {
+            Self::Logical(action) => Some(&mut **action),
+            Self::Queued(queued) => Some(queued),
+            Self::None | Self::Timer(_) | Self::Physical(_) | Self::Replayed(_) => None,
+        }
+    }
+}
+
+impl ModeCell for Queued {
+    fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+        self.queue.as_mode().and_then(|queue| queue.shift(from, to))
+    }
+    fn discard(&mut self) {
+        self.pending = 0;
+        if let Some(queue) = self.queue.as_mode() {
+            queue.discard();
         }
     }
 }

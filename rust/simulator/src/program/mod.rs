@@ -15,8 +15,8 @@ use std::time::Duration;
 use lf_model::prelude::{After, Asap};
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, OutputId, PayloadError, PhysicalActionRef, Placed, Port, PortCell, PortId, Program, ReactionContext,
-    ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
+    Full, InputId, ModeCell, ModeCells, OutputId, PayloadError, PhysicalActionRef, Placed, Port, PortCell, PortId,
+    Program, ReactionContext, ReactionId, Readable, Tables, Transition, TriggerCell, TriggerId, Undelivered,
 };
 use lf_testkit::random::combine;
 
@@ -55,6 +55,8 @@ pub(crate) struct Record {
 pub(crate) struct Scripted {
     tables: &'static Tables,
     bodies: Vec<Option<Body>>,
+    /// By reaction: from where to where it copies, if it stands for a connection.
+    copies: Vec<Option<(usize, usize)>>,
     cells: Vec<Cell>,
     ports: Vec<Place>,
     /// By trigger: the port that a delayed connection reads.
@@ -92,6 +94,7 @@ struct Body {
 enum Variable {
     Port(usize),
     Trigger(usize),
+    Mode(Transition),
 }
 
 struct Effect {
@@ -133,6 +136,7 @@ impl Scripted {
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
     fn read(&self, variable: Variable) -> Option<Option<Value>> {
         match variable {
+            Variable::Mode(_) => None,
             Variable::Port(port) => self.port_of(port)?.value().map(|value| Some(*value)),
             Variable::Trigger(trigger) => match &self.cells[trigger] {
                 Cell::Timer(timer) => timer.is_present().then_some(None),
@@ -191,6 +195,7 @@ impl Scripted {
                     ctx.set(port, value);
                 }
             }
+            Variable::Mode(transition) => ctx.set_mode(transition),
             Variable::Trigger(trigger) => match &mut self.cells[trigger] {
                 Cell::Logical(logical) => ctx.schedule_with_v(logical.action_mut(), Some(value), offset),
                 Cell::Physical(recorded) => ctx.schedule_with_v(recorded.action.action_mut(), Some(value), offset),
@@ -246,6 +251,12 @@ fn current_tag(ctx: &ReactionContext<'_>) -> Tag {
     Tag { time: ctx.get_logical_time(), microstep: lf_model::Microstep(ctx.get_tag().microstep) }
 }
 
+impl ModeCells for Scripted {
+    fn in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell> {
+        self.cells.get_mut(usize::from(trigger.0)).and_then(Cell::as_mode)
+    }
+}
+
 impl Program for Scripted {
     fn tables(&self) -> &'static Tables {
         self.tables
@@ -253,6 +264,12 @@ impl Program for Scripted {
 
     fn react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         let index = usize::from(reaction.0);
+        if let Some((from, to)) = self.copies[index]
+            && let Some(value) = self.port_of(from).and_then(Readable::value).copied()
+            && let Some(port) = self.port_mut(to)
+        {
+            ctx.set(port, value);
+        }
         if self.bodies.get(index).and_then(Option::as_ref).is_some_and(|body| body.tardy && self.sees_tardy(body)) {
             self.mishandled.get_or_insert(current_tag(ctx));
         }
@@ -287,6 +304,10 @@ impl Program for Scripted {
 
     fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
         self.cells.get_mut(usize::from(trigger.0)).and_then(Cell::as_trigger)
+    }
+
+    fn modes(&mut self) -> Option<&mut dyn ModeCells> {
+        Some(self)
     }
 
     fn capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full> {

@@ -2,7 +2,7 @@
 //! The model's tables of a federate: what generated code has as constants, from the compiler's own derivation.
 
 use lf_compiler::tables::{self, InputRow, OutputRow};
-use lf_model::{NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo};
+use lf_model::{ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo};
 
 use super::value::Shape;
 
@@ -45,9 +45,30 @@ pub(crate) fn tables(planned: &tables::Tables<'_>) -> &'static Tables {
         outputs: keep(planned.outputs.iter().map(output).collect()),
         inputs: keep(planned.inputs.iter().map(input).collect()),
         absence: keep(planned.absence.clone()),
+        modes: (!planned.modes.is_empty()).then(|| modes(planned)),
     };
     tables.check();
     Box::leak(Box::new(tables))
+}
+
+fn modes(planned: &tables::Tables<'_>) -> &'static Modes {
+    let modes = planned.modes.iter().map(|mode| ModeInfo {
+        name: keep_text(mode.name),
+        instance: mode.instance,
+        parent: mode.parent,
+        initial: mode.initial,
+    });
+    let reactions = planned.reactions.iter().map(|reaction| reaction.mode);
+    let (reactions, triggers) = (keep(reactions.collect()), keep(planned.mode_triggers()));
+    let tables::ModeEvents { entry, startup, reset, shutdown } = planned.mode_events();
+    let events = ModeEvents {
+        entry,
+        startup: keep(startup.to_vec()),
+        reset: keep(reset.to_vec()),
+        shutdown: keep(shutdown.to_vec()),
+    };
+    let modes = Modes::new(keep(modes.collect()), reactions, triggers, events);
+    Box::leak(Box::new(modes))
 }
 
 fn output(output: &OutputRow<'_>) -> NetworkOutput {

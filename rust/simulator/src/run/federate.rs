@@ -21,13 +21,14 @@ pub(super) type Member<'a> = FederateLoop<'a, 'a, Virtual>;
 
 /// The memory of an engine, in one of two sizes.
 pub(super) enum EngineMemory {
-    Small(Box<Storage<64, 2, 4, 4, 4, 8>>),
-    Large(Box<Storage<2048, 64, 64, 64, 64, 8>>),
+    Small(Box<Storage<64, 2, 4, 4, 4, 8, 16, 64>>),
+    Large(Box<Storage<2048, 64, 64, 64, 64, 8, 256, 2048>>),
 }
 
 impl EngineMemory {
     pub(super) fn new(tables: &Tables) -> Self {
-        if tables.triggers.len() <= 64 && tables.reactions.len() <= 128 && tables.ports.len() <= 128 {
+        let modes = tables.mode_count();
+        if modes <= 16 && tables.triggers.len() <= 64 && tables.reactions.len() <= 128 && tables.ports.len() <= 128 {
             Self::Small(Box::default())
         } else {
             Self::Large(Box::default())

@@ -9,6 +9,9 @@ use crate::emit::names::{Names, plain};
 /// Keywords that cannot be written as `r#word` either.
 const NEVER: [&str; 5] = ["self", "Self", "super", "crate", "_"];
 
+/// What no variable of a body can be called, because bodies have it in sight and patterns can name it.
+const KNOWN: [&str; 6] = ["None", "Some", "Ok", "Err", "Asap", "After"];
+
 /// The identifier for a name; raw for a keyword.
 pub(super) fn ident(name: &str) -> Ident {
     let name = name.strip_prefix("r#").unwrap_or(name);
@@ -47,6 +50,9 @@ pub(super) fn raw(name: &str) -> String {
 pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if in_bodies && ["self", "ctx"].contains(&name) {
         return Some("reaction bodies have a variable of this name");
+    }
+    if in_bodies && KNOWN.contains(&name) {
+        return Some("reaction bodies know something else by this name");
     }
     NEVER.contains(&name).then_some("Rust does not allow this name")
 }

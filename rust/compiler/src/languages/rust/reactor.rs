@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One module per reactor class: its preambles, its state as a struct, and its reactions as methods.
 
+use std::collections::BTreeSet;
+
 use lf_model::time::Interval;
 use proc_macro2::{Ident, TokenStream, TokenTree};
 use quote::{format_ident, quote};
@@ -43,6 +45,14 @@ pub(super) fn deadline_method(reaction: usize) -> Ident {
 /// The method that runs a reaction's handler of tardy inputs.
 pub(super) fn tardy_method(reaction: usize) -> Ident {
     format_ident!("reaction_{reaction}_tardy")
+}
+
+/// The method that resets the state in a mode, or what is in none.
+pub(super) fn reset_method(mode: Option<usize>) -> Ident {
+    match mode {
+        Some(mode) => format_ident!("reset_state_of_mode_{mode}"),
+        None => format_ident!("reset_state"),
+    }
 }
 
 /// The method that makes a contained instance.
@@ -140,6 +150,10 @@ impl<'p> Module<'p> {
         }
         for reaction in &class.reactions {
             methods.push(self.reaction(reaction)?);
+        }
+        let modes: BTreeSet<_> = class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
+        for mode in modes {
+            methods.push(self.reset(mode)?);
         }
         Ok(quote! {
             #![doc = #about]
@@ -287,6 +301,35 @@ impl<'p> Module<'p> {
         Ok(quote! {{ #(let #named = #named.clone();)* #value }})
     }
 
+    /// The method that resets the state in a mode, or what is in none.
+    fn reset(&mut self, mode: Option<usize>) -> Result<TokenStream, EmitError> {
+        let class = self.class;
+        let (name, doc) = (reset_method(mode), self.splices.doc("State that is reset", class.at));
+        let states: Vec<_> = class.state.iter().filter(|state| state.resets && state.mode == mode).collect();
+        let inits = || states.iter().filter_map(|state| state.init.as_ref());
+        let named = class.parameters.iter().filter(|parameter| inits().any(|init| mentions(init, &parameter.name)));
+        let copies: Vec<_> = named.map(|parameter| self.parameter_copy(&parameter.name, &parameter.ty)).collect();
+        let mut steps = TokenStream::new();
+        for state in &states {
+            let Some(init) = &state.init else { continue };
+            let (name, value) = (ident(&state.name), self.initial_value(init)?);
+            steps.extend(quote! { self.#name = #value; });
+        }
+        Ok(quote! {
+            #doc
+            pub fn #name(&mut self) {
+                #(#copies)*
+                #steps
+            }
+        })
+    }
+
+    /// A variable with the value of a parameter.
+    fn parameter_copy(&self, name: &str, ty: &Type) -> TokenStream {
+        let (name, field) = (ident(name), self.parameter_field(name));
+        if is_copy(&ty.text) { quote!(let #name = self.#field;) } else { quote!(let #name = self.#field.clone();) }
+    }
+
     fn child_method(&mut self, child: &'p Child) -> Result<TokenStream, EmitError> {
         let target = &self.plan.classes[child.class.0];
         let doc = self.splices.doc(&format!("`{} = new {}(…)`", child.name, target.name), child.at);
@@ -315,14 +358,7 @@ impl<'p> Module<'p> {
             self.class.parameters.iter().filter(|parameter| {
                 child.arguments.iter().flatten().any(|argument| mentions(argument, &parameter.name))
             });
-        let copies = in_scope.map(|parameter| {
-            let (name, field) = (ident(&parameter.name), self.parameter_field(&parameter.name));
-            if is_copy(&parameter.ty.text) {
-                quote!(let #name = self.#field;)
-            } else {
-                quote!(let #name = self.#field.clone();)
-            }
-        });
+        let copies = in_scope.map(|parameter| self.parameter_copy(&parameter.name, &parameter.ty));
         // In what is given to a member, `bank_index` is its number, unless the container has such a parameter.
         let (member, bank_index) = if child.is_bank {
             let names = child.arguments.iter().flatten().any(|argument| mentions(argument, BANK_INDEX));
@@ -430,6 +466,7 @@ impl<'p> Module<'p> {
                 quote!(& #mutable PhysicalAction<#ty>)
             }
             VariableKind::Timer => quote!(&Timer),
+            VariableKind::Mode { .. } => quote!(lf::model::Transition),
         })
     }
 

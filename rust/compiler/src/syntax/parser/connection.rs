@@ -44,7 +44,7 @@ impl Parser<'_> {
             None => None,
         };
         let span = Span::new(self.file, start, self.before().end);
-        Ok(Connection { attributes, left, iterated, physical, right, after, serializer, span })
+        Ok(Connection { mode: self.mode, attributes, left, iterated, physical, right, after, serializer, span })
     }
 
     pub(super) fn references(&mut self, what: &str) -> Parsed<Vec<Reference>> {
@@ -70,7 +70,7 @@ impl Parser<'_> {
             self.expect(Kind::CloseParenthesis, "`)`")?;
         }
         let alias = if self.eat_word("as").is_some() { Some(self.name("a name for the port")?) } else { None };
-        Ok(Reference { container, name, interleaved, alias, transition: false, span: start.to(self.before()) })
+        Ok(Reference { container, name, interleaved, alias, transition: None, span: start.to(self.before()) })
     }
 
     fn reference_name(&mut self, what: &str) -> Parsed<super::Name> {

@@ -9,8 +9,17 @@ use crate::diagnostics::{Diagnostic, FileId};
 /// Reads a file.
 pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
     let Tokens { list, comments, diagnostics } = tokens(file, text);
-    let mut parser =
-        Parser { file, text, tokens: list, comments, position: 0, depth: 0, diagnostics, codes: Vec::new() };
+    let mut parser = Parser {
+        file,
+        text,
+        tokens: list,
+        comments,
+        position: 0,
+        depth: 0,
+        diagnostics,
+        mode: None,
+        codes: Vec::new(),
+    };
     let mut unit = parser.source_unit();
     unit.codes = parser.codes;
     (unit, parser.diagnostics)

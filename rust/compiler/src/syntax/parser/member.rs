@@ -66,7 +66,7 @@ impl Parser<'_> {
         let name = self.name("the name of a state variable")?;
         let ty = self.type_annotation()?;
         let init = self.initialiser("state variable", &name)?;
-        Ok(State { attributes, reset, name, ty, init })
+        Ok(State { mode: self.mode, attributes, reset, name, ty, init })
     }
 
     fn method(&mut self) -> Parsed<Method> {
@@ -105,7 +105,7 @@ impl Parser<'_> {
         self.advance();
         let name = self.name("the name of a timer")?;
         let mut values = self.arguments("`,` or `)`", 2)?.into_iter();
-        Ok(Timer { attributes, name, offset: values.next(), period: values.next() })
+        Ok(Timer { mode: self.mode, attributes, name, offset: values.next(), period: values.next() })
     }
 
     /// `(e, …)` with at most `count` values, if it is here.
@@ -145,7 +145,7 @@ impl Parser<'_> {
             self.expect(Kind::CloseParenthesis, "`,` or `)`")?;
         }
         let ty = self.type_annotation()?;
-        Ok(Action { attributes, physical, name, min_delay, min_spacing, policy, ty })
+        Ok(Action { mode: self.mode, attributes, physical, name, min_delay, min_spacing, policy, ty })
     }
 
     fn watchdog(&mut self) -> Parsed<Watchdog> {
@@ -158,7 +158,7 @@ impl Parser<'_> {
             self.effects()?;
         }
         self.code()?;
-        Ok(Watchdog { name })
+        Ok(Watchdog { mode: self.mode, name })
     }
 
     fn instantiation(&mut self, attributes: Vec<Attribute>) -> Parsed<Instantiation> {
@@ -173,7 +173,7 @@ impl Parser<'_> {
         self.expect(Kind::OpenParenthesis, "`(` and the parameters")?;
         let arguments = self.list(Kind::CloseParenthesis, ")", Self::assignment)?;
         let host = self.host()?;
-        Ok(Instantiation { attributes, name, width, class, type_arguments, arguments, host })
+        Ok(Instantiation { mode: self.mode, attributes, name, width, class, type_arguments, arguments, host })
     }
 
     fn assignment(&mut self) -> Parsed<Assignment> {

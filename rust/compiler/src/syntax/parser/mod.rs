@@ -36,6 +36,8 @@ struct Parser<'t> {
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
+    /// The mode whose declarations are read, by its position in the reactor.
+    mode: Option<usize>,
     /// All code blocks that are closed.
     codes: Vec<(Code, CodeKind)>,
 }

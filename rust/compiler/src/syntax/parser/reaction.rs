@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reactions.
 
-use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference, Tardy};
+use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference, Tardy, Transition};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
@@ -19,6 +19,7 @@ impl Parser<'_> {
         let effects = if self.eat(Kind::Arrow) { self.effects()? } else { Vec::new() };
         let code = if self.at(Kind::Code) { Some(self.code()?) } else { None };
         let mut reaction = Reaction {
+            mode: self.mode,
             attributes,
             keyword,
             mutation,
@@ -46,7 +47,7 @@ impl Parser<'_> {
             let token = self.advance();
             let span = self.span_of(token);
             let name = Name { text: self.text_of(token).to_owned(), span };
-            return Ok(Reference { container: None, name, interleaved: false, alias: None, transition: false, span });
+            return Ok(Reference { container: None, name, interleaved: false, alias: None, transition: None, span });
         }
         self.reference("a trigger")
     }
@@ -62,17 +63,19 @@ impl Parser<'_> {
     /// A port or action, or `reset(mode)` or `history(mode)`.
     fn effect(&mut self) -> Parsed<Reference> {
         let start = self.here();
-        let transition =
-            matches!(self.word_ahead(0), Some("reset" | "history")) && self.peek(1).kind == Kind::OpenParenthesis;
-        if !transition {
-            return self.reference("a port or an action");
+        let transition = match self.word_ahead(0) {
+            Some("reset") => Transition::Reset,
+            _ => Transition::History,
+        };
+        if !matches!(self.word_ahead(0), Some("reset" | "history")) || self.peek(1).kind != Kind::OpenParenthesis {
+            return self.reference("a port, an action or a mode");
         }
         self.advance();
         self.advance();
         let name = self.name("the name of a mode")?;
         self.expect(Kind::CloseParenthesis, "`)`")?;
         let span = start.to(self.before());
-        Ok(Reference { container: None, name, interleaved: false, alias: None, transition: true, span })
+        Ok(Reference { container: None, name, interleaved: false, alias: None, transition: Some(transition), span })
     }
 
     /// `STP(…)`, `STAA(…)`, `tardy` and `deadline(…)` behind the body.

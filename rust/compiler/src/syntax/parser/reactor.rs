@@ -39,7 +39,8 @@ impl Parser<'_> {
         let host = self.host()?;
         let extends = self.extends()?;
         let open = self.expect(Kind::OpenBrace, "`{`")?;
-        let body = self.body(open, false);
+        let mut body = Body::default();
+        self.declarations(open, &mut body);
         Ok(Reactor {
             attributes,
             kind,
@@ -89,61 +90,61 @@ impl Parser<'_> {
     }
 
     /// The declarations up to `}`; `open` is the `{`.
-    fn body(&mut self, open: Span, in_mode: bool) -> Body {
-        let mut body = Body::default();
+    fn declarations(&mut self, open: Span, body: &mut Body) {
         loop {
             if self.eat(Kind::CloseBrace) {
-                return body;
+                return;
             }
             if self.at_end() || self.at_file_start() {
                 // A comment or a code block without an end takes the brace with it.
                 let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment);
                 if self.at_end() && self.diagnostics.iter().any(|entry| taken(entry.code)) {
-                    return body;
+                    return;
                 }
-                let what = if in_mode { "mode" } else { "reactor" };
+                let what = if self.mode.is_some() { "mode" } else { "reactor" };
                 let message = format!("the body of this {what} has no end");
                 let hint = "close it with `}`";
                 self.report(Diagnostic::new(Code::Syntax, open, message).label("opened here").hint(hint));
-                return body;
+                return;
             }
             let start = self.position;
-            if self.body_member(&mut body, in_mode).is_err() {
+            if self.body_member(body).is_err() {
                 self.recover_in_body(start);
             }
         }
     }
 
-    fn body_member(&mut self, body: &mut Body, in_mode: bool) -> Parsed<()> {
+    fn body_member(&mut self, body: &mut Body) -> Parsed<()> {
         if self.eat(Kind::Semicolon) {
             return Ok(());
         }
         let start = self.peek(0).start;
         let attributes = self.attributes()?;
         match self.word_ahead(0) {
-            Some("mode" | "initial") if !in_mode => {
-                let mode = self.mode()?;
-                body.modes.push(mode);
-            }
-            Some("input" | "output" | "mutable") if in_mode => return self.unexpected("a declaration that modes have"),
+            Some("mode" | "initial") if self.mode.is_none() => self.mode(body)?,
+            Some(
+                "mode" | "initial" | "input" | "output" | "mutable" | "method" | "const" | "preamble" | "private"
+                | "public",
+            ) if self.mode.is_some() => return self.unexpected("a declaration that modes have"),
             _ => self.member(body, attributes, start)?,
         }
         Ok(())
     }
 
-    fn mode(&mut self) -> Parsed<Mode> {
+    fn mode(&mut self, body: &mut Body) -> Parsed<()> {
         let start = self.here();
-        self.eat_word("initial");
+        let initial = self.eat_word("initial").is_some();
         if self.eat_word("mode").is_none() {
             return self.unexpected("`mode`");
         }
-        if !self.at(Kind::OpenBrace) {
-            self.name("the name of a mode")?;
-        }
+        let name = if self.at(Kind::OpenBrace) { None } else { Some(self.name("the name of a mode")?) };
         let span = start.to(self.before());
         let open = self.expect(Kind::OpenBrace, "`{`")?;
-        self.body(open, true);
-        Ok(Mode { span })
+        self.mode = Some(body.modes.len());
+        body.modes.push(Mode { name, initial, span });
+        self.declarations(open, body);
+        self.mode = None;
+        Ok(())
     }
 
     /// Skips to the next declaration, over nested braces, taking at least one token since `start`.

@@ -2,13 +2,17 @@
 //! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
 //! methods say.
 
+use std::fmt::Write as _;
+
 use lf_model::PortId;
 
 use super::module::Module;
-use crate::languages::rust::reactor::{deadline_method, reaction_method, tardy_method};
+use crate::languages::rust::reactor::{deadline_method, reaction_method, reset_method, tardy_method};
 use crate::languages::rust::sending::serializer_type;
-use crate::plan::{Argument, Reaction, ReactionKind, ScheduledReaction, Serializer, Tardy, VariableKind};
-use crate::tables::Cell;
+use crate::plan::{
+    Argument, Mode, ModeIndex, Reaction, ReactionKind, ScheduledReaction, Serializer, Tardy, VariableKind,
+};
+use crate::tables::{Cell, TriggerRow};
 
 /// Signatures of the methods, what each matches on, and what it answers for others.
 const REACT: [&str; 3] = ["react(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
@@ -19,6 +23,8 @@ const TARDY: [&str; 3] =
 const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
+const IN_MODE: [&str; 3] = ["in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell>", "trigger", "None,"];
+const RESET_MODE: [&str; 3] = ["reset_mode(&mut self, mode: ModeId)", "mode", "{}"];
 const CAPTURE: [&str; 3] =
     ["capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full>", "trigger", "Ok(()),"];
 const ENCODE: [&str; 3] = [
@@ -42,15 +48,19 @@ impl Module<'_> {
     pub(super) fn program(&self, owner: &str) -> String {
         let tables = &self.tables;
         let trigger = |index: usize| &self.symbols.triggers[index];
-        let reacts = self.reactions(|number, _| Some(reaction_method(number)));
-        let misses = self.reactions(|number, declared| declared.deadline.as_ref().map(|_| deadline_method(number)));
-        let handles = self.reactions(|number, declared| match declared.tardy.as_ref()? {
+        let reacts = self.reactions(true, |number, _| Some(reaction_method(number)));
+        let misses =
+            self.reactions(false, |number, declared| declared.deadline.as_ref().map(|_| deadline_method(number)));
+        let handles = self.reactions(false, |number, declared| match declared.tardy.as_ref()? {
             Tardy::Handler(_) => Some(tardy_method(number)),
             Tardy::Body => Some(reaction_method(number)),
         });
         let ports = (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
+        let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
+        let in_modes = tables.triggers.iter().enumerate().filter(|(_, row)| is_queue(row));
+        let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
         let captures = tables.triggers.iter().enumerate().filter_map(|(id, row)| {
             let source = self.port_place(usize::from(row.captures?.0));
             Some(format!("TriggerId({id}) => self.{}.capture(tag, &{source})", trigger(id)))
@@ -73,28 +83,27 @@ impl Module<'_> {
         let mut text = format!(
             "impl Program for {owner} {{\n    fn tables(&self) -> &'static Tables {{\n        &TABLES\n    }}\n"
         );
-        let methods = [
-            (REACT, reacts),
-            (MISS, misses),
-            (TARDY, if tables.has_tardy_inputs() { handles } else { Vec::new() }),
-            (PORT, ports.collect()),
-            (TRIGGER, triggers.collect()),
-            (CAPTURE, captures.collect()),
-            (ENCODE, encodes.collect()),
-            (DELIVER, delivers.collect()),
-            (DELIVER_TARDY, tardies.collect()),
-        ];
-        for ([signature, id, otherwise], arms) in methods {
-            if arms.is_empty() {
-                continue;
-            }
-            text = text + "\n    fn " + signature + " {\n        match " + id + " {\n";
-            for arm in arms {
-                text = text + "            " + &arm + ",\n";
-            }
-            text = text + "            _ => " + otherwise + "\n        }\n    }\n";
+        push_methods(
+            &mut text,
+            [
+                (REACT, reacts),
+                (MISS, misses),
+                (TARDY, if tables.has_tardy_inputs() { handles } else { Vec::new() }),
+                (PORT, ports.collect()),
+                (TRIGGER, triggers.collect()),
+                (CAPTURE, captures.collect()),
+                (ENCODE, encodes.collect()),
+                (DELIVER, delivers.collect()),
+                (DELIVER_TARDY, tardies.collect()),
+            ],
+        );
+        if tables.modes.is_empty() {
+            return text + "}\n";
         }
-        text + "}\n"
+        text.push_str("\n    fn modes(&mut self) -> Option<&mut dyn ModeCells> {\n        Some(self)\n    }\n}\n\n");
+        text = text + "impl ModeCells for " + owner + " {\n";
+        push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.resets())]);
+        text.replace(" {\n\n", " {\n") + "}\n"
     }
 
     /// What the names of methods that make bytes of values end with, where a serializer is given.
@@ -104,9 +113,30 @@ impl Module<'_> {
         serializer.map(|serializer| format!("_by::<{}>", serializer_type(serializer, &ty))).unwrap_or_default()
     }
 
+    /// One arm per mode with `reset` state variables.
+    fn resets(&self) -> Vec<String> {
+        let arm = |(id, mode): (usize, &Mode)| {
+            let mut calls = String::new();
+            for (index, instance) in self.federate.instances.iter().enumerate() {
+                let own = (mode.instance.0 == index).then_some(Some(mode.declared));
+                let whole = (instance.mode == Some(ModeIndex(id))).then_some(None);
+                let class = self.plan.class(instance);
+                for of in [own, whole].into_iter().flatten().filter(|of| class.has_resets(*of)) {
+                    let _ = write!(calls, "self.{}.{}(); ", self.symbols.instances[index], reset_method(of));
+                }
+            }
+            (!calls.is_empty()).then(|| format!("ModeId({id}) => {{ {calls}}}"))
+        };
+        self.federate.modes.iter().enumerate().filter_map(arm).collect()
+    }
+
     /// One arm per reaction with a body for which there is a method.
-    fn reactions(&self, method: impl Fn(usize, &Reaction) -> Option<proc_macro2::Ident>) -> Vec<String> {
+    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<proc_macro2::Ident>) -> Vec<String> {
         let arm = |(id, reaction): (usize, &ScheduledReaction)| {
+            if let (ReactionKind::Copy { from, to }, true) = (&reaction.kind, copies) {
+                let (from, to) = (self.port_place(from.0), self.port_place(to.0));
+                return Some(format!("ReactionId({id}) => ctx.copy(&{from}, &mut {to})"));
+            }
             let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
             let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
             let method = method(*number, declared)?;
@@ -122,10 +152,28 @@ impl Module<'_> {
                         format!(", &{mutable}{name}::new(&{mutable}[{places}])")
                     }
                     Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
+                    Argument::Mode(mode) => {
+                        let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                        format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
+                    }
                 }
             });
             Some(format!("ReactionId({id}) => self.{field}.{method}(ctx{})", arguments.collect::<String>()))
         };
         self.federate.reactions.iter().enumerate().filter_map(arm).collect()
+    }
+}
+
+/// The methods that have arms.
+fn push_methods<const N: usize>(text: &mut String, methods: [([&str; 3], Vec<String>); N]) {
+    for ([signature, id, otherwise], arms) in methods {
+        if arms.is_empty() {
+            continue;
+        }
+        *text = format!("{text}\n    fn {signature} {{\n        match {id} {{\n");
+        for arm in arms {
+            *text = format!("{text}            {arm},\n");
+        }
+        *text = format!("{text}            _ => {otherwise}\n        }}\n    }}\n");
     }
 }

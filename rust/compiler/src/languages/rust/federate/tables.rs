@@ -2,19 +2,20 @@
 //! The tables of a federate as Rust: a row per line, without what is as in `DEFAULT`.
 
 use lf_model::time::Interval;
-use lf_model::{ActionTiming, Policy, PortId, ReactionKind, TriggerKind};
+use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, PortId, ReactionKind, TriggerKind};
 
 use super::module::Module;
 use crate::emit::EmitError;
 use crate::languages::rust::print::{Fields, interval, optional};
 use crate::languages::rust::sending::max_len;
 use crate::plan::Serializer;
+use crate::tables::ModeEvents;
 
 impl Module<'_> {
     /// The tables, checked when they are compiled.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
-        let mut text =
-            String::from("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
+        let mut text = self.modes_text();
+        text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
         let tables = [
             ("reactions", self.reaction_rows()),
             ("triggers", self.trigger_rows()),
@@ -22,7 +23,7 @@ impl Module<'_> {
             ("outputs", self.output_rows()?),
             ("inputs", self.input_rows()?),
         ];
-        let mut omits = self.tables.absence.is_empty();
+        let mut omits = self.tables.absence.is_empty() || self.tables.modes.is_empty();
         for (name, rows) in tables {
             if rows.is_empty() {
                 omits = true;
@@ -37,10 +38,41 @@ impl Module<'_> {
         if !self.tables.absence.is_empty() {
             text = text + "    absence: " + &ids(&self.tables.absence) + ",\n";
         }
+        if !self.tables.modes.is_empty() {
+            text.push_str("    modes: Some(&MODES),\n");
+        }
         text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
         text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for it.\n");
         text.push_str("pub type Storage = lf::model::storage_for!(TABLES);\n");
         Ok(text)
+    }
+
+    /// The modes and what is in them, where there are any.
+    fn modes_text(&self) -> String {
+        if self.tables.modes.is_empty() {
+            return String::new();
+        }
+        let mut text =
+            String::from("/// The modes, by reaction the one that it is in, and the triggers that are in one.\n");
+        text.push_str("const MODES: Modes = Modes::new(\n    &[\n");
+        for mode in &self.tables.modes {
+            let mut row = Fields::of("ModeInfo");
+            row.set("name", format_args!("{:?}", mode.name)).set("instance", mode.instance);
+            row.set("parent", format_args!("{:?}", mode.parent)).set("initial", mode.initial);
+            text = text + "        " + &row.row() + ",\n";
+        }
+        let reactions: Vec<Option<ModeId>> = self.tables.reactions.iter().map(|reaction| reaction.mode).collect();
+        text = text + "    ],\n    " + &ids(&reactions) + ",\n    &[\n";
+        for ModeTrigger { trigger, mode, offset } in self.tables.mode_triggers() {
+            let mut row = Fields::of("ModeTrigger");
+            row.set("trigger", format_args!("{trigger:?}")).set("mode", format_args!("{mode:?}"));
+            text = text + "        " + &row.set("offset", optional(offset)).row() + ",\n";
+        }
+        let ModeEvents { entry, startup, reset, shutdown } = self.tables.mode_events();
+        let mut events = Fields::of("ModeEvents");
+        events.set("entry", format_args!("{entry:?}")).set("startup", ids(startup));
+        events.set("reset", ids(reset)).set("shutdown", ids(shutdown));
+        text + "    ],\n    " + &events.row() + ",\n);\n\n"
     }
 
     fn reaction_rows(&self) -> Vec<String> {
@@ -122,6 +154,7 @@ fn trigger_kind(kind: &TriggerKind) -> String {
     match kind {
         TriggerKind::Startup => "TriggerKind::Startup".to_owned(),
         TriggerKind::Shutdown => "TriggerKind::Shutdown".to_owned(),
+        TriggerKind::Reset => "TriggerKind::Reset".to_owned(),
         TriggerKind::Timer { offset, period } => {
             format!("TriggerKind::Timer {{ offset: {}, period: {} }}", interval(*offset), interval(*period))
         }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the engine asks whether something is active.
+use super::Engine;
+use crate::bits::Bits;
+use crate::events::Events;
+use crate::modes::{Change, Moment};
+use crate::tables::{ReactionId, TriggerId};
+
+impl Engine<'_> {
+    pub(super) fn runs(&self, reaction: ReactionId) -> bool {
+        let is_last = self.state.current == self.state.stop;
+        self.tables.modes.is_none_or(|modes| (modes.hooks.runs)(modes, self.modes, reaction, is_last))
+    }
+
+    pub(super) fn is_active(&self, trigger: TriggerId) -> bool {
+        self.tables.modes.is_none_or(|modes| (modes.hooks.is_active)(modes, self.modes, trigger))
+    }
+
+    /// Something becomes of the modes, if there are any.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    pub(super) fn modes_at(&mut self, moment: Moment<'_>) {
+        let Some(modes) = self.tables.modes else { return };
+        let mut change = Change {
+            modes,
+            current: self.state.current,
+            states: self.modes,
+            held: self.held,
+            events: Events { next: self.events.next, winners: self.events.winners },
+            ready: Bits(self.ready.0),
+        };
+        (modes.hooks.at)(&mut change, moment);
+    }
+}
