@@ -10,6 +10,7 @@ use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
+use crate::PEERS;
 use crate::platform::{NetError, RandomError};
 
 /// Why a participant ends early.
@@ -207,6 +208,10 @@ pub enum PeerFault {
 
 impl fmt::Display for PeerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !PEERS {
+            // Nothing can be wrong with connections that there are not, and the sentences are long.
+            return Ok(());
+        }
         match self {
             Self::Bytes(error) => {
                 write!(f, "sent bytes that are no message: {error}; check that all federates are of the same release")
