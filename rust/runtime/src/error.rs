@@ -10,7 +10,6 @@ use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
-use crate::PEERS;
 use crate::platform::{NetError, RandomError};
 
 /// Why a participant ends early.
@@ -208,7 +207,7 @@ pub enum PeerFault {
 
 impl fmt::Display for PeerFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !PEERS {
+        if !cfg!(feature = "peers") {
             // Nothing can be wrong with connections that there are not, and the sentences are long.
             return Ok(());
         }

@@ -37,7 +37,7 @@ impl<'a> Reader<'a> {
         Ok(field)
     }
 
-    /// A field of a fixed length; zeros where bytes are missing, which [`Reader::require`] finds out once for all fields.
+    /// A field of a fixed length; zeros where bytes are missing, which [`Reader::require`] finds out for all at once.
     pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
         let mut field = [0; N];
         if let Ok(bytes) = self.take(N) {
