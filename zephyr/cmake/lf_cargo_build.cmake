@@ -27,7 +27,7 @@ set(flags [=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compac
 if(profile STREQUAL release)
   # A panic says where it happened: the image carries that text, so it had better be short, and the same everywhere.
   string(APPEND flags ", '--remap-path-prefix=${repository}/='")
-  if(target MATCHES "^thumb")
+  if(target MATCHES "thumb")
     # What several functions have in common becomes one.
     string(APPEND flags ", '-Cllvm-args=--enable-machine-outliner=always'")
   endif()
@@ -56,4 +56,5 @@ if(NOT result EQUAL 0)
   message(FATAL_ERROR "cargo could not build ${crate}")
 endif()
 
+cmake_path(GET target STEM target)
 file(COPY_FILE ${target_dir}/${target}/${folder}/librustapp.a ${library} ONLY_IF_DIFFERENT)

@@ -13,6 +13,7 @@
 #   LF_CARGO_ENVIRONMENT    VARIABLE=VALUE entries to run it with
 #   LF_RUST_TOOLCHAIN       one line that describes the choice
 #   LF_RUST_SOURCES         the version of the toolchain if it compiles `core` with the program, else nothing
+#              lf_rust_target_without_frame_pointers(FILE TARGET) writes the description of a target to FILE
 # As a script:  cmake -DLF_RUST_TARGET=thumbv7m-none-eabi -P lf_rust_toolchain.cmake
 #   prints the choice, or fails with what to install.
 
@@ -93,6 +94,7 @@ function(lf_find_rust_toolchain target)
     set(LF_RUST_TOOLCHAIN "${description}" PARENT_SCOPE)
   elseif(with_sources)
     set(LF_CARGO "${with_sources}/cargo" PARENT_SCOPE)
+    set(LF_RUSTC "${with_sources}/rustc" PARENT_SCOPE)
     # Only `core` is built: a crate that needs `alloc` then does not compile, which is what is wanted.
     set(LF_CARGO_ENVIRONMENT
       "RUSTC=${with_sources}/rustc" "RUSTC_BOOTSTRAP=1" "CARGO_UNSTABLE_BUILD_STD=core"
@@ -109,6 +111,24 @@ function(lf_find_rust_toolchain target)
       "(`rustup component add rust-src`, or the package rust-src of your distribution's rustc).\n"
       "Looked at:\n  ${seen}\n"
     )
+  endif()
+endfunction()
+
+# Writes the description of `target` to `file`, but without frame pointers, which Rust keeps on Arm in each function and
+# which no option takes away; or removes `file` where the toolchain that was found cannot be told such a target.
+function(lf_rust_target_without_frame_pointers file target)
+  execute_process(
+    COMMAND ${CMAKE_COMMAND} -E env ${LF_CARGO_ENVIRONMENT}
+      ${LF_RUSTC} -Z unstable-options --print target-spec-json --target ${target}
+    OUTPUT_VARIABLE description ERROR_QUIET RESULT_VARIABLE result
+  )
+  set(always "\"frame-pointer\": \"always\"")
+  if(result EQUAL 0 AND description MATCHES "${always}")
+    string(REPLACE "${always}" "\"frame-pointer\": \"may-omit\"" description "${description}")
+    # Cargo compiles everything anew when the file is another one.
+    file(CONFIGURE OUTPUT ${file} CONTENT "${description}" @ONLY)
+  else()
+    file(REMOVE ${file})
   endif()
 endfunction()
 

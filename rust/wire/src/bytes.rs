@@ -37,39 +37,41 @@ impl<'a> Reader<'a> {
         Ok(field)
     }
 
-    pub(crate) fn array<const N: usize>(&mut self) -> Result<[u8; N], Short> {
-        let end = self.at.saturating_add(N);
-        let field = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk).ok_or(Short { need: end })?;
-        self.at = end;
-        Ok(*field)
+    /// A field of a fixed length; zeros where bytes are missing, which [`Reader::require`] finds out for all at once.
+    pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
+        let mut field = [0; N];
+        if let Ok(bytes) = self.take(N) {
+            field.copy_from_slice(bytes);
+        }
+        field
     }
 
-    pub(crate) fn u8(&mut self) -> Result<u8, Short> {
-        self.array().map(u8::from_le_bytes)
+    pub(crate) fn u8(&mut self) -> u8 {
+        u8::from_le_bytes(self.array())
     }
 
-    pub(crate) fn u16(&mut self) -> Result<u16, Short> {
-        self.array().map(u16::from_le_bytes)
+    pub(crate) fn u16(&mut self) -> u16 {
+        u16::from_le_bytes(self.array())
     }
 
-    pub(crate) fn u32(&mut self) -> Result<u32, Short> {
-        self.array().map(u32::from_le_bytes)
+    pub(crate) fn u32(&mut self) -> u32 {
+        u32::from_le_bytes(self.array())
     }
 
-    pub(crate) fn i32(&mut self) -> Result<i32, Short> {
-        self.array().map(i32::from_le_bytes)
+    pub(crate) fn i32(&mut self) -> i32 {
+        i32::from_le_bytes(self.array())
     }
 
-    pub(crate) fn i64(&mut self) -> Result<i64, Short> {
-        self.array().map(i64::from_le_bytes)
+    pub(crate) fn i64(&mut self) -> i64 {
+        i64::from_le_bytes(self.array())
     }
 
-    pub(crate) fn tag(&mut self) -> Result<Tag, Short> {
-        Ok(Tag { time: self.i64()?, microstep: self.u32()? })
+    pub(crate) fn tag(&mut self) -> Tag {
+        Tag { time: self.i64(), microstep: self.u32() }
     }
 }
 
-/// Writes field after field into exactly as many bytes as they need.
+/// Writes field after field into as many bytes as they need. What is behind the last byte is not written.
 pub(crate) struct Writer<'b> {
     bytes: &'b mut [u8],
     at: usize,
@@ -83,36 +85,36 @@ impl<'b> Writer<'b> {
         Ok(Self { bytes, at: 0 })
     }
 
-    pub(crate) fn put(&mut self, field: &[u8]) -> Result<(), NoRoom> {
-        let free = self.bytes.get_mut(self.at..).unwrap_or_default();
-        let no_room = NoRoom { needed: field.len(), room: free.len() };
-        free.get_mut(..field.len()).ok_or(no_room)?.copy_from_slice(field);
-        self.at += field.len();
-        Ok(())
+    pub(crate) fn put(&mut self, field: &[u8]) {
+        let end = self.at.saturating_add(field.len());
+        if let Some(place) = self.bytes.get_mut(self.at..end) {
+            place.copy_from_slice(field);
+        }
+        self.at = end;
     }
 
-    pub(crate) fn u8(&mut self, value: u8) -> Result<(), NoRoom> {
-        self.put(&[value])
+    pub(crate) fn u8(&mut self, value: u8) {
+        self.put(&[value]);
     }
 
-    pub(crate) fn u16(&mut self, value: u16) -> Result<(), NoRoom> {
-        self.put(&value.to_le_bytes())
+    pub(crate) fn u16(&mut self, value: u16) {
+        self.put(&value.to_le_bytes());
     }
 
-    pub(crate) fn u32(&mut self, value: u32) -> Result<(), NoRoom> {
-        self.put(&value.to_le_bytes())
+    pub(crate) fn u32(&mut self, value: u32) {
+        self.put(&value.to_le_bytes());
     }
 
-    pub(crate) fn i32(&mut self, value: i32) -> Result<(), NoRoom> {
-        self.put(&value.to_le_bytes())
+    pub(crate) fn i32(&mut self, value: i32) {
+        self.put(&value.to_le_bytes());
     }
 
-    pub(crate) fn i64(&mut self, value: i64) -> Result<(), NoRoom> {
-        self.put(&value.to_le_bytes())
+    pub(crate) fn i64(&mut self, value: i64) {
+        self.put(&value.to_le_bytes());
     }
 
-    pub(crate) fn tag(&mut self, value: Tag) -> Result<(), NoRoom> {
-        self.i64(value.time)?;
-        self.u32(value.microstep)
+    pub(crate) fn tag(&mut self, value: Tag) {
+        self.i64(value.time);
+        self.u32(value.microstep);
     }
 }

@@ -3,6 +3,7 @@
 
 use lf_model::time::{Instant, Interval};
 
+use super::DATAGRAMS;
 use super::line::{BILLION, Line, scale};
 
 /// The fastest that a [`ClockCorrection`] makes up for an error: 50 ms in a second, in parts per thousand million.
@@ -60,6 +61,9 @@ impl ClockCorrection {
     /// change of rate.
     pub fn physical(&self, local: Instant) -> Instant {
         let elapsed = local.as_nanos().saturating_sub(self.local);
+        if !DATAGRAMS {
+            return Instant(self.physical.saturating_add(elapsed));
+        }
         let (ppb, made_up) = if self.is_made_up(elapsed) {
             (self.drift_ppb, if elapsed < 0 { 0 } else { self.error })
         } else {
@@ -72,7 +76,9 @@ impl ClockCorrection {
     /// The earliest reading of the own clock at which physical time has reached `physical`, to wait for.
     pub fn local(&self, physical: Instant) -> Instant {
         let ahead = physical.as_nanos().saturating_sub(self.physical);
-        let elapsed = if ahead <= 0 {
+        let elapsed = if !DATAGRAMS {
+            ahead
+        } else if ahead <= 0 {
             unscale(ahead, self.drift_ppb)
         } else {
             // First the error is made up for, then time goes on without.

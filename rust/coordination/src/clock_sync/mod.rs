@@ -28,6 +28,8 @@ pub use poll::Poll;
 pub use responder::{Heard, Responder, Round};
 pub use tracker::Tracker;
 
+/// Whether a correction can change while the federation runs. Otherwise it is an offset, and small.
+pub(crate) const DATAGRAMS: bool = cfg!(feature = "datagrams");
 /// The UDP port of an RTI, if it is free; federates answer to where a T1 came from.
 pub const RTI_UDP_PORT: u16 = 15061;
 /// The period of the rounds of an RTI that is told none, as the stock RTI's.

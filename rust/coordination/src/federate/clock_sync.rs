@@ -9,7 +9,7 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::Message;
 
 use super::config::{ClockSync, Config};
-use crate::clock_sync::{ClockCorrection, Estimate, Estimator, Exchange, Line, Responder, Tracker};
+use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker};
 
 /// What a datagram led to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -25,7 +25,7 @@ pub struct Received {
 }
 
 /// What clock synchronization has found out.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ClockSyncReport {
     /// How many rounds were complete.
     pub exchanges: u32,
@@ -59,6 +59,13 @@ pub(super) struct Clock {
     correction: ClockCorrection,
     /// The exchanges before the start.
     pub(super) initial: Synchronization,
+    /// Where there can be rounds over UDP.
+    rounds: [Rounds; DATAGRAMS as usize],
+}
+
+/// What takes part in the rounds over UDP, and what it finds out.
+#[derive(Clone, Debug)]
+struct Rounds {
     responder: Responder,
     tracker: Tracker,
 }
@@ -69,8 +76,7 @@ impl Clock {
         Self {
             correction: ClockCorrection::with_offset(offset),
             initial: Synchronization::new(),
-            responder: Responder::new(),
-            tracker: Tracker::new(),
+            rounds: [const { Rounds { responder: Responder::new(), tracker: Tracker::new() } }; DATAGRAMS as usize],
         }
     }
 
@@ -96,11 +102,12 @@ impl Clock {
         if config.rti.is_some_and(|rti| rti != *from.ip()) {
             return Received { stranger: true, ..Received::default() };
         }
-        let heard = self.responder.handle(now, from, datagram);
+        let Some(Rounds { responder, tracker }) = self.rounds.first_mut() else { return Received::default() };
+        let heard = responder.handle(now, from, datagram);
         let mut corrected = false;
         if let Some(round) = heard.round {
-            self.tracker.record(round);
-            if let Some(line) = self.tracker.line() {
+            tracker.record(round);
+            if let Some(line) = tracker.line() {
                 self.correction.steer(now, &line, attenuation);
                 corrected = true;
             }
@@ -111,13 +118,16 @@ impl Clock {
 
     /// The answer to a datagram is being sent; `now` is the time right before.
     pub(super) fn answer_leaves(&mut self, now: Instant) {
-        self.responder.answered(now);
+        if let Some(rounds) = self.rounds.first_mut() {
+            rounds.responder.answered(now);
+        }
     }
 
     /// What the rounds have found out.
     pub(super) fn report(&self) -> ClockSyncReport {
-        let (exchanges, unused, calm) = self.tracker.counts();
-        ClockSyncReport { exchanges, unused, calm, line: self.tracker.line() }
+        let Some(Rounds { tracker, .. }) = self.rounds.first() else { return ClockSyncReport::default() };
+        let (exchanges, unused, calm) = tracker.counts();
+        ClockSyncReport { exchanges, unused, calm, line: tracker.line() }
     }
 }
 

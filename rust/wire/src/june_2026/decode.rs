@@ -34,7 +34,7 @@ pub fn tag_in_header(bytes: &[u8]) -> Option<Tag> {
     }
     // The tag is the last of the header's fields.
     let header = bytes.get(..fixed_bytes(message_type))?;
-    Reader::new(header.get(header.len() - TAG_BYTES..)?).tag().ok()
+    Some(Reader::new(header.get(header.len() - TAG_BYTES..)?).tag())
 }
 
 /// Where the message at the beginning of `bytes` goes, if it has a payload, and its header is there: also if it is
@@ -47,7 +47,7 @@ pub fn destination_in_header(bytes: &[u8]) -> Option<Destination> {
     if !has_payload {
         return None;
     }
-    Some(Destination { port: reader.u16().ok()?, federate: reader.u16().ok()?, payload_bytes: reader.u32().ok()? })
+    Some(Destination { port: reader.u16(), federate: reader.u16(), payload_bytes: reader.u32() })
 }
 
 /// Length in bytes of the longest message that `limits` accept: what a receive buffer has to hold.
@@ -96,75 +96,76 @@ struct Fields<'a, 'l> {
 
 impl<'a> Fields<'a, '_> {
     fn message(&mut self) -> Result<Message<'a>, Stop> {
+        // Then all fields of a fixed length are there.
         self.reader.require(fixed_bytes(self.message_type))?;
-        self.reader.u8()?;
+        self.reader.u8();
         let reader = &mut self.reader;
         Ok(match self.message_type {
-            MessageType::Reject => Message::Reject(RejectCode::from_byte(reader.u8()?)),
+            MessageType::Reject => Message::Reject(RejectCode::from_byte(reader.u8())),
             MessageType::FedIds => {
                 let (federate, federation_id) = self.ids()?;
                 Message::FedIds { federate, federation_id }
             }
-            MessageType::Timestamp => Message::Timestamp(reader.i64()?),
+            MessageType::Timestamp => Message::Timestamp(reader.i64()),
             MessageType::Resign => Message::Resign,
             MessageType::TaggedMessage => {
                 let (port, federate, tag, payload) = self.tagged()?;
                 Message::TaggedMessage { port, federate, tag, payload }
             }
-            MessageType::NextEventTag => Message::NextEventTag(reader.tag()?),
-            MessageType::TagGrant => Message::TagGrant(reader.tag()?),
-            MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(reader.tag()?),
-            MessageType::LatestTagComplete => Message::LatestTagComplete(reader.tag()?),
-            MessageType::StopRequest => Message::StopRequest(reader.tag()?),
-            MessageType::StopReply => Message::StopReply(reader.tag()?),
-            MessageType::StopGranted => Message::StopGranted(reader.tag()?),
-            MessageType::AddressQuery => Message::AddressQuery { federate: reader.u16()? },
+            MessageType::NextEventTag => Message::NextEventTag(reader.tag()),
+            MessageType::TagGrant => Message::TagGrant(reader.tag()),
+            MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(reader.tag()),
+            MessageType::LatestTagComplete => Message::LatestTagComplete(reader.tag()),
+            MessageType::StopRequest => Message::StopRequest(reader.tag()),
+            MessageType::StopReply => Message::StopReply(reader.tag()),
+            MessageType::StopGranted => Message::StopGranted(reader.tag()),
+            MessageType::AddressQuery => Message::AddressQuery { federate: reader.u16() },
             MessageType::AddressQueryReply => {
-                Message::AddressQueryReply { port: reader.i32()?, address: reader.array()? }
+                Message::AddressQueryReply { port: reader.i32(), address: reader.array() }
             }
-            MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32()? },
+            MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32() },
             MessageType::P2pSendingFedId => {
                 let (federate, federation_id) = self.ids()?;
                 Message::P2pSendingFedId { federate, federation_id }
             }
             MessageType::P2pMessage => {
-                let (port, federate, length) = (reader.u16()?, reader.u16()?, self.payload_length()?);
+                let (port, federate, length) = (reader.u16(), reader.u16(), self.payload_length()?);
                 Message::P2pMessage { port, federate, payload: self.reader.take(length)? }
             }
             MessageType::P2pTaggedMessage => {
                 let (port, federate, tag, payload) = self.tagged()?;
                 Message::P2pTaggedMessage { port, federate, tag, payload }
             }
-            MessageType::T1 => Message::T1(reader.i64()?),
-            MessageType::T3 => Message::T3 { federate: reader.u16()? },
-            MessageType::T4 => Message::T4(reader.i64()?),
-            MessageType::CodedProbe => Message::CodedProbe(reader.i64()?),
+            MessageType::T1 => Message::T1(reader.i64()),
+            MessageType::T3 => Message::T3 { federate: reader.u16() },
+            MessageType::T4 => Message::T4(reader.i64()),
+            MessageType::CodedProbe => Message::CodedProbe(reader.i64()),
             MessageType::PortAbsent => {
-                Message::PortAbsent { port: reader.u16()?, federate: reader.u16()?, tag: reader.tag()? }
+                Message::PortAbsent { port: reader.u16(), federate: reader.u16(), tag: reader.tag() }
             }
             MessageType::NeighborStructure => Message::NeighborStructure(self.neighbors()?),
             MessageType::Failed => Message::Failed,
-            MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()?),
-            MessageType::FedNonce => Message::FedNonce { federate: reader.u16()?, nonce: reader.array()? },
-            MessageType::RtiResponse => Message::RtiResponse { nonce: reader.array()?, hmac: reader.array()? },
-            MessageType::FedResponse => Message::FedResponse { hmac: reader.array()? },
-            MessageType::UdpPort => Message::UdpPort(reader.u16()?),
+            MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()),
+            MessageType::FedNonce => Message::FedNonce { federate: reader.u16(), nonce: reader.array() },
+            MessageType::RtiResponse => Message::RtiResponse { nonce: reader.array(), hmac: reader.array() },
+            MessageType::FedResponse => Message::FedResponse { hmac: reader.array() },
+            MessageType::UdpPort => Message::UdpPort(reader.u16()),
             MessageType::Ack => Message::Ack,
         })
     }
 
     fn ids(&mut self) -> Result<(u16, &'a [u8]), Stop> {
-        let federate = self.reader.u16()?;
+        let federate = self.reader.u16();
         let offset = self.reader.at();
-        let found = self.reader.u8()?.into();
+        let found = self.reader.u8().into();
         let length = self.within("federation id length", offset, found, self.limits.federation_id_bytes_max)?;
         Ok((federate, self.reader.take(length)?))
     }
 
     fn tagged(&mut self) -> Result<(u16, u16, Tag, &'a [u8]), Stop> {
-        let (port, federate) = (self.reader.u16()?, self.reader.u16()?);
+        let (port, federate) = (self.reader.u16(), self.reader.u16());
         let length = self.payload_length()?;
-        let tag = self.reader.tag()?;
+        let tag = self.reader.tag();
         Ok((port, federate, tag, self.reader.take(length)?))
     }
 
@@ -177,13 +178,13 @@ impl<'a> Fields<'a, '_> {
 
     fn payload_length(&mut self) -> Result<usize, Stop> {
         let offset = self.reader.at();
-        let found = self.reader.u32()?;
+        let found = self.reader.u32();
         self.within("payload length", offset, found, self.limits.payload_bytes_max)
     }
 
     fn neighbor_count(&mut self, field: &'static str) -> Result<usize, Stop> {
         let offset = self.reader.at();
-        let found = self.reader.i32()?;
+        let found = self.reader.i32();
         let message = self.message_type;
         let count =
             u32::try_from(found).map_err(|_| Stop::Wrong(DecodeError::Negative { message, field, offset, found }))?;

@@ -3,7 +3,7 @@
 
 use super::layouts::{byte, fixed_bytes};
 use crate::bytes::Writer;
-use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, NoRoom, Tag};
+use crate::{Beyond, EncodeError, Message, MessageType, NeighborStructure, Tag};
 
 /// Writes a message to the beginning of `target` and returns its length in bytes.
 ///
@@ -14,8 +14,8 @@ pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, 
     let lengths = message.lengths()?;
     let len = encoded_len(message);
     let mut writer = Writer::new(target, len)?;
-    writer.u8(byte(message.message_type()))?;
-    message.write(&mut writer, lengths)?;
+    writer.u8(byte(message.message_type()));
+    message.write(&mut writer, lengths);
     Ok(len)
 }
 
@@ -34,52 +34,47 @@ pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
 }
 
 impl Message<'_> {
-    /// The values of the length fields, checked before the first byte is written.
-    fn lengths(&self) -> Result<Lengths, Beyond> {
+    /// The values of the length fields, checked before the first byte is written; 0 for those that it has not.
+    fn lengths(&self) -> Result<[u32; 2], Beyond> {
         let message = self.message_type();
-        match self {
+        let checked = |field, length, max| length_field(message, field, length, max);
+        Ok(match self {
             Self::FedIds { federation_id, .. } | Self::P2pSendingFedId { federation_id, .. } => {
-                let field = "federation id length";
-                u8::try_from(federation_id.len()).map(Lengths::Id).map_err(|_| Beyond {
-                    message,
-                    field,
-                    length: federation_id.len(),
-                    max: u8::MAX.into(),
-                })
+                [checked("federation id length", federation_id.len(), u8::MAX.into())?, 0]
             }
             Self::TaggedMessage { payload, .. }
             | Self::P2pMessage { payload, .. }
-            | Self::P2pTaggedMessage { payload, .. } => payload_length(message, payload.len()).map(Lengths::Payload),
-            Self::NeighborStructure(neighbors) => Ok(Lengths::Neighbors(
-                neighbor_count(message, "upstream count", neighbors.upstream().len())?,
-                neighbor_count(message, "downstream count", neighbors.downstream().len())?,
-            )),
-            _ => Ok(Lengths::None),
-        }
+            | Self::P2pTaggedMessage { payload, .. } => [checked(PAYLOAD_LENGTH, payload.len(), u32::MAX)?, 0],
+            Self::NeighborStructure(neighbors) => [
+                checked("upstream count", neighbors.upstream().len(), i32::MAX.unsigned_abs())?,
+                checked("downstream count", neighbors.downstream().len(), i32::MAX.unsigned_abs())?,
+            ],
+            _ => [0; 2],
+        })
     }
 
     /// Writes what follows the type byte.
-    fn write(&self, writer: &mut Writer<'_>, lengths: Lengths) -> Result<(), NoRoom> {
+    fn write(&self, writer: &mut Writer<'_>, [length, second_length]: [u32; 2]) {
         match self {
             Self::Reject(code) => writer.u8(code.byte()),
             Self::FedIds { federate, federation_id } | Self::P2pSendingFedId { federate, federation_id } => {
-                writer.u16(*federate)?;
-                writer.length(lengths)?;
-                writer.put(federation_id)
+                writer.u16(*federate);
+                writer.u8(length.to_le_bytes()[0]);
+                writer.put(federation_id);
             }
             Self::TaggedMessage { port, federate, tag, payload }
             | Self::P2pTaggedMessage { port, federate, tag, payload } => {
-                writer.u16(*port)?;
-                writer.u16(*federate)?;
-                writer.length(lengths)?;
-                writer.tag(*tag)?;
-                writer.put(payload)
+                writer.u16(*port);
+                writer.u16(*federate);
+                writer.u32(length);
+                writer.tag(*tag);
+                writer.put(payload);
             }
             Self::P2pMessage { port, federate, payload } => {
-                writer.u16(*port)?;
-                writer.u16(*federate)?;
-                writer.length(lengths)?;
-                writer.put(payload)
+                writer.u16(*port);
+                writer.u16(*federate);
+                writer.u32(length);
+                writer.put(payload);
             }
             Self::NextEventTag(tag)
             | Self::TagGrant(tag)
@@ -92,71 +87,49 @@ impl Message<'_> {
             Self::Timestamp(time) | Self::T1(time) | Self::T4(time) | Self::CodedProbe(time) => writer.i64(*time),
             Self::AddressQuery { federate } | Self::T3 { federate } => writer.u16(*federate),
             Self::AddressQueryReply { port, address } => {
-                writer.i32(*port)?;
-                writer.put(address)
+                writer.i32(*port);
+                writer.put(address);
             }
             Self::AddressAdvertisement { port } => writer.i32(*port),
             Self::PortAbsent { port, federate, tag } => {
-                writer.u16(*port)?;
-                writer.u16(*federate)?;
-                writer.tag(*tag)
+                writer.u16(*port);
+                writer.u16(*federate);
+                writer.tag(*tag);
             }
             Self::NeighborStructure(neighbors) => {
-                writer.length(lengths)?;
-                write_entries(writer, neighbors)
+                writer.u32(length);
+                writer.u32(second_length);
+                write_entries(writer, neighbors);
             }
             Self::FedNonce { federate, nonce } => {
-                writer.u16(*federate)?;
-                writer.put(nonce)
+                writer.u16(*federate);
+                writer.put(nonce);
             }
             Self::RtiResponse { nonce, hmac } => {
-                writer.put(nonce)?;
-                writer.put(hmac)
+                writer.put(nonce);
+                writer.put(hmac);
             }
             Self::FedResponse { hmac } => writer.put(hmac),
             Self::UdpPort(port) => writer.u16(*port),
-            Self::Resign | Self::Failed | Self::Ack => Ok(()),
+            Self::Resign | Self::Failed | Self::Ack => {}
         }
     }
 }
 
-/// The length fields of a message, in the width that they have on the wire.
-#[derive(Clone, Copy)]
-enum Lengths {
-    None,
-    Id(u8),
-    Payload(u32),
-    Neighbors(i32, i32),
+const PAYLOAD_LENGTH: &str = "payload length";
+
+/// What a length field says of this length, unless that is above the greatest that the field can hold.
+fn length_field(message: MessageType, field: &'static str, length: usize, max: u32) -> Result<u32, Beyond> {
+    let found = u32::try_from(length).ok().filter(|length| *length <= max);
+    found.ok_or(Beyond { message, field, length, max })
 }
 
-impl Writer<'_> {
-    fn length(&mut self, lengths: Lengths) -> Result<(), NoRoom> {
-        match lengths {
-            Lengths::None => Ok(()),
-            Lengths::Id(length) => self.u8(length),
-            Lengths::Payload(length) => self.u32(length),
-            Lengths::Neighbors(upstream, downstream) => {
-                self.i32(upstream)?;
-                self.i32(downstream)
-            }
-        }
-    }
-}
-
-fn payload_length(message: MessageType, length: usize) -> Result<u32, Beyond> {
-    u32::try_from(length).map_err(|_| Beyond { message, field: "payload length", length, max: u32::MAX })
-}
-
-fn neighbor_count(message: MessageType, field: &'static str, length: usize) -> Result<i32, Beyond> {
-    i32::try_from(length).map_err(|_| Beyond { message, field, length, max: i32::MAX.unsigned_abs() })
-}
-
-fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) -> Result<(), NoRoom> {
+fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) {
     for (federate, delay) in neighbors.upstream() {
-        writer.u16(federate)?;
-        writer.i64(delay)?;
+        writer.u16(federate);
+        writer.i64(delay);
     }
-    neighbors.downstream().try_for_each(|federate| writer.u16(federate))
+    neighbors.downstream().for_each(|federate| writer.u16(federate));
 }
 
 /// What precedes the payload of a message whose payload is encoded in place.
@@ -177,13 +150,15 @@ impl PayloadHeader {
 
     /// Writes the header for a payload of `length` bytes to the beginning of `target`.
     pub(crate) fn encode(&self, length: usize, target: &mut [u8]) -> Result<(), EncodeError> {
-        let length = payload_length(self.message_type, length)?;
+        let length = length_field(self.message_type, PAYLOAD_LENGTH, length, u32::MAX)?;
         let mut writer = Writer::new(target, self.bytes())?;
-        writer.u8(byte(self.message_type))?;
-        writer.u16(self.port)?;
-        writer.u16(self.federate)?;
-        writer.u32(length)?;
-        self.tag.map_or(Ok(()), |tag| writer.tag(tag))?;
+        writer.u8(byte(self.message_type));
+        writer.u16(self.port);
+        writer.u16(self.federate);
+        writer.u32(length);
+        if let Some(tag) = self.tag {
+            writer.tag(tag);
+        }
         Ok(())
     }
 }
