@@ -35,7 +35,7 @@ pub(crate) enum Way<'a> {
     Run,
     /// They are checked, with [bodies that are empty](empty_bodies).
     EmptyBodies,
-    /// They run as images for a board of native_sim.
+    /// They run as images for a board of `native_sim`.
     Image(&'a str),
 }
 

@@ -77,7 +77,7 @@ enum Command {
         /// own language alone.
         #[arg(long)]
         empty_bodies: bool,
-        /// Run them as Zephyr images for this board of native_sim, one after the other.
+        /// Run them as Zephyr images for this board of `native_sim`, one after the other.
         #[arg(long, value_name = "BOARD", conflicts_with = "empty_bodies")]
         board: Option<String>,
     },
