@@ -51,6 +51,11 @@ fn a_queue_whose_source_has_no_rate_has_some_room_and_a_warning() {
 }
 
 #[test]
+fn a_queue_between_the_times_of_modes_has_some_room_and_a_warning() {
+    check("unknown_mode_capacities");
+}
+
+#[test]
 fn physical_connections_have_queues_that_count_from_physical_time() {
     check("physical_connections");
 }
