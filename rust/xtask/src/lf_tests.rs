@@ -188,7 +188,7 @@ fn find(folder: &Path, programs: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// What the copy of a program is called that becomes an image: all have one build folder, so that Zephyr is compiled once.
+/// What the copy of a program is called that becomes an image: all have one build folder, and Zephyr is compiled once.
 const COPY: &str = "LfTest";
 
 /// What became of a program that runs as an image.
