@@ -44,15 +44,7 @@ impl Checker<'_> {
 
     pub(super) fn place(&mut self, name: &str, raw: &RawPlace) -> Option<Place> {
         let platform = self.platform(&raw.platform)?;
-        let keys = [
-            ("ip", &raw.ip),
-            ("netmask", &raw.netmask),
-            ("gateway", &raw.gateway),
-            ("mac", &raw.mac),
-            ("ethernet", &raw.ethernet),
-            ("runner", &raw.runner),
-            ("probe", &raw.probe),
-        ];
+        let keys = raw.keys();
         if platform == Platform::Host {
             let reason = "a program of this computer uses this computer's network and needs no probe";
             self.refuse_keys(&keys, &raw.platform.value, reason);

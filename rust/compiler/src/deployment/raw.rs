@@ -14,47 +14,56 @@ pub(super) struct Raw {
     pub(super) federates: BTreeMap<String, Option<Spanned<RawPlace>>>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RawRti {
-    pub(super) platform: Option<Spanned<String>>,
-    pub(super) ip: Option<Spanned<String>>,
-    pub(super) port: Option<Spanned<String>>,
-    pub(super) netmask: Option<Spanned<String>>,
-    pub(super) gateway: Option<Spanned<String>>,
-    pub(super) mac: Option<Spanned<String>>,
-    pub(super) ethernet: Option<Spanned<String>>,
-    pub(super) runner: Option<Spanned<String>>,
-    pub(super) probe: Option<Spanned<String>>,
+/// A key with a text, if it is written.
+pub(super) type Key = Option<Spanned<String>>;
+
+/// Declares what can be said of a participant: keys of its own, and those of a place in the network.
+macro_rules! participant {
+    ($name:ident { $($key:ident: $ty:ty,)* }) => {
+        #[derive(Debug, Deserialize)]
+        #[serde(deny_unknown_fields, rename_all = "kebab-case")]
+        pub(super) struct $name {
+            $(pub(super) $key: $ty,)*
+            pub(super) ip: Key,
+            pub(super) netmask: Key,
+            pub(super) gateway: Key,
+            pub(super) mac: Key,
+            pub(super) ethernet: Key,
+            pub(super) runner: Key,
+            pub(super) probe: Key,
+        }
+
+        impl $name {
+            /// The keys of a place in the network; the first four are about its addresses.
+            pub(super) fn keys(&self) -> [(&'static str, &Key); 7] {
+                [
+                    ("ip", &self.ip),
+                    ("netmask", &self.netmask),
+                    ("gateway", &self.gateway),
+                    ("mac", &self.mac),
+                    ("ethernet", &self.ethernet),
+                    ("runner", &self.runner),
+                    ("probe", &self.probe),
+                ]
+            }
+        }
+    };
 }
+
+participant!(RawRti {
+    platform: Key,
+    port: Key,
+});
+
+participant!(RawPlace {
+    platform: Spanned<String>,
+    joint_rti: Option<Spanned<bool>>,
+});
 
 impl RawRti {
     /// What is said about its place, on a platform.
     pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
-        RawPlace {
-            platform,
-            ip: self.ip.clone(),
-            netmask: self.netmask.clone(),
-            gateway: self.gateway.clone(),
-            mac: self.mac.clone(),
-            ethernet: self.ethernet.clone(),
-            runner: self.runner.clone(),
-            probe: self.probe.clone(),
-            joint_rti: None,
-        }
+        let [ip, netmask, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
+        RawPlace { platform, joint_rti: None, ip, netmask, gateway, mac, ethernet, runner, probe }
     }
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct RawPlace {
-    pub(super) platform: Spanned<String>,
-    pub(super) ip: Option<Spanned<String>>,
-    pub(super) netmask: Option<Spanned<String>>,
-    pub(super) gateway: Option<Spanned<String>>,
-    pub(super) mac: Option<Spanned<String>>,
-    pub(super) ethernet: Option<Spanned<String>>,
-    pub(super) runner: Option<Spanned<String>>,
-    pub(super) probe: Option<Spanned<String>>,
-    pub(super) joint_rti: Option<Spanned<bool>>,
 }
