@@ -28,7 +28,11 @@ impl Checker<'_> {
             let place = self.place(RTI, &raw.place(platform.clone())).unwrap_or_default();
             return RtiPlace { ip: place.address(), home: RtiHome::Image(Box::new(place)), port };
         }
-        self.refuse_keys(&raw.keys()[1..], "host", "the RTI is a program of this computer where no other platform is given");
+        self.refuse_keys(
+            &raw.keys()[1..],
+            "host",
+            "the RTI is a program of this computer where no other platform is given",
+        );
         RtiPlace { home: RtiHome::Program, ip: self.address(raw.ip.as_ref(), "ip"), port }
     }
 

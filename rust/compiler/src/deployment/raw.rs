@@ -19,7 +19,7 @@ pub(super) type Key = Option<Spanned<String>>;
 
 /// Declares what can be said of a participant: keys of its own, and those of a place in the network.
 macro_rules! participant {
-    ($name:ident { $($key:ident: $ty:ty,)* }) => {
+    ($name:ident { $($key:ident: $ty:ty),* $(,)? }) => {
         #[derive(Debug, Deserialize)]
         #[serde(deny_unknown_fields, rename_all = "kebab-case")]
         pub(super) struct $name {
@@ -50,10 +50,7 @@ macro_rules! participant {
     };
 }
 
-participant!(RawRti {
-    platform: Key,
-    port: Key,
-});
+participant!(RawRti { platform: Key, port: Key });
 
 participant!(RawPlace {
     platform: Spanned<String>,

@@ -39,3 +39,21 @@ fn crates_and_modules_are_told_to_cargo() {
     }
     insta::assert_snapshot!(text);
 }
+
+/// Cargo takes no crate twice.
+#[test]
+fn a_program_may_ask_for_the_crates_of_serde_itself() {
+    let program = r#"
+target Rust { cargo-dependencies: { serde: { version: "1.0.200", features: ["derive", "rc"] } } }
+reactor A { @serializer("postcard") @max_length(9) output y: Vec<u8>  reaction(startup) -> y {= =} }
+reactor B { input x: Vec<u8>  reaction(x) {= =} }
+federated reactor { a = new A()  b = new B()  a.y -> b.x }
+"#;
+    let files: BTreeMap<String, String> = [("P.lf".to_owned(), program.to_owned())].into();
+    let plan = compile("P.lf", &files).plan.expect("it is right");
+    let emitted = emit_on(&plan, &Deployment::default());
+    let manifest = emitted.files.iter().find(|file| file.path == "a/Cargo.toml").expect("it is emitted");
+    let lines = |name: &str| manifest.text.lines().filter(|line| line.trim_matches('"').starts_with(name)).count();
+    assert_eq!((lines("serde"), lines("postcard")), (1, 1), "{}", manifest.text);
+    assert!(manifest.text.contains("1.0.200"), "{}", manifest.text);
+}

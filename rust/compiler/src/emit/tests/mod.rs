@@ -9,20 +9,27 @@ mod fixture;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{Emitted, File, Settings, emit};
+use super::{EmitError, Emitted, File, Settings, emit};
 use crate::compile;
 use crate::deployment::{Deployment, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
-fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
-    let settings = Settings {
+fn settings(deployment: &Deployment) -> Settings<'_> {
+    Settings {
         lf_linux: "../../rust/linux",
         lf_zephyr: "../../rust/zephyr",
         version: "0.0.0",
         current: "/work",
         deployment,
-    };
-    emit(plan, &settings).expect("the plan can be emitted")
+    }
+}
+
+fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
+    emit(plan, &settings(deployment)).expect("the plan can be emitted")
+}
+
+fn refused(plan: &Plan) -> Vec<EmitError> {
+    emit(plan, &settings(&Deployment::default())).expect_err("it is wrong")
 }
 
 fn class<'p>(plan: &'p mut Plan, name: &str) -> &'p mut ReactorClass {
@@ -72,8 +79,8 @@ federated reactor { a = new A()  b = new B()  a.x, a.y -> b.x, b.y }
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     let errors = |place: &str| {
         let deployment = Deployment::parse("deployment.yaml", place, &plan).expect("it is right");
-        let settings = Settings { lf_linux: "", lf_zephyr: "", version: "0.0.0", current: "", deployment: &deployment };
-        emit(&plan, &settings).map_or_else(|errors| errors.iter().map(ToString::to_string).collect(), |_| Vec::new())
+        emit(&plan, &settings(&deployment))
+            .map_or_else(|errors| errors.iter().map(ToString::to_string).collect(), |_| Vec::new())
     };
     assert_eq!(errors("{}"), Vec::<String>::new());
     insta::assert_debug_snapshot!(
@@ -225,14 +232,7 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
     for wrong in ["if true {", "}", "\"", "/* "] {
         let mut plan = fixture::plan();
         class(&mut plan, "Unit").reactions[2].body.text = wrong.to_owned();
-        let settings = Settings {
-            lf_linux: "h",
-            lf_zephyr: "z",
-            version: "0.0.0",
-            current: "/work",
-            deployment: &Deployment::default(),
-        };
-        let errors = emit(&plan, &settings).expect_err("it is wrong");
+        let errors = refused(&plan);
         let (line, column) = fixture::place_of(" self.seen +=");
         assert_eq!((errors.len(), errors[0].line, errors[0].column), (1, line, column), "{}", errors[0]);
     }
@@ -240,23 +240,16 @@ fn code_that_would_swallow_what_follows_is_refused_at_its_place() {
 
 #[test]
 fn types_and_missing_values_are_refused_at_their_place() {
-    let settings = Settings {
-        lf_linux: "h",
-        lf_zephyr: "z",
-        version: "0.0.0",
-        current: "/work",
-        deployment: &Deployment::default(),
-    };
     let mut plan = fixture::plan();
     class(&mut plan, "Unit").state[0].ty.text = "Vec<".to_owned();
-    let mut errors = emit(&plan, &settings).expect_err("it is wrong");
+    let mut errors = refused(&plan);
     let mut plan = fixture::plan();
     class(&mut plan, "Unit").parameters[0].default = None;
     class(&mut plan, "Everything").children[0].arguments[0] = None;
-    errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
+    errors.extend(refused(&plan));
     let mut plan = fixture::plan();
     class(&mut plan, "Everything").parameters[0].default = None;
-    errors.extend(emit(&plan, &settings).expect_err("it is wrong"));
+    errors.extend(refused(&plan));
     let text: Vec<String> = errors.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!("emit_errors", text.join("\n"));
 }

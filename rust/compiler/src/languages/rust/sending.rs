@@ -80,16 +80,19 @@ pub(super) fn features(plan: &Plan) -> Option<&'static str> {
     uses_postcard(plan).then_some("postcard")
 }
 
-/// The lines of the manifest for the crates that sending needs.
+/// The lines of the manifest for the crates that sending needs and that the program does not ask for itself.
 pub(super) fn dependencies(job: &Job<'_>) -> String {
     if !uses_postcard(job.plan) {
         return String::new();
     }
     let std = if job.is_image { "" } else { ", \"std\"" };
-    format!(
-        "serde = {{ version = \"1\", default-features = false, features = [\"derive\"{std}] }}\n\
-         postcard = {{ version = \"1.1\", default-features = false, features = [\"experimental-derive\"] }}\n"
-    )
+    let crates =
+        [("serde", "1", format!("\"derive\"{std}")), ("postcard", "1.1", "\"experimental-derive\"".to_owned())];
+    let line = |(name, version, features): (&str, &str, String)| {
+        format!("{name} = {{ version = \"{version}\", default-features = false, features = [{features}] }}\n")
+    };
+    let own = &job.plan.target.cargo.dependencies;
+    crates.into_iter().filter(|(name, ..)| own.iter().all(|own| own.name != *name)).map(line).collect()
 }
 
 /// Refuses what needs a heap, where an image sends or receives it, or forwards it.
