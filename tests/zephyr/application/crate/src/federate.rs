@@ -77,10 +77,7 @@ pub const TABLES: Tables = Tables {
             reactions: &[ReactionId(2)],
         },
     ],
-    ports: &[],
-    outputs: &[],
-    inputs: &[],
-    absence: &[],
+    ..Tables::DEFAULT
 };
 const _: () = TABLES.check();
 
