@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
@@ -125,14 +125,15 @@ fn programs(folder: &Path, output: &Path, way: &Way<'_>) -> io::Result<Vec<(Stri
     let mut programs = Vec::new();
     for path in found {
         let name = path.strip_prefix(folder).unwrap_or(&path).display().to_string();
-        if matches!(way, Way::EmptyBodies) {
+        let path = if matches!(way, Way::EmptyBodies) {
             let copy = output.join("empty-bodies").join(&name);
             copy.parent().map_or(Ok(()), fs::create_dir_all)?;
             fs::write(&copy, empty_bodies(&String::from_utf8_lossy(&fs::read(&path)?)))?;
-            programs.push((name, copy));
+            copy
         } else {
-            programs.push((name, path));
-        }
+            path
+        };
+        programs.push((name, path));
     }
     Ok(programs)
 }
@@ -196,7 +197,9 @@ const COPY: &str = "LfTest";
 /// The copy is beside the program, where its imports are found, and is removed again.
 fn judge_image(repository: &Path, lfz: &Path, board: &str, program: &Path, output: &Path) -> Verdict {
     let copy = program.with_file_name(format!("{COPY}.lf"));
-    let written = fs::read_to_string(program).and_then(|text| fs::write(&copy, without_main_name(&text)));
+    // A file of this name that is there already is somebody's own.
+    let written = fs::read_to_string(program)
+        .and_then(|text| fs::File::create_new(&copy)?.write_all(without_main_name(&text).as_bytes()));
     if let Err(error) = written {
         return Verdict::Failed(format!("{} cannot be written: {error}", copy.display()));
     }
