@@ -203,9 +203,12 @@ impl Names<'_> {
         if let Some(link) = self.link(vertex) {
             return self.graph.links[link].span;
         }
-        match (self.graph.reaction(vertex, self.tree, self.classes), self.graph.steps[vertex].work) {
-            (None, Work::Copy(link)) => self.graph.links[link].span,
-            (reaction, _) => reaction.map_or(self.tree.instances[0].span, |reaction| reaction.ast.keyword),
+        let step = self.graph.steps[vertex];
+        match step.work {
+            Work::Copy(link) => self.graph.links[link].span,
+            Work::Reaction(reaction) => {
+                self.classes[self.tree.instances[step.instance].class.0].reactions[reaction].ast.keyword
+            }
         }
     }
 }
