@@ -11,9 +11,10 @@ use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId};
 use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::tables::tables;
+use super::lent::{Body, Effect, Variable};
+use super::tables::{Runs, keep, tables};
 use super::value::{Shape, Value};
-use super::{Body, Effect, InstanceId, Place, Scripted, Variable};
+use super::{InstanceId, Memory, Place, Scripted};
 use crate::scenario::{Scenario, Script};
 use crate::world::Side;
 
@@ -41,6 +42,7 @@ impl Scripted {
         federate: &Federate,
         side: &'static Side,
         played: Option<&Played>,
+        runs: Runs,
     ) -> Result<Self, BuildError> {
         let planned = Tables::of(plan, federate);
         let port = |(id, port): (u16, &PortRow<'_>)| match port.filled_by {
@@ -59,17 +61,14 @@ impl Scripted {
         let bodies = federate.reactions.iter().enumerate();
         let bodies = bodies.map(|(index, reaction)| body(scenario, plan, federate, reaction, started(index)));
         Ok(Self {
-            tables: tables(&planned),
+            tables: tables(&planned, runs),
             bodies: bodies.collect(),
             copies: federate.reactions.iter().map(copy).collect(),
-            cells,
-            ports,
+            memory: Memory { cells, ports, side, replayed: played.is_some() },
             sources: sources.collect(),
             states: vec![scenario.seed; federate.instances.len()],
-            side,
             trace: Vec::new(),
             stops: Vec::new(),
-            replayed: played.is_some(),
             handled_tardy: Vec::new(),
             mishandled: None,
         })
@@ -135,12 +134,18 @@ fn body(
             effects.push(Effect { variable, shape, outside });
         }
     }
+    let actions = effects.iter().filter_map(|effect| match effect.variable {
+        Variable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
+        Variable::Port(_) | Variable::Mode(_) => None,
+    });
+    let actions = keep(actions.collect());
     Some(Body {
         instance: instance.0,
         id: instance_id(path),
         number: u16::try_from(*number).unwrap_or(u16::MAX),
         reads,
         effects,
+        actions,
         tardy: declared.tardy.is_some(),
         script: Script::parse(&declared.body.text),
         runs: 0,

@@ -22,6 +22,8 @@ pub(super) struct Layout<'p> {
     children: BTreeSet<(ClassIndex, usize)>,
     /// Ports whose values come from other federates or go to them, by class and name.
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
+    /// How many threads run its reactions.
+    workers: u16,
 }
 
 struct ClassModule {
@@ -35,7 +37,12 @@ struct ClassModule {
 impl<'p> Layout<'p> {
     /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
     /// those of classes of which only the types are needed.
-    pub(super) fn new(plan: &'p Plan, federate: Option<&'p Federate>, types: &BTreeSet<ClassIndex>) -> Self {
+    pub(super) fn new(
+        plan: &'p Plan,
+        federate: Option<&'p Federate>,
+        types: &BTreeSet<ClassIndex>,
+        workers: u16,
+    ) -> Self {
         let instances = || federate.iter().flat_map(|federate| &federate.instances);
         let parent = |instance: &Instance| {
             let parent = instance.parent.and_then(|parent| federate?.instances.get(parent.0));
@@ -67,7 +74,13 @@ impl<'p> Layout<'p> {
             let place = |(port, sent): (_, SentPort<'p>)| Some(((declared(federate, port)?.0, sent.name), sent));
             sent_ports(federate).filter_map(place)
         });
-        Self { files, classes, children, sent: sent.collect() }
+        Self { files, classes, children, sent: sent.collect(), workers }
+    }
+
+    /// How many threads run its reactions. With more than one, state and values have to be such that another thread can
+    /// have them.
+    pub(super) fn workers(&self) -> u16 {
+        self.workers
     }
 
     /// The ports of a class whose values come from other federates or go to them.

@@ -2,9 +2,11 @@
 //! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
 //! methods say.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use lf_model::PortId;
+use lf_model::{PortId, TriggerId};
+use proc_macro2::Ident;
 
 use super::module::Module;
 use crate::languages::rust::reactor::{deadline_method, reaction_method, reset_method, tardy_method};
@@ -20,6 +22,7 @@ const MISS: [&str; 3] =
     ["miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
 const TARDY: [&str; 3] =
     ["handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
+const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_, '_>)", "number", "{}"];
 const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
@@ -49,12 +52,8 @@ impl Module<'_> {
         let tables = &self.tables;
         let trigger = |index: usize| &self.symbols.triggers[index];
         let reacts = self.reactions(true, |number, _| Some(reaction_method(number)));
-        let misses =
-            self.reactions(false, |number, declared| declared.deadline.as_ref().map(|_| deadline_method(number)));
-        let handles = self.reactions(false, |number, declared| match declared.tardy.as_ref()? {
-            Tardy::Handler(_) => Some(tardy_method(number)),
-            Tardy::Body => Some(reaction_method(number)),
-        });
+        let misses = self.reactions(false, miss_method);
+        let handles = self.reactions(false, handler_method);
         let ports = (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
@@ -89,6 +88,7 @@ impl Module<'_> {
                 (REACT, reacts),
                 (MISS, misses),
                 (TARDY, if tables.has_tardy_inputs() { handles } else { Vec::new() }),
+                (SHARE, self.shares()),
                 (PORT, ports.collect()),
                 (TRIGGER, triggers.collect()),
                 (CAPTURE, captures.collect()),
@@ -131,37 +131,99 @@ impl Module<'_> {
     }
 
     /// One arm per reaction with a body for which there is a method.
-    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<proc_macro2::Ident>) -> Vec<String> {
+    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Vec<String> {
         let arm = |(id, reaction): (usize, &ScheduledReaction)| {
-            if let (ReactionKind::Copy { from, to }, true) = (&reaction.kind, copies) {
-                let (from, to) = (self.port_place(from.0), self.port_place(to.0));
-                return Some(format!("ReactionId({id}) => ctx.copy(&{from}, &mut {to})"));
-            }
-            let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
-            let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
-            let method = method(*number, declared)?;
-            let field = &self.symbols.instances[instance.0];
-            let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
-                let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
-                match argument {
-                    Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
-                    Argument::Ports(ports) => {
-                        let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
-                        let places = places.collect::<Vec<_>>().join(", ");
-                        let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
-                        format!(", &{mutable}{name}::new(&{mutable}[{places}])")
-                    }
-                    Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
-                    Argument::Mode(mode) => {
-                        let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
-                        format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
-                    }
+            let call = match &reaction.kind {
+                ReactionKind::Copy { from, to } if copies => {
+                    let (from, to) = (self.port_place(from.0), self.port_place(to.0));
+                    format!("ctx.copy(&{from}, &mut {to})")
                 }
-            });
-            Some(format!("ReactionId({id}) => self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+                _ => self.call(reaction, &method)?,
+            };
+            Some(format!("ReactionId({id}) => {call}"))
         };
         self.federate.reactions.iter().enumerate().filter_map(arm).collect()
     }
+
+    /// The call of a method of a reaction with a body, if there is that method.
+    fn call(&self, reaction: &ScheduledReaction, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Option<String> {
+        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
+        let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
+        let method = method(*number, declared)?;
+        let field = &self.symbols.instances[instance.0];
+        let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
+            let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
+            match argument {
+                Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
+                Argument::Ports(ports) => {
+                    let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
+                    let places = places.collect::<Vec<_>>().join(", ");
+                    let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
+                    format!(", &{mutable}{name}::new(&{mutable}[{places}])")
+                }
+                Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
+                Argument::Mode(mode) => {
+                    let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                    format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
+                }
+            }
+        });
+        Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+    }
+
+    /// One arm per level with several reactions, where there are threads for them. Copies are left to the engine: two
+    /// of different modes have one port to set.
+    fn shares(&self) -> Vec<String> {
+        if self.layout.workers() < 2 {
+            return Vec::new();
+        }
+        let mut levels: BTreeMap<u16, Vec<String>> = BTreeMap::new();
+        for (id, (reaction, row)) in self.federate.reactions.iter().zip(&self.tables.reactions).enumerate() {
+            levels.entry(row.level).or_default().extend(self.job(id, reaction));
+        }
+        let arm = |(level, jobs): (u16, Vec<String>)| {
+            format!(
+                "{level} => level.run(&mut [\n                {},\n            ])",
+                jobs.join(",\n                ")
+            )
+        };
+        levels.into_iter().filter(|(_, jobs)| jobs.len() > 1).map(arm).collect()
+    }
+
+    /// A reaction with a body as a job.
+    fn job(&self, id: usize, reaction: &ScheduledReaction) -> Option<String> {
+        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
+        let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
+        let actions = declared.parameters.iter().zip(arguments).filter_map(|(parameter, argument)| match argument {
+            Argument::Trigger(trigger) if parameter.effect => Some(TriggerId(u16::try_from(trigger.0).ok()?)),
+            _ => None,
+        });
+        let actions: Vec<_> = actions.collect();
+        let body = self.call(reaction, |number, _| Some(reaction_method(number)))?;
+        let others = [
+            ("MissedDeadline", self.call(reaction, miss_method)),
+            ("Tardy", self.call(reaction, handler_method).filter(|_| self.tables.has_tardy_inputs())),
+        ];
+        let others = others.into_iter().filter_map(|(part, call)| Some(format!("Part::{part} => {}, ", call?)));
+        let others: String = others.collect();
+        let run = if others.is_empty() {
+            format!("|_, ctx| {body}")
+        } else {
+            format!("|part, ctx| match part {{ {others}_ => {body} }}")
+        };
+        Some(format!("Job::new(ReactionId({id}), &{actions:?}, &mut {run})"))
+    }
+}
+
+fn miss_method(number: usize, declared: &Reaction) -> Option<Ident> {
+    declared.deadline.as_ref().map(|_| deadline_method(number))
+}
+
+fn handler_method(number: usize, declared: &Reaction) -> Option<Ident> {
+    Some(match declared.tardy.as_ref()? {
+        Tardy::Handler(_) => tardy_method(number),
+        Tardy::Body => reaction_method(number),
+    })
 }
 
 /// The methods that have arms.
