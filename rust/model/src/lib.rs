@@ -48,6 +48,7 @@ mod tables;
 mod tardy;
 pub mod time;
 pub mod units;
+mod watchdog;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use cell::{Bounds, Moment, Placed, PortCell, Readable, Schedulable, TriggerCell, Undelivered};
@@ -81,6 +82,7 @@ pub use tables::{
 };
 pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
+pub use watchdog::Watchdog;
 
 /// What reaction bodies, preambles and state see without a path.
 pub mod prelude {
@@ -92,7 +94,7 @@ pub mod prelude {
     pub use crate::Offset::{After, Asap};
     pub use crate::{
         EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,
-        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer,
+        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer, Watchdog,
     };
     pub use crate::{after, assert_tag_is, delay, payload, tag};
 }

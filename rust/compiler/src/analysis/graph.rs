@@ -11,7 +11,7 @@ use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::Serializer;
 use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
-use crate::syntax::ast::Transition;
+use crate::syntax::ast::{ReactionKind, Transition};
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
 pub(super) type Node = usize;
@@ -398,9 +398,12 @@ impl Graph {
             Work::Copy(link) => return self.link_name(link, tree, classes),
         };
         let instance = &tree.instances[instance];
-        match &classes[instance.class.0].reactions[reaction].ast.name {
+        let reactions = &classes[instance.class.0].reactions;
+        // Handlers of watchdogs have names, and do not count.
+        let counts = |reaction: &&Reaction<'_>| reaction.ast.kind != ReactionKind::Watchdog;
+        match &reactions[reaction].ast.name {
             Some(name) => format!("{}.{}", instance.path, name.text),
-            None => format!("{}.reaction_{}", instance.path, reaction + 1),
+            None => format!("{}.reaction_{}", instance.path, reactions[..=reaction].iter().filter(counts).count()),
         }
     }
 }

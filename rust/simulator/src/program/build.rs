@@ -7,7 +7,7 @@ use std::fmt;
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use lf_compiler::tables::{Cell as PlannedCell, PortRow, Tables, TriggerRow};
 use lf_model::time::Tag;
-use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId};
+use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId, Watchdog};
 use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
@@ -85,6 +85,7 @@ fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: 
             Some(Cell::Replayed(Replayed { events, present: None }))
         }
         (PlannedCell::Physical, None) => cells::physical(id, trigger.capacity),
+        (PlannedCell::Watchdog, _) => Some(Cell::Watchdog(Watchdog::new(id))),
         (PlannedCell::Logical, _) => cells::logical(id, trigger.capacity),
         (PlannedCell::Tardy(fills), _) => cells::tardy(fills, trigger.capacity, side),
         (PlannedCell::Queued(fills), _) => cells::queued(fills, trigger.capacity),

@@ -10,7 +10,7 @@ use lf_model::time::Tag;
 use lf_model::{
     ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, ModeCell, PhysicalAction,
     PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell,
-    TriggerId, Undelivered,
+    TriggerId, Undelivered, Watchdog,
 };
 
 use super::value::Value;
@@ -26,6 +26,7 @@ pub(crate) enum Cell {
     /// Startup and shutdown have none.
     None,
     Timer(Timer),
+    Watchdog(Watchdog),
     Logical(Box<dyn AnyLogical>),
     Physical(Recorded),
     /// A physical action whose events are known beforehand.
@@ -163,6 +164,7 @@ impl Cell {
         match self {
             Self::None => None,
             Self::Timer(timer) => Some(timer),
+            Self::Watchdog(watchdog) => Some(watchdog),
             Self::Logical(action) => Some(&mut **action),
             Self::Physical(recorded) => Some(recorded),
             Self::Replayed(replayed) => Some(replayed),
@@ -175,6 +177,7 @@ impl Cell {
     /// The queue of a trigger in a mode; physical actions are in none here.
     pub(crate) fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
         match self {
+            Self::Watchdog(watchdog) => Some(watchdog),
             Self::Logical(action) => Some(&mut **action),
             Self::Queued(queued) => Some(queued),
             Self::None | Self::Timer(_) | Self::Physical(_) | Self::Replayed(_) => None,

@@ -140,6 +140,7 @@ impl Scripted {
             Variable::Port(port) => self.port_of(port)?.value().map(|value| Some(*value)),
             Variable::Trigger(trigger) => match &self.cells[trigger] {
                 Cell::Timer(timer) => timer.is_present().then_some(None),
+                Cell::Watchdog(watchdog) => watchdog.is_present().then_some(None),
                 Cell::Logical(logical) => logical.action().is_present().then(|| logical.action().value().copied()),
                 Cell::Physical(recorded) => {
                     let action = recorded.action.action();
@@ -188,7 +189,8 @@ impl Scripted {
     /// Sets a port, or schedules an action.
     fn cause(&mut self, effect: &Effect, origin: u64, energy: u64, offset_ns: i64, ctx: &mut ReactionContext<'_>) {
         let value = Value::new(combine(origin, 3), energy, effect.shape);
-        let offset = After(Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1)));
+        let later = Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1));
+        let offset = After(later);
         match effect.variable {
             Variable::Port(port) => {
                 if let Some(port) = self.port_mut(port) {
@@ -197,6 +199,8 @@ impl Scripted {
             }
             Variable::Mode(transition) => ctx.set_mode(transition),
             Variable::Trigger(trigger) => match &mut self.cells[trigger] {
+                Cell::Watchdog(watchdog) if combine(origin, 5).is_multiple_of(4) => ctx.stop_watchdog(watchdog),
+                Cell::Watchdog(watchdog) => ctx.start_watchdog(watchdog, later),
                 Cell::Logical(logical) => ctx.schedule_with_v(logical.action_mut(), Some(value), offset),
                 Cell::Physical(recorded) => ctx.schedule_with_v(recorded.action.action_mut(), Some(value), offset),
                 Cell::None | Cell::Timer(_) | Cell::Replayed(_) | Cell::Queued(_) => {}

@@ -466,6 +466,7 @@ impl<'p> Module<'p> {
                 quote!(& #mutable PhysicalAction<#ty>)
             }
             VariableKind::Timer => quote!(&Timer),
+            VariableKind::Watchdog => quote!(& #mutable lf::model::Watchdog),
             VariableKind::Mode { .. } => quote!(lf::model::Transition),
         })
     }
