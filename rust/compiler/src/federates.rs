@@ -78,7 +78,7 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     }
     let states = body.states.iter().map(|state| (state.name.span, "state variable"));
     let timers = body.timers.iter().map(|timer| (timer.name.span, "timer"));
-    let actions = body.actions.iter().map(|action| (action.name.span, "action"));
+    let actions = body.actions.iter().map(|action| (action.name.span, action.kind.name()));
     let preambles = body.preambles.iter().map(|preamble| (preamble.code.span, "preamble"));
     for (span, what) in states.chain(timers).chain(actions).chain(preambles) {
         let message = format!("this {what} has no effect: a federated reactor only contains and connects");

@@ -104,6 +104,8 @@ pub enum Cell {
     Timer,
     /// The queue of a logical action.
     Logical,
+    /// The one event of a watchdog.
+    Watchdog,
     /// The queue of a physical action, and an inbox for other threads.
     Physical,
     /// A queue with the port that it fills.
@@ -259,6 +261,7 @@ fn trigger_row<'p>(trigger: &'p plan::Trigger, inputs: &[InputRow<'p>]) -> Trigg
         plan::TriggerKind::Timer { .. } => (Cell::Timer, None),
         plan::TriggerKind::Action { physical: false, .. } => (Cell::Logical, None),
         plan::TriggerKind::Action { physical: true, .. } => (Cell::Physical, None),
+        plan::TriggerKind::Watchdog { .. } => (Cell::Watchdog, None),
         // A port that would feed itself has no other source, and so never a value.
         plan::TriggerKind::Delay { source, fills, .. } => {
             (Cell::Queued(port_id(*fills)), (source != fills).then(|| port_id(*source)))
@@ -294,6 +297,9 @@ fn trigger_kind(kind: &plan::TriggerKind) -> TriggerKind {
                 },
             };
             if *physical { TriggerKind::Physical(timing) } else { TriggerKind::Logical(timing) }
+        }
+        plan::TriggerKind::Watchdog { timeout_ns, .. } => {
+            TriggerKind::Logical(ActionTiming { min_delay: Interval::from_nanos(*timeout_ns), ..ActionTiming::NONE })
         }
         plan::TriggerKind::Delay { fills, delay_ns, physical, .. } => {
             let (fills, delay) = (port_id(*fills), Interval::from_nanos(*delay_ns));

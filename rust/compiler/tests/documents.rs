@@ -45,6 +45,7 @@ const MEMBERS: &[(&str, &str)] = &[
     ("modes", "initial mode On { reaction(x) -> reset(Off) {= … =} }  mode Off { reaction(x) -> history(On) {= … =} }"),
     ("`reset` state variables", "reset state limit: u32 = 5"),
     ("the trigger `reset`", "reaction(reset) {= … =}"),
+    ("watchdogs", "watchdog silence(50 ms) -> later {= … =}  reaction(x) -> silence {= … =}"),
     ("methods", "const method twice(x: i32): i32 {= x * 2 =}"),
     ("how many events a queue holds (ours)", "@capacity(16) logical action again: u32"),
     ("how long texts and lists between federates are (ours)", "@max_length(80) output text: String"),

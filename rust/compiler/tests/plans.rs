@@ -56,6 +56,11 @@ fn a_queue_between_the_times_of_modes_has_some_room_and_a_warning() {
 }
 
 #[test]
+fn handlers_of_watchdogs_come_first_and_the_time_out_is_how_often_they_run() {
+    check("watchdogs");
+}
+
+#[test]
 fn physical_connections_have_queues_that_count_from_physical_time() {
     check("physical_connections");
 }

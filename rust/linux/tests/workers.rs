@@ -83,7 +83,7 @@ impl Program for Shared {
             return;
         }
         level.run(&mut [
-            Job::new(ReactionId(0), &[TriggerId(1)], &mut |part, ctx| {
+            Job::new(&[ReactionId(0)], &[TriggerId(1)], &mut |_, part, ctx| {
                 meet(first);
                 assert_eq!(part, Part::Body);
                 self.workers = ctx.num_workers();
@@ -91,16 +91,16 @@ impl Program for Shared {
                 let again: &mut LogicalAction<u32> = &mut self.again;
                 ctx.schedule(again, Offset::Asap);
             }),
-            Job::new(ReactionId(1), &[], &mut |_, ctx| {
+            Job::new(&[ReactionId(1)], &[], &mut |_, _, ctx| {
                 meet(second);
                 ctx.set(&mut self.two, 20);
             }),
-            Job::new(ReactionId(2), &[], &mut |_, ctx| {
+            Job::new(&[ReactionId(2)], &[], &mut |_, _, ctx| {
                 meet(third);
                 ctx.set(&mut self.three, 300);
                 ctx.request_stop(Offset::After(std::time::Duration::ZERO));
             }),
-            Job::new(ReactionId(3), &[], &mut |part, _| {
+            Job::new(&[ReactionId(3)], &[], &mut |_, part, _| {
                 meet(fourth);
                 assert_eq!(part, Part::MissedDeadline);
             }),

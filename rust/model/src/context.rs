@@ -14,6 +14,7 @@ use crate::queue::Full;
 use crate::state::{Settings, State, intended_for, mark_tardy};
 use crate::tables::{Tables, TriggerKind};
 use crate::time::{EventTag, Instant, Offset, Tag};
+use crate::watchdog::Watchdog;
 
 /// The `ctx` of a reaction's body.
 #[allow(missing_debug_implementations)]
@@ -140,6 +141,23 @@ impl ReactionContext<'_> {
         offset: Offset,
     ) -> Result<(), ScheduleError> {
         action.post(self.env.outside(), value, offset)
+    }
+
+    /// Starts a watchdog: it expires when its timeout and `additional` have passed, counted from this tag, unless it is
+    /// started again or stopped before.
+    ///
+    /// When it expires its handler runs, and then the reactions that it triggers.
+    pub fn start_watchdog(&mut self, watchdog: &mut Watchdog, additional: Duration) {
+        let TriggerKind::Logical(timing) = &self.tables.triggers[usize::from(watchdog.id.0)].kind else { return };
+        let delay = timing.min_delay.saturating_add(Offset::After(additional).to_interval());
+        watchdog.expires = Some(self.state.current.after(delay)).filter(|tag| tag.is_finite());
+        self.events.set(watchdog.id, watchdog.expires);
+    }
+
+    /// Stops a watchdog: it does not expire any more until it is started again.
+    pub fn stop_watchdog(&mut self, watchdog: &mut Watchdog) {
+        watchdog.expires = None;
+        self.events.set(watchdog.id, None);
     }
 
     /// Changes the mode of the reactor from the next microstep on. The last mode that is set at a tag counts.

@@ -48,6 +48,7 @@ mod tables;
 mod tardy;
 pub mod time;
 pub mod units;
+mod watchdog;
 #[cfg(feature = "workers")]
 mod workers;
 
@@ -83,6 +84,7 @@ pub use tables::{
 };
 pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
+pub use watchdog::Watchdog;
 #[cfg(feature = "workers")]
 pub use workers::{Crew, Job, Level, Worker, Workers};
 #[cfg(feature = "workers")]
@@ -99,7 +101,7 @@ pub mod prelude {
     pub use crate::Offset::{After, Asap};
     pub use crate::{
         EventTag, FixedPayload, Instant, LogicalAction, Multiport, MultiportMut, Offset, Payload, PhysicalAction,
-        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer,
+        PhysicalActionRef, PhysicalLink, Port, ReactionContext, Timer, Watchdog,
     };
     pub use crate::{after, assert_tag_is, delay, payload, tag};
 }

@@ -37,7 +37,7 @@ pub trait Program {
     fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     /// Lends the reactions of a level that can run side by side, each with a closure over what it uses:
-    /// `level.run(&mut [Job::new(ReactionId(0), &[], &mut |part, ctx| …), …])`.
+    /// `level.run(&mut [Job::new(&[ReactionId(0)], &[], &mut |reaction, part, ctx| …), …])`.
     #[cfg(feature = "workers")]
     fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_, '_>) {}
 

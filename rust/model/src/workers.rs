@@ -64,39 +64,42 @@ pub trait Crew: Sync {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]);
 }
 
-/// The body of a job: calls the reaction's method for a part of it.
-type Body<'a> = dyn FnMut(Part, &mut ReactionContext<'_>) + Send + 'a;
+/// The body of a job: calls the method of a reaction for a part of it.
+type Body<'a> = dyn FnMut(ReactionId, Part, &mut ReactionContext<'_>) + Send + 'a;
 
-/// A reaction that can run beside others of its level.
+/// A reaction that can run beside others of its level; or several of one reactor, which are in different modes.
 pub struct Job<'a> {
-    pub(crate) reaction: ReactionId,
+    reactions: &'static [ReactionId],
+    /// The one that is ready.
+    reaction: ReactionId,
     actions: &'static [TriggerId],
     body: &'a mut Body<'a>,
     /// Whether it sees what has come too late.
-    pub(crate) tardy: bool,
-    pub(crate) outcome: Outcome,
+    tardy: bool,
+    outcome: Outcome,
 }
 
 /// What a reaction has asked for.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Outcome {
-    pub(crate) stop: Option<Tag>,
-    pub(crate) stop_request: Option<Tag>,
-    pub(crate) error: Option<ModelError>,
-    pub(crate) mode: Option<Transition>,
+struct Outcome {
+    stop: Option<Tag>,
+    stop_request: Option<Tag>,
+    error: Option<ModelError>,
+    mode: Option<Transition>,
 }
 
 impl<'a> Job<'a> {
-    /// The job of a reaction, with the actions that it can schedule and a closure that calls its methods.
-    pub const fn new(reaction: ReactionId, actions: &'static [TriggerId], body: &'a mut Body<'a>) -> Self {
+    /// The job of a reaction, or of some that share what they change, in their order; with the actions that they can
+    /// schedule, and a closure that calls their methods.
+    pub const fn new(reactions: &'static [ReactionId], actions: &'static [TriggerId], body: &'a mut Body<'a>) -> Self {
         let outcome = Outcome { stop: None, stop_request: None, error: None, mode: None };
-        Self { reaction, actions, body, tardy: false, outcome }
+        Self { reactions, reaction: ReactionId(u16::MAX), actions, body, tardy: false, outcome }
     }
 }
 
 impl fmt::Debug for Job<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Job").field(&self.reaction).finish()
+        f.debug_tuple("Job").field(&self.reactions).finish()
     }
 }
 
@@ -159,7 +162,7 @@ impl<'a> Worker<'a> {
             mode: None,
             env: &mut env,
         };
-        (job.body)(part, &mut ctx);
+        (job.body)(job.reaction, part, &mut ctx);
         let mode = ctx.mode;
         for action in job.actions {
             notes.actions.insert(action.0);
@@ -205,7 +208,9 @@ impl Level<'_, '_> {
     pub fn run(&mut self, jobs: &mut [Job<'_>]) {
         let mut count = 0;
         for index in 0..jobs.len() {
-            if self.is_ready(jobs[index].reaction) {
+            let ready = jobs[index].reactions.iter().find(|reaction| self.is_ready(**reaction));
+            if let Some(reaction) = ready {
+                jobs[index].reaction = *reaction;
                 jobs.swap(count, index);
                 count += 1;
             }

@@ -122,6 +122,26 @@ fn a_timer_at_the_tag_of_its_mode_comes_a_microstep_later() {
     }
 }
 
+/// A watchdog of 15 ms in mode 0, which is left 10 ms after it has been started there, and entered again at 20 ms.
+fn with_watchdog(to_zero: Transition) -> Vec<(String, i64, u32)> {
+    let mut bench = two_modes(10, RESET(1), to_zero)
+        .watchdog(15)
+        .trigger_in(9, 0)
+        .reaction(0, &[By::Startup], |cells, ctx| ctx.start_watchdog(&mut cells.watchdog, Duration::ZERO))
+        .in_mode(0)
+        .reaction(1, &[By::Watchdog], |cells, ctx| cells.log(ctx, "expired"))
+        .in_mode(0)
+        .build();
+    bench.steps(6);
+    bench.log()
+}
+
+#[test]
+fn a_watchdog_stands_still_with_its_mode_and_a_reset_stops_it() {
+    assert_eq!(with_watchdog(HISTORY(0)), entries(&[("expired", 25, 0)]));
+    assert_eq!(with_watchdog(RESET(0)), []);
+}
+
 #[test]
 fn the_spacing_of_an_action_is_one_of_its_modes_time() {
     let mut bench = two_modes(10, HISTORY(1), HISTORY(0))

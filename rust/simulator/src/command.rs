@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::Parser;
 use lf_runtime::Coordination;
 
-use crate::scenario::{Scenario, source};
+use crate::scenario::{RICH, Scenario, source};
 use crate::shrink::{cut, shrink};
 use crate::trial::{Trial, print_messages, try_scenario};
 use crate::workers::{all, option, try_safely, worker};
@@ -27,6 +27,9 @@ struct Arguments {
     /// Run federations with decentralized coordination, which are others for the same seeds.
     #[arg(long)]
     decentralized: bool,
+    /// Run the seeds so far beyond these whose programs have banks, multiports, modes and watchdogs, too.
+    #[arg(long)]
+    rich: bool,
     /// Run this seed only, and tell all about it.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -62,7 +65,10 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 /// Runs the simulator with this process's command line.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let mut arguments = Arguments::parse();
+    if arguments.rich {
+        arguments.seeds = arguments.seeds.start + RICH..arguments.seeds.end + RICH;
+    }
     if arguments.worker {
         worker(arguments.coordination(), arguments.seeds);
         return ExitCode::SUCCESS;

@@ -35,6 +35,7 @@ mod world;
 
 pub use command::main;
 pub use lf_runtime::Coordination;
+pub use scenario::RICH;
 
 /// Runs the scenarios of these seeds, and gives the hash of each run, or what was violated.
 ///

@@ -10,7 +10,7 @@ use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::Runs;
 use crate::run::{Decided, End, Report, run, run_alone};
-use crate::scenario::{Decentralized, Scenario, source};
+use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
 
 /// What came of a trial.
@@ -40,10 +40,14 @@ pub(crate) fn try_seed(coordination: Coordination, seed: u64) -> (Scenario, Tria
 
 /// The scenario of a seed, as yet without waits.
 pub(crate) fn made(coordination: Coordination, seed: u64) -> Scenario {
-    match coordination {
+    let mut scenario = match coordination {
         Coordination::Centralized => Scenario::from_seed(seed),
         Coordination::Decentralized => Scenario::decentralized(seed),
+    };
+    if seed >= RICH {
+        scenario.enrich();
     }
+    scenario
 }
 
 /// Runs a scenario as it is.

@@ -89,6 +89,7 @@ fn assign_with(scenario: &mut Scenario, report: Option<&Report>) {
             let share = random.one_of(&[0, 0, 1, 10, 50, 90]);
             connection.max_wait = Some(needed / 100 * share);
         }
+        scenario.align_waits();
     }
     scenario.decentralized = Some(decentralized);
 }

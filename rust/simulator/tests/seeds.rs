@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first seeds violate nothing, and one seed is one run. `cargo xtask simulate` runs many more.
 
-use lf_simulator::Coordination;
+use lf_simulator::{Coordination, RICH};
 
 fn hold(coordination: Coordination, seeds: &[u64]) {
     for seed in seeds {
@@ -20,6 +20,14 @@ fn the_first_seeds_violate_nothing() {
 #[test]
 fn the_first_decentralized_seeds_violate_nothing() {
     lf_simulator::try_seeds(Coordination::Decentralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));
+}
+
+/// The same with banks, multiports, modes and watchdogs.
+#[test]
+fn the_first_rich_seeds_violate_nothing() {
+    for coordination in [Coordination::Centralized, Coordination::Decentralized] {
+        lf_simulator::try_seeds(coordination, RICH..RICH + 150).unwrap_or_else(|violation| panic!("{violation}"));
+    }
 }
 
 /// A federate that had left still had messages that waited for room, and its other inputs were waited for for ever; and

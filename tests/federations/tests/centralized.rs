@@ -57,6 +57,12 @@ fn federates_have_modes() {
     check(&["ModalWorker"]);
 }
 
+/// A watchdog expires by logical time, so what its federate and others do follows from tags, too.
+#[test]
+fn federates_have_watchdogs() {
+    check(&["Watchdogs"]);
+}
+
 /// The stop tag is one for all, whoever asks for it, how often and when.
 #[test]
 fn all_federates_stop_at_one_tag() {

@@ -34,6 +34,7 @@ pub(crate) enum Kind {
     Input,
     Output,
     Action,
+    Watchdog,
     Timer,
     /// An input of a contained reactor.
     ChildInput,
@@ -89,12 +90,12 @@ impl Kind {
 
     /// Whether a reaction can have it among its effects.
     pub(crate) fn is_effect(self) -> bool {
-        matches!(self, Self::Output | Self::Action | Self::ChildInput)
+        matches!(self, Self::Output | Self::Action | Self::Watchdog | Self::ChildInput)
     }
 
     /// Whether a reaction can be triggered by it.
     pub(crate) fn is_trigger(self) -> bool {
-        matches!(self, Self::Input | Self::Action | Self::Timer | Self::ChildOutput)
+        matches!(self, Self::Input | Self::Action | Self::Watchdog | Self::Timer | Self::ChildOutput)
     }
 
     /// For people, with its article.
@@ -103,6 +104,7 @@ impl Kind {
             Self::Input => "an input",
             Self::Output => "an output",
             Self::Action => "an action",
+            Self::Watchdog => "a watchdog",
             Self::Timer => "a timer",
             Self::ChildInput => "an input of a contained reactor",
             Self::ChildOutput => "an output of a contained reactor",
@@ -125,6 +127,7 @@ fn things(plan: &Plan, class: &ReactorClass) -> Vec<Thing> {
         PortDirection::Output => own(&port.name, Kind::Output),
     });
     let actions = class.actions.iter().map(|action| own(&action.name, Kind::Action));
+    let watchdogs = class.watchdogs.iter().map(|watchdog| own(&watchdog.name, Kind::Watchdog));
     let timers = class.timers.iter().map(|timer| own(&timer.name, Kind::Timer));
     let children = class.children.iter().flat_map(|child| {
         plan.classes[child.class.0].ports.iter().map(|port| Thing {
@@ -136,5 +139,5 @@ fn things(plan: &Plan, class: &ReactorClass) -> Vec<Thing> {
             },
         })
     });
-    ports.chain(actions).chain(timers).chain(children).collect()
+    ports.chain(actions).chain(watchdogs).chain(timers).chain(children).collect()
 }

@@ -108,16 +108,17 @@ fn class(
         is_wide: port.width.is_some(),
         at: places.at(port.name.span),
     });
-    let actions = class.actions.iter().map(|action| plan::ActionDeclaration {
+    let (watchdogs, actions): (Vec<_>, Vec<_>) =
+        class.actions.iter().partition(|action| action.ast.kind == ast::ActionKind::Watchdog);
+    let actions = actions.into_iter().map(|action| plan::ActionDeclaration {
         name: action.ast.name.text.clone(),
-        physical: action.ast.physical,
+        physical: action.ast.kind == ast::ActionKind::Physical,
         ty: places.ty(&action.ty, action.ty_span),
         at: places.at(action.ast.name.span),
     });
-    let timers = class
-        .timers
-        .iter()
-        .map(|timer| plan::TimerDeclaration { name: timer.name.text.clone(), at: places.at(timer.name.span) });
+    let timer = |name: &ast::Name| plan::TimerDeclaration { name: name.text.clone(), at: places.at(name.span) };
+    let timers = class.timers.iter().map(|declared| timer(&declared.name));
+    let watchdogs = watchdogs.into_iter().map(|declared| timer(&declared.ast.name));
     let body = &class.ast.body;
     plan::ReactorClass {
         name: class.name.clone(),
@@ -132,6 +133,7 @@ fn class(
         ports: ports.collect(),
         actions: actions.collect(),
         timers: timers.collect(),
+        watchdogs: watchdogs.collect(),
         children: children(class, classes, index, places),
         methods: class.methods.iter().map(|method| self::method(method, places)).collect(),
         reactions: reactions(class, classes, places),
@@ -222,10 +224,10 @@ fn variable_kind(
         Variable::Action(action) => {
             let action = &class.actions[action];
             let ty = places.ty(&action.ty, action.ty_span);
-            if action.ast.physical {
-                plan::VariableKind::PhysicalAction { ty }
-            } else {
-                plan::VariableKind::LogicalAction { ty }
+            match action.ast.kind {
+                ast::ActionKind::Logical => plan::VariableKind::LogicalAction { ty },
+                ast::ActionKind::Physical => plan::VariableKind::PhysicalAction { ty },
+                ast::ActionKind::Watchdog => plan::VariableKind::Watchdog,
             }
         }
         Variable::Port(port) => {

@@ -2,7 +2,7 @@
 //! The ports and reactions of all instances, and how they are joined.
 
 use core::ops::Range;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
@@ -11,7 +11,7 @@ use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::Serializer;
 use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
-use crate::syntax::ast::Transition;
+use crate::syntax::ast::{ReactionKind, Transition};
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
 pub(super) type Node = usize;
@@ -202,6 +202,7 @@ impl Graph {
     ) {
         self.into = vec![None; self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
+            let sources = self.sources(position, classes, tree);
             for connection in &classes[instance.class.0].connections {
                 // A delay that is not known has been reported, and there will be no plan.
                 let mut known = |value| tree.time(position, value, classes, diagnostics).unwrap_or_default();
@@ -216,7 +217,9 @@ impl Graph {
                     // What is in the mode itself sees nothing when the mode is not active.
                     let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
                     let is_delayed = delay.is_some() || physical;
-                    let to = if copies && is_delayed { self.copied(to, mode, span) } else { to };
+                    // What is the only source of a port fills it, whether or not it is in a mode.
+                    let shares = sources.get(&to).is_some_and(|sources| *sources > 1);
+                    let to = if copies && is_delayed && shares { self.copied(to, mode, span) } else { to };
                     let copies = copies && !is_delayed;
                     if !copies {
                         self.into[to] = Some(self.links.len());
@@ -243,6 +246,25 @@ impl Graph {
                 }
             }
         }
+    }
+
+    /// How many connections and reactions of an instance with modes can write a port.
+    fn sources(&self, position: usize, classes: &[Class<'_>], tree: &Tree) -> BTreeMap<Node, usize> {
+        let class = &classes[tree.instances[position].class.0];
+        let mut sources = BTreeMap::new();
+        if class.ast.body.modes.is_empty() {
+            return sources;
+        }
+        let connected = class.connections.iter().flat_map(|connection| &connection.right).map(|end| end.port);
+        let effects = class.reactions.iter().flat_map(|reaction| reaction.parameters.iter().filter(|it| it.effect));
+        let written = effects.filter_map(|effect| match effect.variable {
+            Variable::Port(port) => Some(port),
+            _ => None,
+        });
+        for node in connected.chain(written).flat_map(|port| self.nodes(tree, position, port)) {
+            *sources.entry(node).or_default() += 1;
+        }
+        sources
     }
 
     /// A port that stands for another one in a mode, and a connection that copies from the one to the other.
@@ -398,9 +420,12 @@ impl Graph {
             Work::Copy(link) => return self.link_name(link, tree, classes),
         };
         let instance = &tree.instances[instance];
-        match &classes[instance.class.0].reactions[reaction].ast.name {
+        let reactions = &classes[instance.class.0].reactions;
+        // Handlers of watchdogs have names, and do not count.
+        let counts = |reaction: &&Reaction<'_>| reaction.ast.kind != ReactionKind::Watchdog;
+        match &reactions[reaction].ast.name {
             Some(name) => format!("{}.{}", instance.path, name.text),
-            None => format!("{}.reaction_{}", instance.path, reaction + 1),
+            None => format!("{}.reaction_{}", instance.path, reactions[..=reaction].iter().filter(counts).count()),
         }
     }
 }

@@ -5,6 +5,7 @@ use super::builder::Context;
 use super::graph::{Node, Work};
 use crate::diagnostics::Diagnostics;
 use crate::resolve::{ReactionParameter, Variable};
+use crate::syntax::ast::ActionKind;
 
 /// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
 /// sent to another federate over a logical connection; nothing if there is no such path. The end of a physical
@@ -135,7 +136,9 @@ impl Search<'_> {
         let class = &self.context.classes[self.context.tree.instances[instance].class.0];
         let triggers = self.parameters(step).iter().filter(|parameter| parameter.triggers);
         let physical = triggers.filter_map(|parameter| match parameter.variable {
-            Variable::Action(action) if class.actions[action].ast.physical => Some(self.min_delay(instance, action)),
+            Variable::Action(action) if class.actions[action].ast.kind == ActionKind::Physical => {
+                Some(self.min_delay(instance, action))
+            }
             _ => None,
         });
         physical.min()

@@ -11,6 +11,7 @@ use super::graph::{Graph, Work};
 use crate::diagnostics::Diagnostics;
 use crate::instances::Tree;
 use crate::resolve::{Class, Variable};
+use crate::syntax::ast::ActionKind;
 
 /// How many streams are told apart; more count as not known.
 const STREAMS_MAX: usize = 64;
@@ -141,10 +142,14 @@ impl<'a> Rates<'a> {
                 let mode = self.tree.mode_of(instance, class.timers[timer].mode);
                 Rate::one(time(class.timers[timer].period.as_ref()), mode)
             }
-            Variable::Action(action) => match time(class.actions[action].ast.min_spacing.as_ref()) {
-                Some(spacing) => Rate::one(Some(spacing), self.tree.mode_of(instance, class.actions[action].ast.mode)),
-                None => Rate::UNKNOWN,
-            },
+            Variable::Action(action) => {
+                let declared = class.actions[action].ast;
+                // What starts a watchdog again comes after it has expired.
+                let is_watchdog = declared.kind == ActionKind::Watchdog;
+                let spacing = if is_watchdog { &declared.min_delay } else { &declared.min_spacing };
+                let mode = self.tree.mode_of(instance, declared.mode);
+                time(spacing.as_ref()).map_or(Rate::UNKNOWN, |spacing| Rate::one(Some(spacing), mode))
+            }
             Variable::Port(port) => {
                 let mut rate = Rate::NONE;
                 for node in self.graph.nodes(self.tree, instance, port) {

@@ -3,7 +3,7 @@
 //!
 //! | queue | capacity |
 //! |---|---|
-//! | timer, startup, shutdown | 1 |
+//! | timer, watchdog, startup, shutdown | 1 |
 //! | action | what is on its way by its minimum delay, and [`ACTION_CAPACITY`], because bodies can delay more |
 //! | connection with `after` in a federate | what is on its way by the delay; an error if that is not known |
 //! | connection between federates | what is on its way by twice the delay, as far as known, and [`NETWORK_CAPACITY`] |
@@ -17,6 +17,7 @@ use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
+use crate::syntax::ast::ActionKind;
 
 /// How many pending events an action holds besides those that its minimum delay keeps on their way.
 const ACTION_CAPACITY: usize = 8;
@@ -125,6 +126,7 @@ impl Builder<'_> {
         let class = &classes[tree.instances[instance].class.0];
         let declared = &class.actions[action];
         let mut time = |value: Option<&_>| value.and_then(|value| tree.time(instance, value, classes, diagnostics));
+        let (span, kind) = (declared.ast.name.span, declared.ast.kind);
         let min_delay_ns = time(declared.ast.min_delay.as_ref()).unwrap_or_default();
         let min_spacing_ns = time(declared.ast.min_spacing.as_ref()).filter(|ns| *ns > 0);
         let replaces = self.context.places.language().replaces_events();
@@ -132,22 +134,28 @@ impl Builder<'_> {
             Some("drop") => SpacingPolicy::Drop,
             Some("replace") => SpacingPolicy::Replace,
             Some("update") => SpacingPolicy::Update,
-            None if replaces && !declared.ast.physical && min_spacing_ns.is_none() => SpacingPolicy::Replace,
+            None if replaces && kind == ActionKind::Logical && min_spacing_ns.is_none() => SpacingPolicy::Replace,
             _ => SpacingPolicy::Defer,
         };
-        let span = declared.ast.name.span;
         let capacity = declared.capacity.unwrap_or_else(|| {
+            if kind == ActionKind::Watchdog {
+                return 1;
+            }
             let rate = rates.of_steps(&self.schedulers(instance, action));
             let derived = in_flight(&rate.streams, min_delay_ns);
             bounded(derived.saturating_add(ACTION_CAPACITY), span, diagnostics)
         });
-        let kind = TriggerKind::Action {
-            instance: self.instance_index(instance),
-            physical: declared.ast.physical,
-            ty: self.context.places.ty(&declared.ty, declared.ty_span),
-            min_delay_ns,
-            min_spacing_ns,
-            policy,
+        let index = self.instance_index(instance);
+        let kind = match kind {
+            ActionKind::Watchdog => TriggerKind::Watchdog { instance: index, timeout_ns: min_delay_ns },
+            ActionKind::Logical | ActionKind::Physical => TriggerKind::Action {
+                instance: index,
+                physical: kind == ActionKind::Physical,
+                ty: self.context.places.ty(&declared.ty, declared.ty_span),
+                min_delay_ns,
+                min_spacing_ns,
+                policy,
+            },
         };
         let path = format!("{}.{}", tree.instances[instance].path, declared.ast.name.text);
         let at = Some(self.context.places.at(span));

@@ -36,11 +36,14 @@ pub struct ReactorClass {
     pub actions: Vec<ActionDeclaration>,
     /// Timers, in order of declaration.
     pub timers: Vec<TimerDeclaration>,
+    /// Watchdogs, in order of declaration.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub watchdogs: Vec<TimerDeclaration>,
     /// Contained reactors, in order of declaration; of the federated reactor, the federates.
     pub children: Vec<Child>,
     /// Methods, in order of declaration.
     pub methods: Vec<Method>,
-    /// Reactions, in order of declaration.
+    /// Reactions, in order of declaration; the handlers of watchdogs come first.
     pub reactions: Vec<Reaction>,
 }
 
@@ -154,7 +157,7 @@ pub struct ActionDeclaration {
     pub at: Location,
 }
 
-/// A timer of a reactor; its timing belongs to the instance's trigger.
+/// A timer or a watchdog of a reactor; its timing belongs to the instance's trigger.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimerDeclaration {
     /// Its name.
@@ -238,6 +241,8 @@ pub enum VariableKind {
     },
     /// A timer.
     Timer,
+    /// A watchdog.
+    Watchdog,
     /// A mode that the reaction can change to.
     Mode {
         /// Whether it goes on where it was left.

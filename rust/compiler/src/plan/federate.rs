@@ -191,6 +191,13 @@ pub enum TriggerKind {
         /// What happens to an event that is too close to the one before it.
         policy: SpacingPolicy,
     },
+    /// A watchdog, which has at most one pending event.
+    Watchdog {
+        /// The instance that owns it.
+        instance: InstanceIndex,
+        /// From its start to the event, in nanoseconds.
+        timeout_ns: i64,
+    },
     /// A connection with `after` inside this federate.
     Delay {
         /// The port whose values it carries.
@@ -259,7 +266,7 @@ pub enum Argument {
     Port(PortIndex),
     /// The channels of a multiport, of each member of a bank.
     Ports(Vec<PortIndex>),
-    /// An action or a timer.
+    /// An action, a timer or a watchdog.
     Trigger(TriggerIndex),
     /// A mode that the reaction can change to.
     Mode(ModeIndex),

@@ -317,6 +317,7 @@ fn render_trigger(trigger: &Trigger, f: &mut Formatter<'_>) -> fmt::Result {
             }
             write!(f, ", holds {}", trigger.capacity)?;
         }
+        TriggerKind::Watchdog { timeout_ns, .. } => write!(f, ": watchdog, timeout {}", Time(*timeout_ns))?,
         TriggerKind::Delay { source, fills, delay_ns, physical } => {
             let (delay, physically) = (Time(*delay_ns), if *physical { " physical" } else { "" });
             write!(f, ": port {source} to port {fills} after{physically} {delay}, holds {}", trigger.capacity)?;

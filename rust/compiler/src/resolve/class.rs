@@ -152,8 +152,10 @@ impl<'p> Checker<'p> {
         let mut actions = Vec::new();
         for declared in &reactor.body.actions {
             let name = &declared.name.text;
+            let is_watchdog = declared.kind == ast::ActionKind::Watchdog;
             if let Some(delay) = &declared.min_delay {
-                self.check_time(delay, &format!("the minimum delay of action `{name}`"), parameters, false);
+                let what = if is_watchdog { "the timeout of watchdog" } else { "the minimum delay of action" };
+                self.check_time(delay, &format!("{what} `{name}`"), parameters, false);
             }
             if let Some(spacing) = &declared.min_spacing {
                 self.check_time(spacing, &format!("the minimum spacing of action `{name}`"), parameters, false);
@@ -167,7 +169,8 @@ impl<'p> Checker<'p> {
                     self.report(Diagnostic::new(Code::BadPolicy, policy.span, message).hint(hint));
                 }
             }
-            let capacity = self.check_attributes(&declared.attributes, Target::Queue).capacity;
+            let target = if is_watchdog { Target::Other } else { Target::Queue };
+            let capacity = self.check_attributes(&declared.attributes, target).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
             actions.push(Action { ast: declared, ty: ty.text, ty_span: ty.span, capacity });
         }

@@ -10,7 +10,7 @@ use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::Language;
 use crate::syntax::ast::{
-    Action, Body, Connection, Instantiation, Name, Parameter, Reaction, Reactor, State, Timer, Type, TypeKind, Watchdog,
+    Action, Body, Connection, Instantiation, Name, Parameter, Reaction, Reactor, State, Timer, Type, TypeKind,
 };
 
 /// How many reactors a program may have, those with other types included.
@@ -247,19 +247,8 @@ impl<'a> Expander<'a> {
 
 /// All that a reactor declares, behind what is there already.
 fn append(to: &mut Body, from: &Body) {
-    let Body {
-        preambles,
-        states,
-        methods,
-        ports,
-        timers,
-        actions,
-        watchdogs,
-        instances,
-        connections,
-        reactions,
-        modes,
-    } = from.clone();
+    let Body { preambles, states, methods, ports, timers, actions, instances, connections, reactions, modes } =
+        from.clone();
     // A mode is known by its position.
     let first = to.modes.len();
     let moved = |mode: Option<usize>| mode.map(|mode| first + mode);
@@ -269,7 +258,6 @@ fn append(to: &mut Body, from: &Body) {
     to.ports.extend(ports);
     to.timers.extend(timers.into_iter().map(|it| Timer { mode: moved(it.mode), ..it }));
     to.actions.extend(actions.into_iter().map(|it| Action { mode: moved(it.mode), ..it }));
-    to.watchdogs.extend(watchdogs.into_iter().map(|it| Watchdog { mode: moved(it.mode), ..it }));
     to.instances.extend(instances.into_iter().map(|it| Instantiation { mode: moved(it.mode), ..it }));
     to.connections.extend(connections.into_iter().map(|it| Connection { mode: moved(it.mode), ..it }));
     to.reactions.extend(reactions.into_iter().map(|it| Reaction { mode: moved(it.mode), ..it }));

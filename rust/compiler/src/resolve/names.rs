@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::Language;
-use crate::syntax::ast::{Name, Reactor};
+use crate::syntax::ast::{Name, ReactionKind, Reactor};
 
 /// Reports double names and names that the target language cannot have.
 pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mut Vec<Diagnostic>) {
@@ -16,11 +16,12 @@ pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mu
     let methods = body.methods.iter().map(|it| (&it.name, "method"));
     let things = body.ports.iter().map(|it| (&it.name, "port"));
     let things = things.chain(body.timers.iter().map(|it| (&it.name, "timer")));
-    let things = things.chain(body.actions.iter().map(|it| (&it.name, "action")));
+    let things = things.chain(body.actions.iter().map(|it| (&it.name, it.kind.name())));
     let things = things.chain(body.instances.iter().map(|it| (&it.name, "instance")));
     let modes = body.modes.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "mode"));
-    let things = things.chain(modes).chain(body.watchdogs.iter().map(|it| (&it.name, "watchdog")));
-    let reactions = body.reactions.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "reaction"));
+    let things = things.chain(modes);
+    let reactions = body.reactions.iter().filter(|it| it.kind != ReactionKind::Watchdog);
+    let reactions = reactions.filter_map(|it| it.name.as_ref()).map(|name| (name, "reaction"));
     for (names, in_bodies) in [
         (parameters.collect::<Vec<_>>(), false),
         (states.chain(methods).collect(), false),

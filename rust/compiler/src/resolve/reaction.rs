@@ -165,11 +165,7 @@ impl<'p> Checker<'p> {
 
     fn unknown_dependency(&mut self, reference: &Reference, class: &Class<'p>) {
         let name = reference.name.text.as_str();
-        let body = &class.ast.body;
-        if body.watchdogs.iter().any(|watchdog| watchdog.name.text == name) {
-            return;
-        }
-        let hint = if body.states.iter().any(|state| state.name.text == name) {
+        let hint = if class.ast.body.states.iter().any(|state| state.name.text == name) {
             Some(format!("state variables are not declared with reactions: the body has `self.{name}`"))
         } else if class.parameters.iter().any(|parameter| parameter.name.text == name) {
             Some(format!("parameters are not declared with reactions: the body has `self.{name}`"))
@@ -230,6 +226,7 @@ impl<'p> Checker<'p> {
 pub(crate) fn signature(reaction: &ast::Reaction) -> String {
     let list = |references: &[Reference]| references.iter().map(Reference::text).collect::<Vec<_>>().join(", ");
     let mut text = match &reaction.name {
+        Some(name) if reaction.kind == ast::ReactionKind::Watchdog => format!("watchdog {}", name.text),
         Some(name) => format!("reaction {}({})", name.text, list(&reaction.triggers)),
         None => format!("reaction({})", list(&reaction.triggers)),
     };

@@ -2,7 +2,7 @@
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{Reactor, ReactorKind};
+use crate::syntax::ast::{ReactionKind, Reactor, ReactorKind};
 
 /// Declares the features, each with what to do instead; the README's table is made of them.
 macro_rules! features {
@@ -38,7 +38,6 @@ macro_rules! features {
 }
 
 features! {
-    Watchdog: "watchdogs" are, "schedule a logical action with a delay, or use a deadline";
     Mutation: "mutations" are, "use a reaction";
     Realtime: "`realtime` reactors" are, "remove the word";
 }
@@ -58,8 +57,7 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
         refuse(Feature::Realtime, span);
     }
     let body = &reactor.body;
-    body.watchdogs.iter().for_each(|watchdog| refuse(Feature::Watchdog, watchdog.name.span));
-    let mutations = body.reactions.iter().filter(|reaction| reaction.mutation);
+    let mutations = body.reactions.iter().filter(|reaction| reaction.kind == ReactionKind::Mutation);
     mutations.for_each(|reaction| refuse(Feature::Mutation, reaction.keyword));
     check_hosts(reactor, found);
 }

@@ -142,7 +142,6 @@ pub(crate) struct Body {
     pub(crate) ports: Vec<Port>,
     pub(crate) timers: Vec<Timer>,
     pub(crate) actions: Vec<Action>,
-    pub(crate) watchdogs: Vec<Watchdog>,
     pub(crate) instances: Vec<Instantiation>,
     pub(crate) connections: Vec<Connection>,
     pub(crate) reactions: Vec<Reaction>,
@@ -227,26 +226,36 @@ pub(crate) struct Timer {
     pub(crate) period: Option<Expression>,
 }
 
+/// What schedules the events of an action.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ActionKind {
+    /// `logical action`
+    Logical,
+    /// `physical action`
+    Physical,
+    /// `watchdog`: its minimum delay is the timeout, and its handler is one of the reactions.
+    Watchdog,
+}
+
+impl ActionKind {
+    /// For people.
+    pub(crate) fn name(self) -> &'static str {
+        if self == Self::Watchdog { "watchdog" } else { "action" }
+    }
+}
+
 /// An action.
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
-    pub(crate) physical: bool,
+    pub(crate) kind: ActionKind,
     pub(crate) name: Name,
     pub(crate) min_delay: Option<Expression>,
     pub(crate) min_spacing: Option<Expression>,
     pub(crate) policy: Option<Name>,
     pub(crate) ty: Option<Type>,
-}
-
-/// A watchdog.
-#[derive(Clone, Debug)]
-pub(crate) struct Watchdog {
-    /// The mode that it is in.
-    pub(crate) mode: Option<usize>,
-    pub(crate) name: Name,
 }
 
 /// A contained reactor.
@@ -309,6 +318,13 @@ pub(crate) struct Reference {
     pub(crate) span: Span,
 }
 
+impl From<Name> for Reference {
+    fn from(name: Name) -> Self {
+        let span = name.span;
+        Self { container: None, name, interleaved: false, alias: None, transition: None, span }
+    }
+}
+
 impl Reference {
     /// As it is written: `child.port`, `port` or `reset(mode)`.
     pub(crate) fn text(&self) -> String {
@@ -321,15 +337,24 @@ impl Reference {
     }
 }
 
+/// With which word a reaction begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ReactionKind {
+    Reaction,
+    Mutation,
+    /// It is the handler of a watchdog, whose name it has.
+    Watchdog,
+}
+
 /// A reaction.
 #[derive(Clone, Debug)]
 pub(crate) struct Reaction {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
-    /// The word `reaction` or `mutation`.
+    /// The word `reaction`, `mutation` or `watchdog`.
     pub(crate) keyword: Span,
-    pub(crate) mutation: bool,
+    pub(crate) kind: ReactionKind,
     pub(crate) name: Option<Name>,
     pub(crate) triggers: Vec<Reference>,
     pub(crate) uses: Vec<Reference>,

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A program that a test puts together from closures, and an engine that the test drives tag by tag.
 //!
-//! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, three
-//! ports, a connection with `after` from port 0, an input, and an output from port 1.
+//! Times are milliseconds. Every bench has the same cells: two timers, two logical actions, a physical action, a
+//! watchdog, three ports, a connection with `after` from port 0, an input, and an output from port 1.
 use lf_model::{
     ActionTiming, DeliverError, Delivery, Engine, Full, InputId, Instant, Interval, LogicalActionQueue, ModeCell,
     ModeCells, ModeEvents, ModeId, ModeInfo, ModeTrigger, ModelError, Modes, NetworkInput, NetworkOutput, OutputId,
     PayloadError, PhysicalActionQueue, PhysicalInbox, Placed, Policy, Port, PortCell, PortId, PortInfo, Program,
     Progress, QueuedPort, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Settings, Storage, Tables, Tag,
-    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered, Watchdog,
 };
 
 use super::{Clock, Host};
@@ -30,6 +30,7 @@ pub enum By {
     Timer(usize),
     Action(usize),
     Physical,
+    Watchdog,
     Port(usize),
     Delayed,
     Input,
@@ -40,6 +41,7 @@ pub struct Cells {
     pub timers: [Timer; 2],
     pub actions: [LogicalActionQueue<u32, 4>; 2],
     pub physical: PhysicalActionQueue<u32, 3>,
+    pub watchdog: Watchdog,
     pub ports: [Port<u32>; 3],
     pub delayed: QueuedPort<u32, 2>,
     pub input: TardyInput<u32, 2>,
@@ -83,13 +85,14 @@ pub struct Builder {
     timers: [(i64, i64); 2],
     actions: [ActionTiming; 2],
     physical: ActionTiming,
+    watchdog: ActionTiming,
     delay: Interval,
     output_delay: Option<Interval>,
     tells_absence: bool,
     physical_connections: bool,
     tardy: bool,
     modes: &'static [ModeInfo],
-    /// Of timers, actions, the physical action, and the delayed connection.
+    /// Of timers, actions, the physical action, the delayed connection, and the watchdog.
     trigger_modes: [Option<ModeId>; 10],
     reactions: Vec<Reaction>,
 }
@@ -100,6 +103,7 @@ pub fn bench() -> Builder {
         timers: [(i64::MAX, 0); 2],
         actions: [ActionTiming::NONE; 2],
         physical: ActionTiming::NONE,
+        watchdog: ActionTiming::NONE,
         delay: Interval::ZERO,
         output_delay: None,
         tells_absence: false,
@@ -132,6 +136,10 @@ impl Builder {
     }
     pub fn physical(mut self, timing: ActionTiming) -> Self {
         self.physical = timing;
+        self
+    }
+    pub fn watchdog(mut self, timeout_ms: i64) -> Self {
+        self.watchdog = timing(timeout_ms, None, Policy::Defer);
         self
     }
     pub fn delay(mut self, ms: i64) -> Self {
@@ -170,7 +178,8 @@ impl Builder {
         self
     }
 
-    /// A timer (2, 3), an action (4, 5), the physical action (6) or the delayed connection (7) is in a mode.
+    /// A timer (2, 3), an action (4, 5), the physical action (6), the delayed connection (7) or the
+    /// watchdog (9) is in a mode.
     pub fn trigger_in(mut self, trigger: usize, mode: u16) -> Self {
         self.trigger_modes[trigger] = Some(ModeId(mode));
         self
@@ -277,9 +286,8 @@ impl Builder {
                 awaited: !self.physical_connections,
                 physical: self.physical_connections,
                 tardy: self.tardy,
-                max_wait: Interval::ZERO,
-                absent_after: Interval::ZERO,
                 readers,
+                ..NetworkInput::DEFAULT
             }]),
             absence,
             modes: (!self.modes.is_empty()).then(|| self.leak_modes(&reactions)),
@@ -291,6 +299,7 @@ impl Builder {
             timers: Default::default(),
             actions: [4, 5].map(|id| LogicalActionQueue::new(TriggerId(id))),
             physical: PhysicalActionQueue::new(TriggerId(6), inbox),
+            watchdog: Watchdog::new(TriggerId(9)),
             ports: [0, 1, 2].map(|id| Port::new(PortId(id))),
             delayed: QueuedPort::new(PortId(3)),
             input: TardyInput::new(PortId(4)),
@@ -314,7 +323,7 @@ impl Builder {
         });
         let by = |by| triggered_by(reactions, by);
         let events = ModeEvents {
-            entry: TriggerId(9),
+            entry: TriggerId(10),
             startup: by(By::Startup),
             reset: by(By::Reset),
             shutdown: by(By::Shutdown),
@@ -326,13 +335,13 @@ impl Builder {
 /// An engine in memory of the right size; no bench has more than four modes.
 fn engine(tables: &'static Tables, settings: Settings, tardy: bool, modal: bool) -> Engine<'static> {
     if modal {
-        let storage: &'static mut Storage<10, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::default());
+        let storage: &'static mut Storage<11, 1, 1, 1, 0, 0, 4, 10> = Box::leak(Box::default());
         Engine::new(tables, storage, settings)
     } else if tardy {
-        let storage: &'static mut Storage<9, 1, 1, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<10, 1, 1, 1, 1, 1> = Box::leak(Box::default());
         Engine::new(tables, storage, settings)
     } else {
-        let storage: &'static mut Storage<9, 1, 1, 1> = Box::leak(Box::default());
+        let storage: &'static mut Storage<10, 1, 1, 1> = Box::leak(Box::default());
         Engine::new(tables, storage, settings)
     }
 }
@@ -346,7 +355,7 @@ fn triggered_by(reactions: &[Reaction], by: By) -> &'static [ReactionId] {
 }
 
 fn triggers(bench: &Builder, reactions: &[Reaction], delayed: TriggerKind) -> &'static [TriggerInfo] {
-    let Builder { timers, actions, physical, .. } = bench;
+    let Builder { timers, actions, physical, watchdog, .. } = bench;
     let timer =
         |index: usize| TriggerKind::Timer { offset: Interval(timers[index].0), period: Interval(timers[index].1) };
     let info = |name, kind, by: Option<By>| TriggerInfo {
@@ -365,6 +374,7 @@ fn triggers(bench: &Builder, reactions: &[Reaction], delayed: TriggerKind) -> &'
         info("bench.p", TriggerKind::Physical(*physical), Some(By::Physical)),
         info("bench.p3", delayed, None),
         info("bench.in", TriggerKind::NetworkInput { fills: PortId(4) }, None),
+        info("bench.w", TriggerKind::Logical(*watchdog), Some(By::Watchdog)),
     ];
     leak(triggers.into_iter().chain(reset))
 }
@@ -385,6 +395,7 @@ impl ModeCells for BenchProgram {
             index @ 4..6 => Some(&mut self.cells.actions[index - 4]),
             6 => Some(&mut self.cells.physical),
             7 => Some(&mut self.cells.delayed),
+            9 => Some(&mut self.cells.watchdog),
             _ => None,
         }
     }
@@ -427,6 +438,7 @@ impl Program for BenchProgram {
             6 => Some(&mut self.cells.physical),
             7 => Some(&mut self.cells.delayed),
             8 => Some(&mut self.cells.input),
+            9 => Some(&mut self.cells.watchdog),
             _ => None,
         }
     }

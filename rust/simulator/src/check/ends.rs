@@ -58,7 +58,8 @@ fn is_tight(scenario: &Scenario) -> bool {
 }
 
 fn has_no_actions(reactor: &Reactor) -> bool {
-    reactor.actions.is_empty() && reactor.children.iter().all(has_no_actions)
+    let is_regular = reactor.actions.is_empty() && reactor.watchdogs.is_empty() && reactor.modes == 0;
+    is_regular && reactor.children.iter().all(has_no_actions)
 }
 
 /// Whether a federate rightly gave up another one that had no room for a minute: because that could not send itself,

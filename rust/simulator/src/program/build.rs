@@ -7,12 +7,12 @@ use std::fmt;
 use lf_compiler::plan::{self, Argument, Federate, Plan, ReactionKind, TriggerKind, VariableKind};
 use lf_compiler::tables::{Cell as PlannedCell, PortRow, Tables, TriggerRow};
 use lf_model::time::Tag;
-use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId};
+use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId, Watchdog};
 use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::lent::{Body, Effect, Variable};
-use super::tables::{Runs, keep, tables};
+use super::lent::{Body, Effect, Group, Variable};
+use super::tables::{Runs, tables};
 use super::value::{Shape, Value};
 use super::{InstanceId, Memory, Place, Scripted};
 use crate::scenario::{Scenario, Script};
@@ -60,9 +60,11 @@ impl Scripted {
         let started = |index: usize| startup.is_some_and(|it| it.reactions.iter().any(|reaction| reaction.0 == index));
         let bodies = federate.reactions.iter().enumerate();
         let bodies = bodies.map(|(index, reaction)| body(scenario, plan, federate, reaction, started(index)));
+        let bodies: Vec<_> = bodies.collect();
         Ok(Self {
             tables: tables(&planned, runs),
-            bodies: bodies.collect(),
+            groups: Group::all(planned.reactions.iter().map(|reaction| reaction.level), &bodies),
+            bodies,
             copies: federate.reactions.iter().map(copy).collect(),
             memory: Memory { cells, ports, side, replayed: played.is_some() },
             sources: sources.collect(),
@@ -84,6 +86,7 @@ fn cell(id: TriggerId, trigger: &TriggerRow<'_>, played: Option<&Played>, side: 
             Some(Cell::Replayed(Replayed { events, present: None }))
         }
         (PlannedCell::Physical, None) => cells::physical(id, trigger.capacity),
+        (PlannedCell::Watchdog, _) => Some(Cell::Watchdog(Watchdog::new(id))),
         (PlannedCell::Logical, _) => cells::logical(id, trigger.capacity),
         (PlannedCell::Tardy(fills), _) => cells::tardy(fills, trigger.capacity, side),
         (PlannedCell::Queued(fills), _) => cells::queued(fills, trigger.capacity),
@@ -134,18 +137,12 @@ fn body(
             effects.push(Effect { variable, shape, outside });
         }
     }
-    let actions = effects.iter().filter_map(|effect| match effect.variable {
-        Variable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
-        Variable::Port(_) | Variable::Mode(_) => None,
-    });
-    let actions = keep(actions.collect());
     Some(Body {
         instance: instance.0,
         id: instance_id(path),
         number: u16::try_from(*number).unwrap_or(u16::MAX),
         reads,
         effects,
-        actions,
         tardy: declared.tardy.is_some(),
         script: Script::parse(&declared.body.text),
         runs: 0,

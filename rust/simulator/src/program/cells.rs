@@ -10,7 +10,7 @@ use lf_model::time::Tag;
 use lf_model::{
     ActionTiming, Bounds, Full, Inbox, LogicalAction, LogicalActionQueue, ModeCell, PhysicalAction,
     PhysicalActionQueue, PhysicalInbox, Placed, Port, PortId, QueuedPort, Readable, TardyInput, Timer, TriggerCell,
-    TriggerId, Undelivered,
+    TriggerId, Undelivered, Watchdog,
 };
 
 use super::value::Value;
@@ -26,6 +26,7 @@ pub(crate) enum Cell {
     /// Startup and shutdown have none.
     None,
     Timer(Timer),
+    Watchdog(Watchdog),
     Logical(Box<dyn AnyLogical>),
     Physical(Recorded),
     /// A physical action whose events are known beforehand.
@@ -164,6 +165,7 @@ impl Cell {
     pub(crate) fn read(&self) -> Option<Option<Value>> {
         match self {
             Self::Timer(timer) => timer.is_present().then_some(None),
+            Self::Watchdog(watchdog) => watchdog.is_present().then_some(None),
             Self::Logical(logical) => logical.action().is_present().then(|| logical.action().value().copied()),
             Self::Physical(recorded) => {
                 let action = recorded.action.action();
@@ -178,6 +180,7 @@ impl Cell {
         match self {
             Self::None => None,
             Self::Timer(timer) => Some(timer),
+            Self::Watchdog(watchdog) => Some(watchdog),
             Self::Logical(action) => Some(&mut **action),
             Self::Physical(recorded) => Some(recorded),
             Self::Replayed(replayed) => Some(replayed),
@@ -190,6 +193,7 @@ impl Cell {
     /// The queue of a trigger in a mode; physical actions are in none here.
     pub(crate) fn as_mode(&mut self) -> Option<&mut dyn ModeCell> {
         match self {
+            Self::Watchdog(watchdog) => Some(watchdog),
             Self::Logical(action) => Some(&mut **action),
             Self::Queued(queued) => Some(queued),
             Self::None | Self::Timer(_) | Self::Physical(_) | Self::Replayed(_) => None,

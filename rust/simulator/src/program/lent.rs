@@ -2,15 +2,17 @@
 //! A body that runs: with all that it changes, apart from the rest of the program, which it can only see. So several
 //! can run side by side, and one alone runs no differently.
 
+use std::collections::BTreeMap;
 use std::mem;
 use std::time::Duration;
 
 use lf_model::prelude::{After, Asap};
 use lf_model::time::{Interval, Tag};
-use lf_model::{PhysicalActionRef, Port, ReactionContext, Readable, TriggerId};
+use lf_model::{PhysicalActionRef, Port, ReactionContext, ReactionId, Readable, TriggerId};
 use lf_testkit::random::combine;
 
 use super::cells::Cell;
+use super::tables::keep;
 use super::value::{Shape, Value};
 use super::{InstanceId, Memory, Place, Record, Scripted};
 use crate::scenario::Script;
@@ -24,8 +26,6 @@ pub(super) struct Body {
     pub(super) number: u16,
     pub(super) reads: Vec<Variable>,
     pub(super) effects: Vec<Effect>,
-    /// The actions among the effects.
-    pub(super) actions: &'static [TriggerId],
     /// It has a handler for what comes too late.
     pub(super) tardy: bool,
     pub(super) script: Script,
@@ -53,10 +53,39 @@ enum Own {
     Trigger(Cell),
 }
 
-/// A body with what it changes.
+/// The reactions of one instance at one level: several, if they are in different modes.
+#[derive(Clone, Copy)]
+pub(super) struct Group {
+    pub(super) level: u16,
+    pub(super) reactions: &'static [ReactionId],
+    /// What they can schedule.
+    pub(super) actions: &'static [TriggerId],
+}
+
+impl Group {
+    /// The groups of a program, in the order of their first reactions.
+    pub(super) fn all(levels: impl Iterator<Item = u16>, bodies: &[Option<Body>]) -> Vec<Self> {
+        let mut members = BTreeMap::<(u16, usize), (Vec<ReactionId>, Vec<TriggerId>)>::new();
+        for (index, (level, body)) in (0..).zip(levels.zip(bodies)) {
+            let Some(body) = body else { continue };
+            let (reactions, actions) = members.entry((level, body.instance)).or_default();
+            reactions.push(ReactionId(index));
+            actions.extend(body.effects.iter().filter_map(|effect| match effect.variable {
+                Variable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
+                Variable::Port(_) | Variable::Mode(_) => None,
+            }));
+        }
+        let group =
+            |((level, _), (reactions, actions))| Self { level, reactions: keep(reactions), actions: keep(actions) };
+        let mut groups: Vec<_> = members.into_iter().map(group).collect();
+        groups.sort_by_key(|group| group.reactions[0].0);
+        groups
+    }
+}
+
+/// Bodies of one instance with what they change.
 pub(super) struct Lent {
-    pub(super) reaction: usize,
-    pub(super) body: Body,
+    bodies: Vec<(ReactionId, Body)>,
     state: u64,
     own: Vec<(Variable, Own)>,
     record: Option<Record>,
@@ -64,13 +93,14 @@ pub(super) struct Lent {
 }
 
 impl Scripted {
-    /// Takes a reaction's body out of the program; `None` for a reaction without one.
-    pub(super) fn lend(&mut self, reaction: usize) -> Option<Lent> {
-        let body = self.bodies.get_mut(reaction).and_then(Option::take)?;
-        let memory = &mut self.memory;
-        let mut own = Vec::with_capacity(body.effects.len());
-        for Effect { variable, .. } in &body.effects {
+    /// Takes the bodies of reactions of one instance out of the program; those without one are left out.
+    pub(super) fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
+        let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
+        let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
+        let (memory, mut own) = (&mut self.memory, Vec::<(Variable, Own)>::new());
+        for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
             match *variable {
+                _ if own.iter().any(|(taken, _)| taken == variable) => {}
                 Variable::Port(port) => {
                     let place = mem::replace(&mut memory.ports[port], Place::Lent);
                     own.push((*variable, Own::Port(place)));
@@ -82,31 +112,34 @@ impl Scripted {
                 Variable::Mode(_) => {}
             }
         }
-        Some(Lent { reaction, state: self.states[body.instance], body, own, record: None, stop: None })
+        let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
+        Lent { bodies, state, own, record: None, stop: None }
     }
 
-    /// Puts it back, and what it saw into the trace.
+    /// Puts them back, and what one of them saw into the trace.
     pub(super) fn take_back(&mut self, lent: Lent) {
-        let Lent { reaction, body, state, own, record, stop } = lent;
-        for (variable, own) in own.into_iter().rev() {
+        let Lent { bodies, state, own, record, stop } = lent;
+        for (variable, own) in own {
             match (variable, own) {
                 (Variable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
                 (Variable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
                 _ => {}
             }
         }
-        self.states[body.instance] = state;
         self.trace.extend(record);
         self.stops.extend(stop);
-        self.bodies[reaction] = Some(body);
+        for (reaction, body) in bodies {
+            self.states[body.instance] = state;
+            self.bodies[usize::from(reaction.0)] = Some(body);
+        }
     }
 }
 
 impl Lent {
     /// What is present of a variable: nothing, or perhaps a value.
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
-    fn read(&self, memory: &Memory, variable: Variable) -> Option<Option<Value>> {
-        let own = self.own.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
+    fn read(owned: &[(Variable, Own)], memory: &Memory, variable: Variable) -> Option<Option<Value>> {
+        let own = owned.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
         match (variable, own) {
             (Variable::Mode(_), _) => None,
             (Variable::Port(_), Some(Own::Port(Place::Own(port)))) => port.value().map(|value| Some(*value)),
@@ -116,15 +149,16 @@ impl Lent {
         }
     }
 
-    /// Does what the script and all that the body sees say.
-    pub(super) fn run(&mut self, memory: &Memory, ctx: &mut ReactionContext<'_>) {
-        self.body.runs += 1;
-        let body = &self.body;
-        let mut digest = combine(self.state, combine(body.id.path, body.number.into()));
+    /// Does what the script of a reaction and all that it sees say.
+    pub(super) fn run(&mut self, reaction: ReactionId, memory: &Memory, ctx: &mut ReactionContext<'_>) {
+        let Self { bodies, state, own, record, stop } = self;
+        let Some((_, body)) = bodies.iter_mut().find(|(id, _)| *id == reaction) else { return };
+        body.runs += 1;
+        let mut digest = combine(*state, combine(body.id.path, body.number.into()));
         // What was caused by something can cause less; what was not, as much as the script says.
         let (mut caused, mut fresh) = (None, body.is_startup || ctx.is_shutdown());
         for (position, variable) in (1..).zip(&body.reads) {
-            let Some(value) = self.read(memory, *variable) else { continue };
+            let Some(value) = Self::read(own, memory, *variable) else { continue };
             digest = combine(digest, combine(position, value.map_or(0, Value::number)));
             match value {
                 Some(value) => caused = caused.max(Some(value.energy().saturating_sub(1))),
@@ -132,27 +166,27 @@ impl Lent {
             }
         }
         let energy = caused.unwrap_or(0).max(if fresh { body.script.energy } else { 0 });
-        self.state = digest;
+        *state = digest;
         let (tag, last_tag) = (current_tag(ctx), ctx.is_shutdown());
         let work_ns = combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0);
-        self.record = Some(Record { tag, instance: body.id, reaction: body.number, digest, last_tag, work_ns });
+        *record = Some(Record { tag, instance: body.id, reaction: body.number, digest, last_tag, work_ns });
         memory.side.work(work_ns);
-        for (position, effect) in (0..).zip(&self.body.effects) {
+        for (position, effect) in (0..).zip(&body.effects) {
             let choice = combine(digest, 100 + position);
-            let own = self.own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
-            if self.body.is_startup && !effect.outside.is_empty() {
+            let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
+            if body.is_startup && !effect.outside.is_empty() {
                 if let Some(Own::Trigger(Cell::Physical(recorded))) = own {
                     // A thread that schedules the action again and again.
                     let action = PhysicalActionRef::clone(recorded.action.action());
                     memory.side.start(Thread::new(ctx.physical_link(), action, choice, &effect.outside));
                 }
-            } else if energy > 0 && choice % 100 < self.body.script.percent {
-                cause(effect, own, choice, (energy, self.body.script.offset_ns), ctx);
+            } else if energy > 0 && choice % 100 < body.script.percent {
+                cause(effect, own, choice, (energy, body.script.offset_ns), ctx);
             }
         }
-        if self.body.script.stop_at == Some(self.body.runs) && !memory.replayed {
-            let offset = self.body.script.stop_offset_ns;
-            self.stop = Some(tag.after(Interval::from_nanos(offset)));
+        if body.script.stop_at == Some(body.runs) && !memory.replayed {
+            let offset = body.script.stop_offset_ns;
+            *stop = Some(tag.after(Interval::from_nanos(offset)));
             let offset = offset.unsigned_abs();
             ctx.request_stop(if offset == 0 { Asap } else { After(Duration::from_nanos(offset)) });
         }
@@ -168,10 +202,15 @@ fn cause(
     ctx: &mut ReactionContext<'_>,
 ) {
     let value = Value::new(combine(origin, 3), energy, effect.shape);
-    let offset = After(Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1)));
+    let later = Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1));
+    let offset = After(later);
     match (effect.variable, own) {
         (Variable::Mode(transition), _) => ctx.set_mode(transition),
         (_, Some(Own::Port(Place::Own(port)))) => ctx.set(port, value),
+        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) if combine(origin, 5).is_multiple_of(4) => {
+            ctx.stop_watchdog(watchdog);
+        }
+        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) => ctx.start_watchdog(watchdog, later),
         (_, Some(Own::Trigger(Cell::Logical(logical)))) => {
             ctx.schedule_with_v(logical.action_mut(), Some(value), offset);
         }

@@ -24,7 +24,7 @@ pub(crate) use value::{Shape, Value};
 use crate::world::Side;
 pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};
-use lent::{Body, Variable, current_tag};
+use lent::{Body, Group, Variable, current_tag};
 
 /// An instance of a reactor, the same one whether federated or not.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -53,6 +53,8 @@ pub(crate) struct Record {
 pub(crate) struct Scripted {
     tables: &'static Tables,
     bodies: Vec<Option<Body>>,
+    /// What can run side by side with others of its level.
+    groups: Vec<Group>,
     /// By reaction: from where to where it copies, if it stands for a connection.
     copies: Vec<Option<(usize, usize)>>,
     memory: Memory,
@@ -89,11 +91,10 @@ enum Place {
 }
 
 impl Scripted {
-    fn run(&mut self, reaction: usize, ctx: &mut ReactionContext<'_>) {
-        if let Some(mut lent) = self.lend(reaction) {
-            lent.run(&self.memory, ctx);
-            self.take_back(lent);
-        }
+    fn run(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
+        let mut lent = self.lend(&[reaction]);
+        lent.run(reaction, &self.memory, ctx);
+        self.take_back(lent);
     }
 
     /// The fullest that the queues ever were, each with its capacity.
@@ -152,18 +153,18 @@ impl Program for Scripted {
         if self.bodies.get(index).and_then(Option::as_ref).is_some_and(|body| body.tardy && self.sees_tardy(body)) {
             self.mishandled.get_or_insert(current_tag(ctx));
         }
-        self.run(index, ctx);
+        self.run(reaction, ctx);
     }
 
     /// Does what the body does.
     fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
-        let (index, tag) = (usize::from(reaction.0), current_tag(ctx));
+        let tag = current_tag(ctx);
         self.handled_tardy.push(tag);
         let mut inputs = self.memory.cells.iter();
         if !inputs.any(|cell| matches!(cell, Cell::Queued(queued) if queued.is_tardy())) {
             self.mishandled.get_or_insert(tag);
         }
-        self.run(index, ctx);
+        self.run(reaction, ctx);
     }
 
     fn miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
@@ -171,19 +172,15 @@ impl Program for Scripted {
     }
 
     fn share(&mut self, number: u16, level: &mut Level<'_, '_>) {
-        let reactions = (0..self.tables.reactions.len()).filter(|index| self.tables.reactions[*index].level == number);
-        let mut lent: Vec<_> = reactions.filter_map(|index| self.lend(index)).collect();
+        let groups: Vec<_> = self.groups.iter().filter(|group| group.level == number).copied().collect();
+        let mut lent: Vec<_> = groups.iter().map(|group| self.lend(group.reactions)).collect();
         let memory = &self.memory;
         let mut bodies = Vec::new();
         for lent in &mut lent {
-            let reaction = ReactionId(u16::try_from(lent.reaction).unwrap_or(u16::MAX));
-            let actions = lent.body.actions;
-            let run = move |_: Part, ctx: &mut ReactionContext<'_>| lent.run(memory, ctx);
-            bodies.push((reaction, actions, run));
+            bodies.push(move |id: ReactionId, _: Part, ctx: &mut ReactionContext<'_>| lent.run(id, memory, ctx));
         }
-        let jobs = bodies.iter_mut().map(|(reaction, actions, run)| Job::new(*reaction, actions, run));
+        let jobs = groups.iter().zip(&mut bodies).map(|(group, run)| Job::new(group.reactions, group.actions, run));
         level.run(&mut jobs.collect::<Vec<_>>());
-        drop(bodies);
         for lent in lent {
             self.take_back(lent);
         }

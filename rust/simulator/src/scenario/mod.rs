@@ -3,17 +3,21 @@
 
 mod decentralized;
 mod generate;
+mod ports;
 mod reactors;
+mod rich;
 mod shrink;
 mod source;
 
+pub use rich::RICH;
 pub(crate) use shrink::reductions;
 pub(crate) use source::source;
 
 impl Scenario {
     /// When a thread schedules the physical action with this path, in nanoseconds after the thread was started.
     pub(crate) fn outside(&self, path: &str) -> &[Nanos] {
-        let number = |text: &str| text.get(1..).and_then(|digits| digits.parse::<usize>().ok());
+        // A member of a bank has the number of the bank.
+        let number = |text: &str| text.split('[').next()?.get(1..)?.parse::<usize>().ok();
         let parts: Vec<_> = path.split('.').filter_map(number).collect();
         let action = match parts[..] {
             [federate, action] => self.federates.get(federate).and_then(|reactor| reactor.actions.get(action)),
@@ -88,6 +92,15 @@ pub(crate) enum Ty {
 pub(crate) struct Reactor {
     pub(crate) inputs: Vec<Ty>,
     pub(crate) outputs: Vec<Ty>,
+    /// Whether its ports are multiports as far as they can be.
+    pub(crate) wide: bool,
+    /// How many there are of a contained reactor, if it is a bank.
+    pub(crate) bank: Option<usize>,
+    /// The mode of its container that a contained reactor is in.
+    pub(crate) mode: Option<usize>,
+    /// How many modes it has.
+    pub(crate) modes: usize,
+    pub(crate) watchdogs: Vec<Watchdog>,
     /// `@maxwait` of a federate, where its connections have none; for ever where it has none either.
     pub(crate) max_wait: Option<Nanos>,
     pub(crate) timers: Vec<Timer>,
@@ -102,6 +115,14 @@ pub(crate) struct Timer {
     pub(crate) offset: Nanos,
     /// None for once.
     pub(crate) period: Option<Nanos>,
+    pub(crate) mode: Option<usize>,
+}
+
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Watchdog {
+    pub(crate) timeout: Nanos,
+    /// It has no triggers, and the mode of the watchdog.
+    pub(crate) handler: Reaction,
 }
 
 #[derive(Clone, PartialEq, Debug)]
@@ -110,6 +131,7 @@ pub(crate) struct Action {
     pub(crate) min_delay: Nanos,
     pub(crate) min_spacing: Option<(Nanos, &'static str)>,
     pub(crate) capacity: usize,
+    pub(crate) mode: Option<usize>,
     /// When a thread that the program starts schedules a physical action, in nanoseconds after the start of the thread.
     pub(crate) outside: Vec<Nanos>,
 }
@@ -148,6 +170,7 @@ pub(crate) struct Link {
     pub(crate) to: End,
     pub(crate) after: Option<Nanos>,
     pub(crate) capacity: usize,
+    pub(crate) mode: Option<usize>,
 }
 
 /// A connection between federates.
@@ -170,6 +193,9 @@ pub(crate) struct Connection {
 pub(crate) enum Variable {
     Startup,
     Shutdown,
+    Reset,
+    Mode { mode: usize, history: bool },
+    Watchdog(usize),
     Timer(usize),
     Action(usize),
     Input(usize),
@@ -186,6 +212,7 @@ pub(crate) struct Reaction {
     /// Whether it has a handler for what comes too late.
     pub(crate) tardy: bool,
     pub(crate) script: Script,
+    pub(crate) mode: Option<usize>,
 }
 
 /// What a reaction does. It stands in the body, as words.

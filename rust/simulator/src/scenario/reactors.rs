@@ -65,7 +65,7 @@ fn timer(random: &mut Random, style: &Style) -> Timer {
     let period = style.period;
     let offset = random.one_of(&[0, 0, period / 2, period, 3 * period, 1]);
     let repeated = random.one_of(&[period, period, 2 * period, 3 * period, period + 1]);
-    Timer { offset, period: (style.ending != Ending::Idle).then_some(repeated) }
+    Timer { offset, period: (style.ending != Ending::Idle).then_some(repeated), mode: None }
 }
 
 fn action(random: &mut Random, style: &Style, physical: bool) -> Action {
@@ -83,7 +83,8 @@ fn action(random: &mut Random, style: &Style, physical: bool) -> Action {
     } else {
         Vec::new()
     };
-    Action { physical, min_delay: random.one_of(&[0, 0, 1, period / 2, period]), min_spacing, capacity: 64, outside }
+    let min_delay = random.one_of(&[0, 0, 1, period / 2, period]);
+    Action { physical, min_delay, min_spacing, capacity: 64, mode: None, outside }
 }
 
 /// Connections inside: from inputs to children, between children, and to outputs. The rest is left to reactions.
@@ -91,7 +92,7 @@ fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
     let mut links: Vec<Link> = Vec::new();
     let mut add = |random: &mut Random, from: End, to: End| {
         let after = random.percent(30).then(|| random.one_of(&[0, 1, style.period / 2, style.period]));
-        links.push(Link { from, to, after, capacity: 128 });
+        links.push(Link { from, to, after, capacity: 128, mode: None });
     };
     let small: Vec<_> = (0..reactor.inputs.len()).filter(|input| reactor.inputs[*input] == Ty::Small).collect();
     for (child, contained) in reactor.children.iter().enumerate() {
@@ -216,5 +217,5 @@ fn reaction(random: &mut Random, style: &Style, triggers: Vec<Variable>, effects
         stop_at: None,
         stop_offset_ns: 0,
     };
-    Reaction { triggers, uses: Vec::new(), effects, tardy: false, script }
+    Reaction { triggers, uses: Vec::new(), effects, tardy: false, script, mode: None }
 }

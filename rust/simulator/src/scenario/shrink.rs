@@ -116,6 +116,13 @@ fn reactor(reactor: &Reactor, add: &mut AddToReactor<'_>) {
             outside.truncate(outside.len().saturating_sub(1));
         });
     }
+    for watchdog in 0..reactor.watchdogs.len() {
+        add(&|it| it.remove_trigger(Variable::Watchdog(watchdog)));
+        add(&|it| it.watchdogs[watchdog].handler.effects.clear());
+    }
+    add(&Reactor::remove_modes);
+    add(&|it| it.bank = None);
+    add(&|it| it.wide = false);
     for link in 0..reactor.links.len() {
         add(&|it| it.links.retain(|other| *other != reactor.links[link]));
         add(&|it| it.links[link].after = None);
@@ -209,24 +216,41 @@ impl Reactor {
         });
     }
 
-    /// Removes a timer or an action.
+    /// All is as in a reactor without modes.
+    fn remove_modes(&mut self) {
+        self.modes = 0;
+        self.timers.iter_mut().for_each(|it| it.mode = None);
+        self.actions.iter_mut().for_each(|it| it.mode = None);
+        self.children.iter_mut().for_each(|it| it.mode = None);
+        self.links.iter_mut().for_each(|it| it.mode = None);
+        let handlers = self.watchdogs.iter_mut().map(|it| &mut it.handler);
+        self.reactions.iter_mut().chain(handlers).for_each(|it| it.mode = None);
+        self.rename(&|variable| Some(variable).filter(|it| !matches!(it, Variable::Mode { .. } | Variable::Reset)));
+    }
+
+    /// Removes a timer, an action or a watchdog.
     fn remove_trigger(&mut self, removed: Variable) {
         match removed {
             Variable::Timer(timer) => drop(self.timers.remove(timer)),
             Variable::Action(action) => drop(self.actions.remove(action)),
+            Variable::Watchdog(watchdog) => drop(self.watchdogs.remove(watchdog)),
             _ => {}
         }
         self.rename(&|variable| match (variable, removed) {
             (one, other) if one == other => None,
             (Variable::Timer(one), Variable::Timer(other)) => Some(Variable::Timer(one - usize::from(one > other))),
             (Variable::Action(one), Variable::Action(other)) => Some(Variable::Action(one - usize::from(one > other))),
+            (Variable::Watchdog(one), Variable::Watchdog(other)) => {
+                Some(Variable::Watchdog(one - usize::from(one > other)))
+            }
             (other, _) => Some(other),
         });
     }
 
     /// Gives variables new names, and removes those that get none, with the reactions that are then never triggered.
     fn rename(&mut self, name: &dyn Fn(Variable) -> Option<Variable>) {
-        for Reaction { triggers, uses, effects, .. } in &mut self.reactions {
+        let handlers = self.watchdogs.iter_mut().map(|watchdog| &mut watchdog.handler);
+        for Reaction { triggers, uses, effects, .. } in self.reactions.iter_mut().chain(handlers) {
             for list in [triggers, uses, effects] {
                 *list = list.iter().filter_map(|variable| name(*variable)).collect();
             }

@@ -3,7 +3,8 @@
 
 use std::fmt::Write as _;
 
-use super::{Action, End, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable};
+use super::ports::{Ports, port_of};
+use super::{Action, Connection, End, Link, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable, Watchdog};
 
 /// The program as a federation, or, with `federated` false, as one main reactor.
 pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
@@ -28,16 +29,25 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
          auth: {},\n  {clock_sync}\n}}",
         target.fast, target.keepalive, target.auth
     );
-    for (index, reactor) in scenario.federates.iter().enumerate() {
-        class(&mut text, &format!("F{index}"), reactor, waits);
+    let ports = scenario.ports();
+    for (index, (reactor, ports)) in scenario.federates.iter().zip(&ports).enumerate() {
+        class(&mut text, &format!("F{index}"), reactor, ports, waits);
     }
     let _ = writeln!(text, "\n{} reactor {{", if federated { "federated" } else { "main" });
     for (index, reactor) in scenario.federates.iter().enumerate() {
         wait(&mut text, "maxwait", reactor.max_wait.filter(|_| waits));
         let _ = writeln!(text, "  f{index} = new F{index}()");
     }
-    for connection in &scenario.connections {
-        let ((from, output), (to, input)) = (connection.from, connection.to);
+    let mut done = vec![false; scenario.connections.len()];
+    for index in 0..scenario.connections.len() {
+        if done[index] {
+            continue;
+        }
+        let connection = &scenario.connections[index];
+        let (members, from, to) = statement(scenario, &ports, connection);
+        for member in members {
+            done[member] = true;
+        }
         wait(&mut text, "maxwait", connection.max_wait.filter(|_| waits));
         wait(&mut text, "absent_after", connection.absent_after.filter(|_| waits));
         // Without the network, the queue of a connection with `after` has to hold all that is on its way, and a
@@ -46,10 +56,39 @@ pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
             (true, capacity) => capacity,
             (false, _) => connection.after.map(|_| 256),
         };
-        link(&mut text, capacity, &format!("f{from}.out{output} -> f{to}.in{input}"), connection.after);
+        link(&mut text, capacity, &format!("{from} -> {to}"), connection.after);
     }
     text.push_str("}\n");
     text
+}
+
+/// The connections that are written with this one, and both sides of what is written.
+fn statement(scenario: &Scenario, ports: &[Ports], connection: &Connection) -> (Vec<usize>, String, String) {
+    let port = |ports: &[(usize, usize)], channel: usize| port_of(ports, channel);
+    let ((from, output), (to, input)) = (connection.from, connection.to);
+    let (source, destination) = (port(&ports[from].outputs, output), port(&ports[to].inputs, input));
+    let channels = |(first, width): (usize, usize)| first..first + width;
+    let all = || scenario.connections.iter().enumerate();
+    let mut members: Vec<(usize, &Connection)> = if destination.1 > 1 {
+        all().filter(|(_, one)| one.to.0 == to && channels(destination).contains(&one.to.1)).collect()
+    } else if source.1 > 1 {
+        all().filter(|(_, one)| one.from.0 == from && channels(source).contains(&one.from.1)).collect()
+    } else {
+        all().filter(|(_, one)| one.to == connection.to).collect()
+    };
+    members.sort_by_key(|(_, one)| if destination.1 > 1 { one.to.1 } else { one.from.1 });
+    let list = |mut names: Vec<String>| {
+        names.dedup();
+        names.join(", ")
+    };
+    let sources = members.iter().map(|(_, Connection { from: (federate, channel), .. })| {
+        format!("f{federate}.out{}", port(&ports[*federate].outputs, *channel).0)
+    });
+    let destinations = members.iter().map(|(_, Connection { to: (federate, channel), .. })| {
+        format!("f{federate}.in{}", port(&ports[*federate].inputs, *channel).0)
+    });
+    let (sources, destinations) = (list(sources.collect()), list(destinations.collect()));
+    (members.iter().map(|(index, _)| *index).collect(), sources, destinations)
 }
 
 /// An attribute with a time, before what it is about.
@@ -59,43 +98,143 @@ fn wait(text: &mut String, name: &str, time: Option<Nanos>) {
     }
 }
 
-fn class(text: &mut String, name: &str, reactor: &Reactor, waits: bool) {
-    for (index, child) in reactor.children.iter().enumerate() {
-        class(text, &format!("{name}C{index}"), child, waits);
+fn class(text: &mut String, name: &str, reactor: &Reactor, ports: &Ports, waits: bool) {
+    let children: Vec<_> = (0..reactor.children.len()).map(|child| reactor.child_ports(child)).collect();
+    for (index, (child, ports)) in reactor.children.iter().zip(&children).enumerate() {
+        class(text, &format!("{name}C{index}"), child, ports, waits);
     }
     let _ = writeln!(text, "\nreactor {name} {{");
-    for (index, ty) in reactor.inputs.iter().enumerate() {
-        let _ = writeln!(text, "  input in{index}: {}", type_name(*ty));
+    for (direction, of, types) in [("in", &ports.inputs, &reactor.inputs), ("out", &ports.outputs, &reactor.outputs)] {
+        for (first, width) in of {
+            let width = if *width > 1 { format!("[{width}]") } else { String::new() };
+            let _ = writeln!(text, "  {direction}put{width} {direction}{first}: {}", type_name(types[*first]));
+        }
     }
-    for (index, ty) in reactor.outputs.iter().enumerate() {
-        let _ = writeln!(text, "  output out{index}: {}", type_name(*ty));
+    let names = Names { reactor, name, ports, children: &children, waits };
+    names.members(text, None);
+    // What comes out of contained reactors is read last, so that it is no loop when others set what goes into them.
+    names.reactions(text, None, false);
+    for mode in 0..reactor.modes {
+        let _ = writeln!(text, "  {}mode M{mode} {{", if mode == 0 { "initial " } else { "" });
+        names.members(text, Some(mode));
+        names.reactions(text, Some(mode), false);
+        names.reactions(text, Some(mode), true);
+        text.push_str("  }\n");
     }
-    for (index, timer) in reactor.timers.iter().enumerate() {
-        let period = timer.period.map_or(String::new(), |ns| format!(", {ns} nsec"));
-        let _ = writeln!(text, "  timer t{index}({} nsec{period})", timer.offset);
+    names.reactions(text, None, true);
+    text.push_str("}\n");
+}
+
+/// A reactor with the names of what is in it.
+struct Names<'a> {
+    reactor: &'a Reactor,
+    name: &'a str,
+    ports: &'a Ports,
+    children: &'a [Ports],
+    waits: bool,
+}
+
+impl Names<'_> {
+    /// The reactions in a mode, or in none, that read what comes out of contained reactors, or those that do not.
+    fn reactions(&self, text: &mut String, mode: Option<usize>, read_children: bool) {
+        let reads = |one: &Variable| matches!(one, Variable::ChildOutput(..));
+        for declared in self.reactor.reactions.iter().filter(|it| it.mode == mode) {
+            if declared.triggers.iter().any(reads) == read_children {
+                self.reaction(text, declared);
+            }
+        }
     }
-    for (index, declared) in reactor.actions.iter().enumerate() {
-        action(text, index, declared);
+
+    /// What is in a mode, or in none, but for reactions.
+    fn members(&self, text: &mut String, mode: Option<usize>) {
+        let reactor = self.reactor;
+        for (index, timer) in reactor.timers.iter().enumerate().filter(|(_, it)| it.mode == mode) {
+            let period = timer.period.map_or(String::new(), |ns| format!(", {ns} nsec"));
+            let _ = writeln!(text, "  timer t{index}({} nsec{period})", timer.offset);
+        }
+        for (index, declared) in reactor.actions.iter().enumerate().filter(|(_, it)| it.mode == mode) {
+            action(text, index, declared);
+        }
+        for (index, Watchdog { timeout, handler }) in
+            reactor.watchdogs.iter().enumerate().filter(|(_, it)| it.handler.mode == mode)
+        {
+            let (effects, body) = (self.effects(handler), words(&handler.script));
+            let _ = writeln!(text, "  watchdog w{index}({timeout} nsec){effects} {{= \"{body}\" =}}");
+        }
+        for (index, child) in reactor.children.iter().enumerate().filter(|(_, it)| it.mode == mode) {
+            let bank = child.bank.map_or(String::new(), |width| format!("[{width}]"));
+            let _ = writeln!(text, "  c{index} = new{bank} {}C{index}()", self.name);
+        }
+        for connection in reactor.links.iter().filter(|it| it.mode == mode) {
+            self.link(text, connection);
+        }
     }
-    for index in 0..reactor.children.len() {
-        let _ = writeln!(text, "  c{index} = new {name}C{index}()");
-    }
-    for connection in &reactor.links {
-        let from = match connection.from {
+
+    /// A connection, with those to the other channels of its destination.
+    fn link(&self, text: &mut String, connection: &Link) {
+        let from = |end: End| match end {
             End::Own(port) => format!("in{port}"),
             End::Child(child, port) => format!("c{child}.out{port}"),
         };
-        let to = match connection.to {
-            End::Own(port) => format!("out{port}"),
-            End::Child(child, port) => format!("c{child}.in{port}"),
-        };
         let capacity = connection.after.map(|_| connection.capacity);
-        link(text, capacity, &format!("{from} -> {to}"), connection.after);
+        let ends = match connection.to {
+            End::Own(port) => format!("{} -> out{port}", from(connection.from)),
+            End::Child(child, port) => {
+                let (first, width) = port_of(&self.children[child].inputs, port);
+                if port > first {
+                    return;
+                }
+                let into = |input: usize| self.reactor.links.iter().find(|it| it.to == End::Child(child, input));
+                let sources: Vec<_> = (first..first + width).filter_map(into).map(|link| from(link.from)).collect();
+                let sources = sources.join(", ");
+                let is_bank = self.reactor.children[child].bank.is_some();
+                let sources = if is_bank { format!("({sources})+") } else { sources };
+                format!("{sources} -> c{child}.in{first}")
+            }
+        };
+        link(text, capacity, &ends, connection.after);
     }
-    for declared in &reactor.reactions {
-        reaction(text, declared, waits);
+
+    fn reaction(&self, text: &mut String, reaction: &Reaction) {
+        let uses = if reaction.uses.is_empty() { String::new() } else { format!(" {}", self.list(&reaction.uses)) };
+        let tardy = if reaction.tardy && self.waits { " tardy {= =}" } else { "" };
+        let (triggers, effects, body) =
+            (self.list(&reaction.triggers), self.effects(reaction), words(&reaction.script));
+        let _ = writeln!(text, "  reaction({triggers}){uses}{effects} {{= \"{body}\" =}}{tardy}");
     }
-    text.push_str("}\n");
+
+    fn effects(&self, reaction: &Reaction) -> String {
+        if reaction.effects.is_empty() { String::new() } else { format!(" -> {}", self.list(&reaction.effects)) }
+    }
+
+    /// Channels of one port are named once, and so is a mode.
+    fn list(&self, variables: &[Variable]) -> String {
+        let mut names: Vec<String> = Vec::new();
+        for name in variables.iter().map(|one| self.variable(*one)) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names.join(", ")
+    }
+
+    fn variable(&self, variable: Variable) -> String {
+        let child = |child: usize| &self.children[child];
+        match variable {
+            Variable::Startup => "startup".to_owned(),
+            Variable::Shutdown => "shutdown".to_owned(),
+            Variable::Reset => "reset".to_owned(),
+            Variable::Mode { mode, history: true } => format!("history(M{mode})"),
+            Variable::Mode { mode, history: false } => format!("reset(M{mode})"),
+            Variable::Watchdog(index) => format!("w{index}"),
+            Variable::Timer(index) => format!("t{index}"),
+            Variable::Action(index) => format!("a{index}"),
+            Variable::Input(index) => format!("in{}", port_of(&self.ports.inputs, index).0),
+            Variable::Output(index) => format!("out{}", port_of(&self.ports.outputs, index).0),
+            Variable::ChildInput(one, index) => format!("c{one}.in{}", port_of(&child(one).inputs, index).0),
+            Variable::ChildOutput(one, index) => format!("c{one}.out{}", port_of(&child(one).outputs, index).0),
+        }
+    }
 }
 
 fn action(text: &mut String, index: usize, action: &Action) {
@@ -116,28 +255,6 @@ fn link(text: &mut String, capacity: Option<usize>, ends: &str, after: Option<i6
     }
     let after = after.map_or(String::new(), |ns| format!(" after {ns} nsec"));
     let _ = writeln!(text, "  {ends}{after}");
-}
-
-fn reaction(text: &mut String, reaction: &Reaction, waits: bool) {
-    let list = |variables: &[Variable]| variables.iter().map(|one| variable(*one)).collect::<Vec<_>>().join(", ");
-    let uses = if reaction.uses.is_empty() { String::new() } else { format!(" {}", list(&reaction.uses)) };
-    let effects = if reaction.effects.is_empty() { String::new() } else { format!(" -> {}", list(&reaction.effects)) };
-    let tardy = if reaction.tardy && waits { " tardy {= =}" } else { "" };
-    let (triggers, body) = (list(&reaction.triggers), words(&reaction.script));
-    let _ = writeln!(text, "  reaction({triggers}){uses}{effects} {{= \"{body}\" =}}{tardy}");
-}
-
-fn variable(variable: Variable) -> String {
-    match variable {
-        Variable::Startup => "startup".to_owned(),
-        Variable::Shutdown => "shutdown".to_owned(),
-        Variable::Timer(index) => format!("t{index}"),
-        Variable::Action(index) => format!("a{index}"),
-        Variable::Input(index) => format!("in{index}"),
-        Variable::Output(index) => format!("out{index}"),
-        Variable::ChildInput(child, index) => format!("c{child}.in{index}"),
-        Variable::ChildOutput(child, index) => format!("c{child}.out{index}"),
-    }
 }
 
 pub(super) fn type_name(ty: Ty) -> &'static str {

@@ -15,7 +15,8 @@ reactor Filter {
   output y: u8
   logical action again: u8
   state seen: Vec<u32>
-  reaction(x) -> y, again {= =} deadline(5 ms) {= =}
+  initial mode One { reaction(x) -> y, again {= =} deadline(5 ms) {= =} }
+  mode Two { reaction(x) -> y, reset(One) {= =} }
 }
 reactor Sink { input[2] x: u8  reaction(x) {= =} }
 main reactor {

@@ -482,6 +482,7 @@ impl<'p> Module<'p> {
                 quote!(& #mutable PhysicalAction<#ty>)
             }
             VariableKind::Timer => quote!(&Timer),
+            VariableKind::Watchdog => quote!(& #mutable lf::model::Watchdog),
             VariableKind::Mode { .. } => quote!(lf::model::Transition),
         })
     }

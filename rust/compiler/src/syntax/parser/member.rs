@@ -2,8 +2,8 @@
 //! The declarations in the body of a reactor, except connections and reactions.
 
 use super::super::ast::{
-    Action, Assignment, Attribute, Body, Direction, Expression, Initialiser, Instantiation, Method, Port, State, Timer,
-    Watchdog,
+    Action, ActionKind, Assignment, Attribute, Body, Direction, Expression, Initialiser, Instantiation, Method, Port,
+    Reaction, ReactionKind, State, Timer,
 };
 use super::super::token::Kind;
 use super::{Parsed, Parser};
@@ -37,8 +37,11 @@ impl Parser<'_> {
                 body.actions.push(action);
             }
             Some("watchdog") => {
-                let watchdog = self.watchdog()?;
-                body.watchdogs.push(watchdog);
+                let (watchdog, handler) = self.watchdog(attributes)?;
+                body.actions.push(watchdog);
+                // Handlers run before reactions, wherever they stand.
+                let handlers = body.reactions.iter().take_while(|it| it.kind == ReactionKind::Watchdog).count();
+                body.reactions.insert(handlers, handler);
             }
             Some("reaction" | "mutation") => {
                 let reaction = self.reaction(attributes)?;
@@ -125,8 +128,8 @@ impl Parser<'_> {
     }
 
     fn action(&mut self, attributes: Vec<Attribute>) -> Parsed<Action> {
-        let physical = self.eat_word("physical").is_some();
-        if !physical {
+        let kind = if self.eat_word("physical").is_some() { ActionKind::Physical } else { ActionKind::Logical };
+        if kind == ActionKind::Logical {
             self.eat_word("logical");
         }
         if self.eat_word("action").is_none() {
@@ -145,20 +148,42 @@ impl Parser<'_> {
             self.expect(Kind::CloseParenthesis, "`,` or `)`")?;
         }
         let ty = self.type_annotation()?;
-        Ok(Action { mode: self.mode, attributes, physical, name, min_delay, min_spacing, policy, ty })
+        Ok(Action { mode: self.mode, attributes, kind, name, min_delay, min_spacing, policy, ty })
     }
 
-    fn watchdog(&mut self) -> Parsed<Watchdog> {
-        self.advance();
+    /// A watchdog and its handler.
+    fn watchdog(&mut self, attributes: Vec<Attribute>) -> Parsed<(Action, Reaction)> {
+        let token = self.advance();
+        let keyword = self.span_of(token);
         let name = self.name("the name of a watchdog")?;
-        self.expect(Kind::OpenParenthesis, "`(`")?;
-        self.expression()?;
+        self.expect(Kind::OpenParenthesis, "`(` and the timeout")?;
+        let timeout = self.expression()?;
         self.expect(Kind::CloseParenthesis, "`)`")?;
-        if self.eat(Kind::Arrow) {
-            self.effects()?;
-        }
-        self.code()?;
-        Ok(Watchdog { mode: self.mode, name })
+        let effects = if self.eat(Kind::Arrow) { self.effects()? } else { Vec::new() };
+        let handler = Reaction {
+            mode: self.mode,
+            attributes: Vec::new(),
+            keyword,
+            kind: ReactionKind::Watchdog,
+            triggers: vec![name.clone().into()],
+            name: Some(name.clone()),
+            uses: Vec::new(),
+            effects,
+            code: Some(self.code()?),
+            tardy: None,
+            deadline: None,
+        };
+        let watchdog = Action {
+            mode: self.mode,
+            attributes,
+            kind: ActionKind::Watchdog,
+            name,
+            min_delay: Some(timeout),
+            min_spacing: None,
+            policy: None,
+            ty: None,
+        };
+        Ok((watchdog, handler))
     }
 
     fn instantiation(&mut self, attributes: Vec<Attribute>) -> Parsed<Instantiation> {

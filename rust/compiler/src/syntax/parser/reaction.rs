@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reactions.
 
-use super::super::ast::{Attribute, Deadline, Name, Reaction, Reference, Tardy, Transition};
+use super::super::ast::{Attribute, Deadline, Name, Reaction, ReactionKind, Reference, Tardy, Transition};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
@@ -11,7 +11,7 @@ impl Parser<'_> {
     pub(super) fn reaction(&mut self, attributes: Vec<Attribute>) -> Parsed<Reaction> {
         let token = self.advance();
         let keyword = self.span_of(token);
-        let mutation = self.text_of(token) == "mutation";
+        let kind = if self.text_of(token) == "mutation" { ReactionKind::Mutation } else { ReactionKind::Reaction };
         let name = if self.at(Kind::Word) { Some(self.name("the name of a reaction")?) } else { None };
         self.expect(Kind::OpenParenthesis, "`(` and the triggers")?;
         let triggers = self.list(Kind::CloseParenthesis, ")", Self::trigger)?;
@@ -22,7 +22,7 @@ impl Parser<'_> {
             mode: self.mode,
             attributes,
             keyword,
-            mutation,
+            kind,
             name,
             triggers,
             uses,
@@ -46,8 +46,7 @@ impl Parser<'_> {
         if matches!(self.word_ahead(0), Some("startup" | "shutdown" | "reset")) {
             let token = self.advance();
             let span = self.span_of(token);
-            let name = Name { text: self.text_of(token).to_owned(), span };
-            return Ok(Reference { container: None, name, interleaved: false, alias: None, transition: None, span });
+            return Ok(Name { text: self.text_of(token).to_owned(), span }.into());
         }
         self.reference("a trigger")
     }

@@ -141,6 +141,7 @@ impl Module<'_> {
         Ok(Some(match row.cell {
             Cell::None => return Ok(None),
             Cell::Timer => ("Timer".to_owned(), quote!(Timer::new())),
+            Cell::Watchdog => ("Watchdog".to_owned(), quote!(Watchdog::new(TriggerId(#id)))),
             Cell::Logical => {
                 (format!("LogicalActionQueue<{action}, {capacity}>"), quote!(LogicalActionQueue::new(TriggerId(#id))))
             }

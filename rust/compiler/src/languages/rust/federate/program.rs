@@ -5,10 +5,11 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use lf_model::{PortId, TriggerId};
+use lf_model::{PortId, ReactionId, TriggerId};
 use proc_macro2::Ident;
 
 use super::module::Module;
+use super::tables::ids;
 use crate::languages::rust::reactor::{deadline_method, reaction_method, reset_method, tardy_method};
 use crate::languages::rust::sending::serializer_type;
 use crate::plan::{
@@ -171,47 +172,57 @@ impl Module<'_> {
         Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
     }
 
-    /// One arm per level with several reactions, where there are threads for them. Copies are left to the engine: two
-    /// of different modes have one port to set.
+    /// One arm per level at which several instances have reactions, where there are threads for them. Copies are left to
+    /// the engine: two of different modes have one port to set.
     fn shares(&self) -> Vec<String> {
         if self.layout.workers() < 2 {
             return Vec::new();
         }
-        let mut levels: BTreeMap<u16, Vec<String>> = BTreeMap::new();
-        for (id, (reaction, row)) in self.federate.reactions.iter().zip(&self.tables.reactions).enumerate() {
-            levels.entry(row.level).or_default().extend(self.job(id, reaction));
+        let mut levels: BTreeMap<u16, BTreeMap<usize, Vec<ReactionId>>> = BTreeMap::new();
+        for (id, (reaction, row)) in (0..).zip(self.federate.reactions.iter().zip(&self.tables.reactions)) {
+            if let ReactionKind::Body { instance, .. } = reaction.kind {
+                levels.entry(row.level).or_default().entry(instance.0).or_default().push(ReactionId(id));
+            }
         }
-        let arm = |(level, jobs): (u16, Vec<String>)| {
-            format!(
-                "{level} => level.run(&mut [\n                {},\n            ])",
-                jobs.join(",\n                ")
-            )
+        let arm = |(level, instances): (u16, BTreeMap<usize, Vec<ReactionId>>)| {
+            // The reactions of one instance are in different modes. They share what they change, so they are one job.
+            let mut groups: Vec<_> = instances.into_values().collect();
+            groups.sort_by_key(|reactions| reactions[0].0);
+            let jobs: Vec<String> = groups.iter().map(|reactions| self.job(reactions)).collect();
+            let jobs = jobs.join(",\n                ");
+            (groups.len() > 1).then(|| format!("{level} => level.run(&mut [\n                {jobs},\n            ])"))
         };
-        levels.into_iter().filter(|(_, jobs)| jobs.len() > 1).map(arm).collect()
+        levels.into_iter().filter_map(arm).collect()
     }
 
-    /// A reaction with a body as a job.
-    fn job(&self, id: usize, reaction: &ScheduledReaction) -> Option<String> {
-        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
-        let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
-        let actions = declared.parameters.iter().zip(arguments).filter_map(|(parameter, argument)| match argument {
-            Argument::Trigger(trigger) if parameter.effect => Some(TriggerId(u16::try_from(trigger.0).ok()?)),
-            _ => None,
-        });
-        let actions: Vec<_> = actions.collect();
-        let body = self.call(reaction, |number, _| Some(reaction_method(number)))?;
-        let others = [
-            ("MissedDeadline", self.call(reaction, miss_method)),
-            ("Tardy", self.call(reaction, handler_method).filter(|_| self.tables.has_tardy_inputs())),
-        ];
-        let others = others.into_iter().filter_map(|(part, call)| Some(format!("Part::{part} => {}, ", call?)));
-        let others: String = others.collect();
-        let run = if others.is_empty() {
-            format!("|_, ctx| {body}")
-        } else {
-            format!("|part, ctx| match part {{ {others}_ => {body} }}")
+    /// Reactions of one instance as a job.
+    fn job(&self, reactions: &[ReactionId]) -> String {
+        let (mut actions, mut calls) = (Vec::new(), Vec::new());
+        for id in reactions {
+            let reaction = &self.federate.reactions[usize::from(id.0)];
+            let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { continue };
+            let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
+            actions.extend(declared.parameters.iter().zip(arguments).filter_map(
+                |(parameter, argument)| match argument {
+                    Argument::Trigger(trigger) if parameter.effect => Some(TriggerId(u16::try_from(trigger.0).ok()?)),
+                    _ => None,
+                },
+            ));
+            let only = if reactions.len() == 1 { "_".to_owned() } else { format!("{id:?}") };
+            calls.extend(
+                self.call(reaction, miss_method).map(|call| format!("({only}, Part::MissedDeadline) => {call}")),
+            );
+            let handles = self.call(reaction, handler_method).filter(|_| self.tables.has_tardy_inputs());
+            calls.extend(handles.map(|call| format!("({only}, Part::Tardy) => {call}")));
+            let body = self.call(reaction, |number, _| Some(reaction_method(number)));
+            calls.extend(body.map(|call| format!("({only}, _) => {call}")));
+        }
+        let run = match &calls[..] {
+            [only] => only.replacen("(_, _) => ", "|_, _, ctx| ", 1),
+            _ if reactions.len() == 1 => format!("|id, part, ctx| match (id, part) {{ {} }}", calls.join(", ")),
+            _ => format!("|id, part, ctx| match (id, part) {{ {}, _ => {{}} }}", calls.join(", ")),
         };
-        Some(format!("Job::new(ReactionId({id}), &{actions:?}, &mut {run})"))
+        format!("Job::new({}, {}, &mut {run})", ids(reactions), ids(&actions))
     }
 }
 

@@ -190,6 +190,6 @@ fn trigger_kind(kind: &TriggerKind) -> String {
 }
 
 /// `&[ReactionId(0), ReactionId(3)]`
-fn ids(ids: &[impl core::fmt::Debug]) -> String {
+pub(super) fn ids(ids: &[impl core::fmt::Debug]) -> String {
     format!("&{ids:?}")
 }

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which neighboring ports of a reactor are the channels of one multiport.
+//!
+//! Scenarios, plans and the wire number channels. Multiports are a matter of the text alone: where the ports are of one
+//! type, and the text can connect them together, they may be one. It is the same text whatever else changes.
+
+use super::{Connection, End, Link, Reactor, Scenario, Ty};
+
+/// A multiport has so many channels at most.
+const CHANNELS_MAX: usize = 3;
+
+/// The ports of a reactor as its text has them: the first channel and how many there are.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Ports {
+    pub(super) inputs: Vec<(usize, usize)>,
+    pub(super) outputs: Vec<(usize, usize)>,
+}
+
+/// The port that has a channel.
+pub(super) fn port_of(ports: &[(usize, usize)], channel: usize) -> (usize, usize) {
+    let found = ports.iter().find(|(first, width)| (*first..first + width).contains(&channel));
+    found.copied().unwrap_or((channel, 1))
+}
+
+/// Puts neighbors together as long as they may be: `joins` says it of the first channel and a number of channels.
+fn grouped(types: &[Ty], joins: impl Fn(usize, usize) -> bool) -> Vec<(usize, usize)> {
+    let (mut ports, mut first) = (Vec::new(), 0);
+    while first < types.len() {
+        let most = CHANNELS_MAX.min(types.len() - first);
+        let is_port =
+            |width: &usize| types[first..first + width].iter().all(|ty| *ty == types[first]) && joins(first, *width);
+        let width = (2..=most).rev().find(is_port).unwrap_or(1);
+        ports.push((first, width));
+        first += width;
+    }
+    ports
+}
+
+/// The only one of a list, if it is one.
+fn only<T>(mut list: impl Iterator<Item = T>) -> Option<T> {
+    list.next().filter(|_| list.next().is_none())
+}
+
+/// Whether all are there, and one is like another.
+fn alike<K: PartialEq>(keys: impl Iterator<Item = Option<K>>) -> bool {
+    let keys: Vec<_> = keys.collect();
+    keys.iter().all(|key| key.is_some() && *key == keys[0])
+}
+
+/// What connections of one statement have in common.
+fn key(one: &Connection) -> impl PartialEq + use<> {
+    (one.after, one.capacity, one.max_wait, one.absent_after)
+}
+
+impl Scenario {
+    /// Whether a multiport of a federate is connected to one of another federate.
+    pub(crate) fn has_wide_connections(&self) -> bool {
+        let ports = self.ports();
+        let width = |ports: &[(usize, usize)], channel| port_of(ports, channel).1;
+        let is_wide = |one: &Connection| {
+            width(&ports[one.from.0].outputs, one.from.1) > 1 && width(&ports[one.to.0].inputs, one.to.1) > 1
+        };
+        self.connections.iter().any(is_wide)
+    }
+
+    /// The ports of all federates.
+    pub(super) fn ports(&self) -> Vec<Ports> {
+        let into = |to: (usize, usize)| only(self.connections.iter().filter(move |one| one.to == to));
+        let from = |from: (usize, usize)| only(self.connections.iter().filter(move |one| one.from == from));
+        let mut all: Vec<Ports> = (0..)
+            .zip(&self.federates)
+            .map(|(federate, reactor)| {
+                let is_inner = |input: usize| reactor.links.iter().any(|link| link.from == End::Own(input));
+                let inputs = grouped(&reactor.inputs, |first, width| {
+                    let mut channels = first..first + width;
+                    reactor.wide
+                        && alike(channels.clone().map(|input| into((federate, input)).map(key)))
+                        && !channels.any(is_inner)
+                });
+                Ports { inputs, outputs: Vec::new() }
+            })
+            .collect();
+        for (federate, reactor) in self.federates.iter().enumerate() {
+            let is_inner = |output: usize| reactor.links.iter().any(|link| link.to == End::Own(output));
+            let outputs = grouped(&reactor.outputs, |first, width| {
+                let mut channels = first..first + width;
+                let ends: Vec<_> = channels.clone().filter_map(|output| from((federate, output))).collect();
+                // They lead to ports of one channel each, or to the channels of one port.
+                let port = |one: &&Connection| port_of(&all[one.to.0].inputs, one.to.1);
+                let are_ports = ends.iter().all(|one| port(one).1 == 1);
+                let is_port = || {
+                    let to = ends[0].to;
+                    port(&ends[0]) == (to.1, width) && (to.1..).zip(&ends).all(|(input, one)| one.to == (to.0, input))
+                };
+                reactor.wide
+                    && ends.len() == width
+                    && alike(ends.iter().map(|one| Some(key(one))))
+                    && !channels.any(is_inner)
+                    && (are_ports || is_port())
+            });
+            all[federate].outputs = outputs;
+        }
+        all
+    }
+}
+
+impl Reactor {
+    /// The ports of a contained reactor.
+    pub(super) fn child_ports(&self, child: usize) -> Ports {
+        let contained = &self.children[child];
+        let into = |input: usize| only(self.links.iter().filter(move |link| link.to == End::Child(child, input)));
+        let key = |link: &Link| (link.after, link.capacity, link.mode);
+        // An own port at one end or the other.
+        let is_inner = |port: usize| contained.links.iter().any(|it| [it.from, it.to].contains(&End::Own(port)));
+        let inputs = grouped(&contained.inputs, |first, width| {
+            let channels = || (first..first + width).map(into);
+            let is_even = channels().all(|link| link.is_none()) || alike(channels().map(|link| link.map(key)));
+            contained.wide && is_even && !(first..first + width).any(is_inner)
+        });
+        let is_linked = |output: usize| self.links.iter().any(|link| link.from == End::Child(child, output));
+        let outputs = grouped(&contained.outputs, |first, width| {
+            contained.wide && !(first..first + width).any(|output| is_linked(output) || is_inner(output))
+        });
+        Ports { inputs, outputs }
+    }
+}
