@@ -4,6 +4,12 @@
 
 use std::process::ExitCode;
 
+use mimalloc::MiMalloc;
+
+/// The compiler makes and drops many small things.
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
+
 fn main() -> ExitCode {
     lfz::execute(lfz::args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit()))
 }

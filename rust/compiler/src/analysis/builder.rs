@@ -37,7 +37,9 @@ pub(super) struct Context<'a> {
 pub(super) struct Builder<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) part: usize,
-    /// The instances of this federate.
+    /// The instances of this federate, in their order.
+    pub(super) members: Vec<usize>,
+    /// Where each of them stands in it.
     pub(super) instances: BTreeMap<usize, InstanceIndex>,
     /// The storing ports of this federate.
     pub(super) ports: BTreeMap<Node, PortIndex>,

@@ -14,12 +14,14 @@ use crate::resolve::Variable;
 pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
     let tree = context.tree;
     let members = (0..tree.instances.len()).filter(|instance| context.parts.of[*instance] == Some(part));
-    let instances: BTreeMap<_, _> = members.enumerate().map(|(index, member)| (member, InstanceIndex(index))).collect();
+    let members: Vec<_> = members.collect();
+    let instances: BTreeMap<_, _> =
+        members.iter().enumerate().map(|(index, member)| (*member, InstanceIndex(index))).collect();
     let modes = tree.modes.iter().enumerate().filter(|(_, mode)| context.parts.of[mode.instance] == Some(part));
     let modes = modes.enumerate().map(|(index, (mode, _))| (mode, ModeIndex(index))).collect();
     let ports = BTreeMap::new();
     let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
-    let mut builder = Builder { context, part, instances, ports, modes, triggers, sources, spacings };
+    let mut builder = Builder { context, part, members, instances, ports, modes, triggers, sources, spacings };
     builder.number_ports();
     builder.add_triggers(diagnostics);
     let reactions = builder.reactions(diagnostics);
@@ -160,8 +162,7 @@ impl Builder<'_> {
     }
 
     fn class_of(&self, instance: InstanceIndex) -> crate::resolve::ClassId {
-        let position = self.instances.iter().find(|(_, index)| **index == instance).map(|(position, _)| *position);
-        self.context.tree.instances[position.unwrap_or_default()].class
+        self.context.tree.instances[self.members[instance.0]].class
     }
 
     /// Startup and shutdown are triggers without a variable.

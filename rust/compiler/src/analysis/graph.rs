@@ -96,6 +96,8 @@ pub(super) struct Graph {
     pub(super) root: Vec<Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
+    /// By instance: the first of its reactions.
+    first_steps: Vec<usize>,
     /// The modes that can be entered by reset.
     pub(super) resets: BTreeSet<usize>,
     /// Per storing port: the reactions that write it.
@@ -121,6 +123,7 @@ impl Graph {
             into: Vec::new(),
             root: Vec::new(),
             steps: Vec::new(),
+            first_steps: Vec::new(),
             resets: BTreeSet::new(),
             writers: Vec::new(),
             readers: Vec::new(),
@@ -365,6 +368,7 @@ impl Graph {
         self.writers = vec![Vec::new(); self.instance.len()];
         self.readers = vec![Vec::new(); self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
+            self.first_steps.push(self.steps.len());
             for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
                 let step = self.steps.len();
                 let mode = tree.mode_of(position, reaction.ast.mode);
@@ -398,6 +402,12 @@ impl Graph {
             self.writers[self.root[link.to]].push(step);
             self.readers[self.root[link.from]].push((step, true));
         }
+    }
+
+    /// The steps of an instance's reactions, in the order of their declarations.
+    pub(super) fn reactions_of(&self, instance: usize, tree: &Tree, classes: &[Class<'_>]) -> Range<usize> {
+        let first = self.first_steps[instance];
+        first..first + classes[tree.instances[instance].class.0].reactions.len()
     }
 
     /// The reaction of a step; nothing for a connection that copies.

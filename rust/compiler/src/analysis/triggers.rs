@@ -170,10 +170,9 @@ impl Builder<'_> {
         let schedules = |step: &usize| {
             let mut effects =
                 graph.reaction(*step, tree, classes).into_iter().flat_map(|reaction| &reaction.parameters);
-            graph.steps[*step].instance == instance
-                && effects.any(|it| it.effect && it.variable == Variable::Action(action))
+            effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
-        (0..graph.steps.len()).filter(schedules).collect()
+        graph.reactions_of(instance, tree, classes).filter(schedules).collect()
     }
 
     /// The capacity that the program gives to a connection, at itself or at its destination.
