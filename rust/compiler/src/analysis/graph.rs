@@ -142,7 +142,7 @@ impl Graph {
         }
         graph.link(classes, tree, parts, language, diagnostics);
         graph.alias(classes, tree, diagnostics)?;
-        graph.place_reactions(classes, tree);
+        graph.place_reactions(classes, tree, parts);
         Some(graph)
     }
 
@@ -201,7 +201,7 @@ impl Graph {
         diagnostics: &mut Diagnostics,
     ) {
         self.into = vec![None; self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate() {
+        for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
             let sources = self.sources(position, classes, tree);
             for connection in &classes[instance.class.0].connections {
                 // A delay that is not known has been reported, and there will be no plan.
@@ -361,11 +361,17 @@ impl Graph {
         Some(())
     }
 
-    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree) {
+    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts) {
         self.writers = vec![Vec::new(); self.instance.len()];
         self.readers = vec![Vec::new(); self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
+            let is_split = tree.is_share(position) || parts.of[position].is_none();
             for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
+                // A federate has those reactions of the federated reactor that name no other one.
+                let mut children = reaction.children().into_keys();
+                if is_split && (position == 0 || children.any(|child| instance.children[child].is_empty())) {
+                    continue;
+                }
                 let step = self.steps.len();
                 let mode = tree.mode_of(position, reaction.ast.mode);
                 self.steps.push(Step { instance: position, mode, work: Work::Reaction(index) });

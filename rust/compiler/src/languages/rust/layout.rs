@@ -9,7 +9,7 @@ use proc_macro2::Ident;
 use super::names::ident;
 use super::sending::{SentPort, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
-use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
+use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
@@ -20,6 +20,8 @@ pub(super) struct Layout<'p> {
     classes: BTreeMap<ClassIndex, ClassModule>,
     /// Which children of which classes this federate has.
     children: BTreeSet<(ClassIndex, usize)>,
+    /// Which reactions of which classes it has: all, but for those of the federated reactor.
+    reactions: BTreeSet<(ClassIndex, usize)>,
     /// Ports whose values come from other federates or go to them, by class and name.
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
 }
@@ -42,6 +44,13 @@ impl<'p> Layout<'p> {
             parent.map_or(plan.main, |parent| parent.class)
         };
         let children = instances().filter_map(|instance| Some((parent(instance), instance.child?))).collect();
+        let reactions = federate.iter().flat_map(|federate| {
+            federate.reactions.iter().filter_map(|reaction| match reaction.kind {
+                ReactionKind::Body { instance, reaction, .. } => Some((federate.instances[instance.0].class, reaction)),
+                _ => None,
+            })
+        });
+        let reactions = reactions.collect();
         let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
         used.extend(instances().map(|instance| (instance.class, true)));
         used.extend(federate.map(|_| (plan.main, true)));
@@ -67,7 +76,7 @@ impl<'p> Layout<'p> {
             let place = |(port, sent): (_, SentPort<'p>)| Some(((declared(federate, port)?.0, sent.name), sent));
             sent_ports(federate).filter_map(place)
         });
-        Self { files, classes, children, sent: sent.collect() }
+        Self { files, classes, children, reactions, sent: sent.collect() }
     }
 
     /// The ports of a class whose values come from other federates or go to them.
@@ -108,6 +117,11 @@ impl<'p> Layout<'p> {
     /// Whether this federate has an instance of this child of a class.
     pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
         self.children.contains(&(class, child))
+    }
+
+    /// Whether this federate has a reaction of a class, by its number.
+    pub(super) fn reacts(&self, class: ClassIndex, reaction: usize) -> bool {
+        self.reactions.contains(&(class, reaction))
     }
 
     /// The name of a class's struct; empty for a class that the crate does not have.

@@ -149,7 +149,9 @@ impl<'p> Module<'p> {
             methods.push(self.own_method(method)?);
         }
         for reaction in &class.reactions {
-            methods.push(self.reaction(reaction)?);
+            if self.layout.reacts(self.index, reaction.number) {
+                methods.push(self.reaction(reaction)?);
+            }
         }
         let modes: BTreeSet<_> = class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
         for mode in modes {
