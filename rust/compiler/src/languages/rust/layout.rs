@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::Ident;
 
 use super::names::ident;
-use super::sending::{SentPort, declared, sent_ports};
+use super::sending::{SentPort, copied_ports, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
 use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
 
@@ -24,6 +24,8 @@ pub(super) struct Layout<'p> {
     reactions: BTreeSet<(ClassIndex, usize)>,
     /// Ports whose values come from other federates or go to them, by class and name.
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
+    /// Ports whose values connections copy, by class and name.
+    copied: BTreeSet<(ClassIndex, &'p str)>,
 }
 
 struct ClassModule {
@@ -76,12 +78,18 @@ impl<'p> Layout<'p> {
             let place = |(port, sent): (_, SentPort<'p>)| Some(((declared(federate, port)?.0, sent.name), sent));
             sent_ports(federate).filter_map(place)
         });
-        Self { files, classes, children, reactions, sent: sent.collect() }
+        let copied = federate.into_iter().flat_map(copied_ports).collect();
+        Self { files, classes, children, reactions, sent: sent.collect(), copied }
     }
 
     /// The ports of a class whose values come from other federates or go to them.
     pub(super) fn sent_of(&self, class: ClassIndex) -> Vec<SentPort<'p>> {
         self.sent.iter().filter(|((of, _), _)| *of == class).map(|(_, sent)| sent.clone()).collect()
+    }
+
+    /// Whether connections copy the values of a port of a class.
+    pub(super) fn is_copied(&self, class: ClassIndex, port: &str) -> bool {
+        self.copied.contains(&(class, port))
     }
 
     /// The files with their modules.

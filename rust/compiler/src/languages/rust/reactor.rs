@@ -219,6 +219,12 @@ impl<'p> Module<'p> {
                 quote! { const _: () = lf::model::sendable::<#sent>(); }
             });
         }
+        for port in &self.class.ports {
+            if self.layout.is_copied(self.index, &port.name) && !is_copy(&port.ty.text) {
+                let copied = self.splices.ty(&port.ty);
+                types.extend(quote! { const _: () = lf::model::copied_by_connection::<#copied>(); });
+            }
+        }
         Ok(types)
     }
 
