@@ -20,6 +20,8 @@ mod sockets;
 mod thread;
 mod trace;
 mod wake;
+#[cfg(feature = "workers")]
+mod workers;
 
 pub use lf_model as model;
 pub use lf_runtime as runtime;
@@ -31,6 +33,8 @@ pub use panics::{Lines, name_lf_lines};
 pub use platform::Linux;
 pub use thread::SpawnPhysicalThread;
 pub use wake::interruption_status;
+#[cfg(feature = "workers")]
+pub use workers::Threads;
 
 /// What reaction bodies and preambles see without asking for it.
 pub mod prelude {

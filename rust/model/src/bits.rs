@@ -41,6 +41,13 @@ impl Bits<'_> {
         Some(first)
     }
 
+    #[cfg(feature = "workers")]
+    pub(crate) fn insert_all(&mut self, other: &Bits<'_>) {
+        for (word, bits) in self.0.iter_mut().zip(&*other.0) {
+            *word |= bits;
+        }
+    }
+
     pub(crate) fn clear(&mut self) {
         self.0.fill(0);
     }

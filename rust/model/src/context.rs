@@ -7,13 +7,13 @@ use crate::cell::{Moment, Readable, Schedulable};
 use crate::env::Env;
 use crate::error::{ModelError, ScheduleError};
 use crate::events::Events;
-use crate::modes::{ModeState, Transition, request};
+use crate::modes::Transition;
 use crate::physical::{PhysicalActionRef, PhysicalLink};
 use crate::port::Port;
 use crate::queue::Full;
-use crate::state::{Settings, State, Tardy};
+use crate::state::{Settings, State, intended_for, mark_tardy};
 use crate::tables::{Tables, TriggerKind};
-use crate::time::{EventTag, Instant, Offset};
+use crate::time::{EventTag, Instant, Offset, Tag};
 use crate::watchdog::Watchdog;
 
 /// The `ctx` of a reaction's body.
@@ -25,10 +25,14 @@ pub struct ReactionContext<'a> {
     pub(crate) events: Events<'a>,
     pub(crate) ready: Bits<'a>,
     pub(crate) ports: Bits<'a>,
-    pub(crate) tardy: Tardy<'a>,
+    /// The reactions that see something tardy.
+    pub(crate) tardy: Bits<'a>,
+    /// By input: what its value was intended for.
+    pub(crate) intended: &'a [Tag],
     /// What this reaction triggers is tardy too.
     pub(crate) inherits_tardy: bool,
-    pub(crate) modes: &'a mut [ModeState],
+    /// The mode that it has asked for.
+    pub(crate) mode: Option<Transition>,
     pub(crate) env: &'a mut (dyn Env + 'a),
 }
 
@@ -75,7 +79,7 @@ impl ReactionContext<'_> {
             }
         }
         if self.inherits_tardy {
-            self.tardy.mark(self.tables.ports[usize::from(port.id.0)].reactions);
+            mark_tardy(&mut self.tardy, self.tables.ports[usize::from(port.id.0)].reactions);
         }
     }
 
@@ -161,9 +165,7 @@ impl ReactionContext<'_> {
     /// A mode is known in the bodies of those reactions that have it among their effects: `-> Two` or `-> reset(Two)`,
     /// or `-> history(Two)`.
     pub fn set_mode(&mut self, mode: Transition) {
-        if let Some(modes) = self.tables.modes {
-            request(modes.modes, self.modes, mode);
-        }
+        self.mode = Some(mode);
     }
 
     /// Asks the program to stop: at the next microstep, or later by `offset`. In a federation all federates stop at
@@ -186,8 +188,12 @@ impl ReactionContext<'_> {
         self.state.current == self.state.stop
     }
 
-    /// The threads that run reactions: the event loop does.
-    pub const fn num_workers(&self) -> usize {
+    /// How many threads run reactions: the event loop does, and the others that the program has asked for.
+    pub fn num_workers(&self) -> usize {
+        #[cfg(feature = "workers")]
+        if let Some(workers) = self.tables.workers {
+            return workers.count;
+        }
         1
     }
 
@@ -204,7 +210,7 @@ impl ReactionContext<'_> {
     /// The tag that the value of an input was intended for: an earlier one than [`get_tag`](Self::get_tag) where its
     /// message has come too late (tardy), else the current one.
     pub fn get_intended_tag<T>(&self, port: &Port<T>) -> EventTag {
-        let intended = self.tardy.intended_for(self.tables, port.id);
+        let intended = intended_for(self.tables, self.intended, port.id);
         EventTag::relative(intended.unwrap_or(self.state.current), self.state.start)
     }
 

@@ -32,9 +32,11 @@ impl Events<'_> {
         (tag != Tag::FOREVER).then_some((tag, TriggerId(trigger)))
     }
 
+    /// Without memory, nothing is kept.
     pub(crate) fn set(&mut self, trigger: TriggerId, tag: Option<Tag>) {
         let leaf = usize::from(trigger.0);
-        self.next[leaf] = tag.unwrap_or(Tag::FOREVER);
+        let Some(next) = self.next.get_mut(leaf) else { return };
+        *next = tag.unwrap_or(Tag::FOREVER);
         let mut node = usize::midpoint(self.next.len(), leaf);
         while node >= 1 {
             self.replay(node);

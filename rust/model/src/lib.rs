@@ -49,6 +49,8 @@ mod tardy;
 pub mod time;
 pub mod units;
 mod watchdog;
+#[cfg(feature = "workers")]
+mod workers;
 
 pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use cell::{Bounds, Moment, Placed, PortCell, Readable, Schedulable, TriggerCell, Undelivered};
@@ -72,7 +74,7 @@ pub use physical::{
     Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
 };
 pub use port::{Port, QueuedPort, QueuedPortInner};
-pub use program::Program;
+pub use program::{Part, Program};
 pub use queue::{Event, Full, Owned, View};
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
@@ -83,6 +85,11 @@ pub use tables::{
 pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
 pub use watchdog::Watchdog;
+#[cfg(feature = "workers")]
+pub use workers::{Crew, Job, Level, Worker, Workers};
+#[cfg(feature = "workers")]
+#[doc(hidden)]
+pub use workers::{moves_between_threads, seen_by_threads};
 
 /// What reaction bodies, preambles and state see without a path.
 pub mod prelude {

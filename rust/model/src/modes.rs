@@ -189,7 +189,7 @@ impl ModeState {
 }
 
 /// Asks for a mode from the next microstep on; the last one that is asked for at a tag counts.
-pub(crate) fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: Transition) {
+fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: Transition) {
     let wanted = usize::from(transition.mode.0);
     let Some(instance) = modes.get(wanted).map(|mode| mode.instance) else { return };
     for (_, state) in modes.iter().zip(&mut *states).filter(|(mode, _)| mode.instance == instance) {
@@ -202,6 +202,8 @@ pub(crate) fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: 
 pub(crate) struct Hooks {
     /// A moment at which modes change.
     pub(crate) at: fn(&mut Change<'_>, Moment<'_>),
+    /// A reaction has asked for a mode.
+    pub(crate) request: fn(&Modes, &mut [ModeState], Transition),
     /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
     pub(crate) runs: fn(&Modes, &[ModeState], ReactionId, bool) -> bool,
     /// Whether a trigger is in no mode, or in an active one.
@@ -219,7 +221,12 @@ pub(crate) enum Moment<'a> {
 }
 
 impl Hooks {
-    const ALL: Self = Self { at: |change, moment| change.at(moment), runs, is_active };
+    const ALL: Self = Self {
+        at: |change, moment| change.at(moment),
+        request: |modes, states, transition| request(modes.modes, states, transition),
+        runs,
+        is_active,
+    };
 }
 
 /// Shutdown reactions also run in modes that are not active any more.

@@ -8,6 +8,17 @@ use crate::queue::Full;
 use crate::tables::{InputId, OutputId, PortId, ReactionId, Tables, TriggerId};
 use crate::time::Tag;
 
+/// What runs of a reaction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The body.
+    Body,
+    /// The deadline's handler.
+    MissedDeadline,
+    /// The handler of a tardy input.
+    Tardy,
+}
+
 /// A federate's program, as the compiler generates it: one struct that owns all state, ports and queues.
 ///
 /// Each method is one `match` over the ids that it concerns; ids it does not know are answered as the methods here do,
@@ -24,6 +35,11 @@ pub trait Program {
 
     /// Runs the handler of a tardy input in place of the body. Never called for reactions without one.
     fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
+
+    /// Lends the reactions of a level that can run side by side, each with a closure over what it uses:
+    /// `level.run(&mut [Job::new(&[ReactionId(0)], &[], &mut |reaction, part, ctx| …), …])`.
+    #[cfg(feature = "workers")]
+    fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_, '_>) {}
 
     /// The port, to clear it at the end of a tag.
     fn port(&mut self, _port: PortId) -> Option<&mut dyn PortCell> {

@@ -39,7 +39,7 @@ pub(crate) enum Phase {
 }
 
 /// The engine's own variables, apart from its tables.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
     pub(crate) phase: Phase,
     pub(crate) start: Instant,
@@ -101,18 +101,19 @@ impl Tardy<'_> {
     pub(crate) fn contains(&self, reaction: ReactionId) -> bool {
         !self.reactions.0.is_empty() && self.reactions.contains(reaction.0)
     }
+}
 
-    pub(crate) fn mark(&mut self, reactions: &[ReactionId]) {
-        for reaction in reactions {
-            self.reactions.insert(reaction.0);
-        }
+/// Adds reactions to those that are tardy.
+pub(crate) fn mark_tardy(tardy: &mut Bits<'_>, reactions: &[ReactionId]) {
+    for reaction in reactions {
+        tardy.insert(reaction.0);
     }
+}
 
-    /// What the value of the input that fills this port was intended for, if it is tardy.
-    pub(crate) fn intended_for(&self, tables: &Tables, port: PortId) -> Option<Tag> {
-        let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
-        let mut inputs = tables.inputs.iter().zip(&*self.intended);
-        let (_, intended) = inputs.find(|(input, _)| fills(input.trigger))?;
-        Some(*intended).filter(|intended| *intended != Tag::NEVER)
-    }
+/// What the value of the input that fills this port was intended for, if it is tardy.
+pub(crate) fn intended_for(tables: &Tables, intended: &[Tag], port: PortId) -> Option<Tag> {
+    let fills = |trigger: TriggerId| tables.triggers[usize::from(trigger.0)].kind.fills() == Some(port);
+    let mut inputs = tables.inputs.iter().zip(intended);
+    let (_, intended) = inputs.find(|(input, _)| fills(input.trigger))?;
+    Some(*intended).filter(|intended| *intended != Tag::NEVER)
 }

@@ -24,12 +24,24 @@ pub struct Tables {
     pub absence: &'static [ReactionId],
     /// The modes, and what is in them, where there are any.
     pub modes: Option<&'static Modes>,
+    /// How reactions of one level run side by side, where they do.
+    #[cfg(feature = "workers")]
+    pub workers: Option<&'static crate::workers::Workers>,
 }
 
 impl Tables {
     /// Those of a program without anything, for what generated ones leave out.
-    pub const DEFAULT: Self =
-        Self { reactions: &[], triggers: &[], ports: &[], outputs: &[], inputs: &[], absence: &[], modes: None };
+    pub const DEFAULT: Self = Self {
+        reactions: &[],
+        triggers: &[],
+        ports: &[],
+        outputs: &[],
+        inputs: &[],
+        absence: &[],
+        modes: None,
+        #[cfg(feature = "workers")]
+        workers: None,
+    };
 }
 
 /// A reaction in its place in the order of execution.

@@ -279,8 +279,7 @@ mod generated {
             absent_after: lf::Interval::ZERO,
             readers: &[],
         }],
-        absence: &[],
-        modes: None,
+        ..lf::Tables::DEFAULT
     };
     const _: () = TABLES.check();
     pub type Storage = lf::storage_for!(TABLES);

@@ -49,13 +49,13 @@ const GOOD: Tables = Tables {
         readers: &[],
     }],
     absence: &[ReactionId(1)],
-    modes: None,
+    ..Tables::DEFAULT
 };
 const _: () = GOOD.check();
 
 /// The sentence with which the tables are refused.
 fn refusal(tables: Tables) -> String {
-    let panic = std::panic::catch_unwind(move || tables.check()).unwrap_err();
+    let panic = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || tables.check())).unwrap_err();
     (*panic.downcast::<&str>().unwrap()).to_string()
 }
 

@@ -8,6 +8,7 @@ use lf_runtime::Coordination;
 use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
+use crate::program::Runs;
 use crate::run::{Decided, End, Report, run, run_alone};
 use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
@@ -142,10 +143,20 @@ fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let expected = expectations(scenario, report);
     let until = expected.iter().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
     let decided = Decided { start, stop: report.granted_stop(), played: &report.played, until };
-    match run_alone(scenario, &plan, &decided) {
-        Ok(alone) => check::traces(&report.traces, &alone?, &expected),
-        Err(error) => Some(Violation::Program(format!("unfederated: {error}"))),
+    let run = |runs| run_alone(scenario, &plan, &decided, runs);
+    let unfederated = |error| Some(Violation::Program(format!("unfederated: {error}")));
+    let alone = match run(Runs::OneByOne) {
+        Ok(alone) => alone?,
+        Err(error) => return unfederated(error),
+    };
+    if scenario.seed.is_multiple_of(4) {
+        match run(Runs::Shuffled) {
+            Ok(Some(shuffled)) if shuffled == alone => {}
+            Ok(_) => return unfederated("side by side, reactions do something else".to_owned()),
+            Err(error) => return unfederated(format!("side by side: {error}")),
+        }
     }
+    check::traces(&report.traces, &alone, &expected)
 }
 
 /// How much of each trace is to be as unfederated. What somebody sent who was struck counts as far as it was announced

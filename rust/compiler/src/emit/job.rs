@@ -48,6 +48,13 @@ pub(crate) struct Job<'a> {
     pub(crate) package: &'a str,
 }
 
+impl Job<'_> {
+    /// How many threads run reactions. Images have one.
+    pub(crate) fn workers(&self) -> u16 {
+        if self.is_image { 1 } else { self.plan.target.workers }
+    }
+}
+
 /// A generated file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct File {

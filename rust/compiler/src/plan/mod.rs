@@ -104,9 +104,21 @@ pub struct Target {
     pub board: Option<String>,
     /// `platform: {user-threads}`: how many threads bodies may start at most; 0 when not given.
     pub user_threads: u16,
+    /// `workers`: how many threads run reactions on Linux.
+    #[serde(default = "one_worker", skip_serializing_if = "is_one_worker")]
+    pub workers: u16,
     /// What is about cargo.
     #[serde(default, skip_serializing_if = "Cargo::is_empty")]
     pub cargo: Cargo,
+}
+
+fn one_worker() -> u16 {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives a reference")]
+fn is_one_worker(workers: &u16) -> bool {
+    *workers == one_worker()
 }
 
 impl Default for Target {
@@ -134,6 +146,7 @@ impl Default for Target {
             platform: None,
             board: None,
             user_threads: 0,
+            workers: one_worker(),
             cargo: Cargo::default(),
         }
     }

@@ -86,9 +86,13 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
         "go on while there are no events, if there are other federates or threads that can make one",
     ),
     property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
-    property("threading", SWITCH, "no effect: there is one event loop without worker threads"),
+    property("threading", SWITCH, "no effect: `workers` alone says how many threads run reactions"),
     property("single-threaded", SWITCH, "no effect, for the same reason"),
-    property("workers", &["1"], "no effect: reactions run one after the other"),
+    property(
+        "workers",
+        &["1", "4"],
+        "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
+    ),
     property(
         "cargo-dependencies",
         &["{ libm: \"0.2\" }", "{ rand: { version: \"0.8\", default-features: false, features: [\"small_rng\"] } }"],
@@ -170,6 +174,7 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
                 }
                 reader.features(&target.properties);
                 reader.idle_options(&target.properties);
+                reader.workers(&target.properties);
             }
         },
     }
@@ -182,6 +187,9 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
     diagnostics.extend(found);
     target
 }
+
+/// The most threads that a program can have.
+const WORKERS_MAX: u64 = 1024;
 
 /// What can be in `clock-sync-options`.
 const CLOCK_SYNC_OPTIONS: [&str; 6] =
@@ -242,14 +250,15 @@ impl Reader<'_> {
             "rust-include" => self.modules(key, value),
             "build-type" => self.build_type(key, value),
             "edition" => self.edition(key, value),
-            // There is one event loop without worker threads, which both values allow; and nobody looks for what other
-            // compilers write beside the program.
+            // One event loop without worker threads is what both values allow; and nobody looks for what other compilers
+            // write beside the program.
             "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
             }
             "workers" => {
-                if self.number(key, value, u64::MAX).is_some_and(|workers| workers > 1) {
-                    self.refuse_value(key, value, "use 1 or leave it out: reactions run one after the other");
+                // As many as the runtime likes, which is what 0 stands for, are one.
+                if let Some(workers) = self.number(key, value, WORKERS_MAX) {
+                    self.target.workers = u16::try_from(workers.max(1)).unwrap_or(u16::MAX);
                 }
             }
             "timeout" => self.target.timeout_ns = self.time(key, value),
@@ -448,6 +457,27 @@ impl Reader<'_> {
                 }
             }
             plan::ClockSync::On => {}
+        }
+    }
+
+    /// Whether the workers that were asked for can be had.
+    fn workers(&mut self, properties: &[Property]) {
+        let given = |name: &str| properties.iter().find(|property| property.key.text == name);
+        let says = |name: &str, what: bool| {
+            given(name)
+                .is_some_and(|it| matches!(it.value.kind, PropertyKind::Literal(Literal::Bool(value)) if value == what))
+        };
+        let Some(workers) = given("workers").filter(|_| self.target.workers > 1) else { return };
+        let is_old = |edition: &String| edition == "2018" || edition == "2015";
+        if self.target.cargo.edition.as_ref().is_some_and(is_old) {
+            let message = "`workers` needs closures of edition 2021, which capture fields by themselves";
+            let diagnostic = Diagnostic::new(Code::UnsupportedProperty, workers.key.span, message);
+            self.found.push(diagnostic.hint("write `edition: \"2021\"` or a later one, or remove `workers`"));
+        } else if says("single-threaded", true) || says("threading", false) {
+            self.target.workers = 1;
+            self.idle(&workers.key, "the program is to have one thread");
+        } else if self.target.platform.as_deref() == Some("Zephyr") {
+            self.idle(&workers.key, "on boards the event loop runs all reactions");
         }
     }
 

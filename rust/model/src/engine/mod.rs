@@ -8,6 +8,8 @@
 mod modes;
 mod tag;
 mod tardy;
+#[cfg(feature = "workers")]
+mod workers;
 
 use crate::bits::Bits;
 use crate::env::Env;
@@ -19,6 +21,8 @@ use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
+#[cfg(feature = "workers")]
+pub(crate) use tag::part_of;
 pub use tardy::Delivery;
 
 /// How far [`Engine::advance`] came.

@@ -7,11 +7,11 @@ use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
 use crate::modes::Moment;
-use crate::program::Program;
+use crate::program::{Part, Program};
 use crate::queue::Full;
-use crate::state::{Phase, Tardy};
-use crate::tables::{OutputId, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
-use crate::time::{Interval, Tag};
+use crate::state::Phase;
+use crate::tables::{OutputId, PortId, ReactionId, ReactionInfo, ReactionKind, TriggerId, TriggerKind};
+use crate::time::{Instant, Interval, Tag};
 
 impl Engine<'_> {
     /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs. It need not
@@ -68,7 +68,12 @@ impl Engine<'_> {
                 self.ready.remove(first);
                 continue;
             }
+            #[cfg(feature = "workers")]
+            let has_run = self.share_level(program, env, first);
+            #[cfg(not(feature = "workers"))]
+            let has_run = false;
             match info.kind {
+                _ if has_run => {}
                 ReactionKind::Send(output) => {
                     if !self.send(program, env, output) {
                         return Progress::OutputFull { output };
@@ -137,10 +142,7 @@ impl Engine<'_> {
     fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
         let info = &self.tables.reactions[usize::from(id.0)];
         let tardy = self.tardy.contains(id);
-        // A deadline of zero is always missed, as in the C runtime.
-        let missed = info.deadline.is_some_and(|deadline| {
-            deadline <= Interval::ZERO || env.physical_time() > self.state.current.time + deadline
-        });
+        let part = part_of(info, tardy, self.state.current.time, env);
         let mut ctx = ReactionContext {
             tables: self.tables,
             settings: &self.settings,
@@ -148,18 +150,20 @@ impl Engine<'_> {
             events: Events { next: self.events.next, winners: self.events.winners },
             ready: Bits(self.ready.0),
             ports: Bits(self.ports.0),
-            tardy: Tardy { reactions: Bits(self.tardy.reactions.0), intended: self.tardy.intended },
+            tardy: Bits(self.tardy.reactions.0),
+            intended: self.tardy.intended,
             // Whoever handles it has dealt with it.
             inherits_tardy: tardy && !info.tardy,
-            modes: self.modes,
+            mode: None,
             env,
         };
-        if tardy && info.tardy {
-            program.handle_tardy(id, &mut ctx);
-        } else if missed {
-            program.miss_deadline(id, &mut ctx);
-        } else {
-            program.react(id, &mut ctx);
+        match part {
+            Part::Body => program.react(id, &mut ctx),
+            Part::MissedDeadline => program.miss_deadline(id, &mut ctx),
+            Part::Tardy => program.handle_tardy(id, &mut ctx),
+        }
+        if let Some((modes, mode)) = self.tables.modes.zip(ctx.mode) {
+            (modes.hooks.request)(modes, self.modes, mode);
         }
     }
 
@@ -228,4 +232,15 @@ impl Engine<'_> {
         }
         self.events.set(id, program.trigger(id).and_then(|cell| cell.pending()));
     }
+}
+
+/// What runs of a reaction that is ready: who handles what is tardy has no deadline.
+pub(crate) fn part_of(info: &ReactionInfo, tardy: bool, time: Instant, env: &dyn Env) -> Part {
+    if tardy && info.tardy {
+        return Part::Tardy;
+    }
+    // A deadline of zero is always missed, as in the C runtime.
+    let missed =
+        info.deadline.is_some_and(|deadline| deadline <= Interval::ZERO || env.physical_time() > time + deadline);
+    if missed { Part::MissedDeadline } else { Part::Body }
 }

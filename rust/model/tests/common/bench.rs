@@ -286,12 +286,12 @@ impl Builder {
                 awaited: !self.physical_connections,
                 physical: self.physical_connections,
                 tardy: self.tardy,
-                max_wait: Interval::ZERO,
-                absent_after: Interval::ZERO,
                 readers,
+                ..NetworkInput::DEFAULT
             }]),
             absence,
             modes: (!self.modes.is_empty()).then(|| self.leak_modes(&reactions)),
+            workers: None,
         }));
         tables.check();
         let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));

@@ -103,7 +103,7 @@ fn tables(plan: &Plan) -> Tables {
         outputs: leak(outputs.collect()),
         inputs: leak(inputs.collect()),
         absence: leak((AT_SENDS..AT_SENDS + PORTS).map(|reaction| ReactionId(id(reaction))).collect()),
-        modes: None,
+        ..Tables::DEFAULT
     }
 }
 

@@ -11,9 +11,10 @@ use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId, Watchdog};
 use lf_testkit::random::mix;
 
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::tables::tables;
+use super::lent::{Body, Effect, Group, Variable};
+use super::tables::{Runs, tables};
 use super::value::{Shape, Value};
-use super::{Body, Effect, InstanceId, Place, Scripted, Variable};
+use super::{InstanceId, Memory, Place, Scripted};
 use crate::scenario::{Scenario, Script};
 use crate::world::Side;
 
@@ -41,6 +42,7 @@ impl Scripted {
         federate: &Federate,
         side: &'static Side,
         played: Option<&Played>,
+        runs: Runs,
     ) -> Result<Self, BuildError> {
         let planned = Tables::of(plan, federate);
         let port = |(id, port): (u16, &PortRow<'_>)| match port.filled_by {
@@ -58,18 +60,17 @@ impl Scripted {
         let started = |index: usize| startup.is_some_and(|it| it.reactions.iter().any(|reaction| reaction.0 == index));
         let bodies = federate.reactions.iter().enumerate();
         let bodies = bodies.map(|(index, reaction)| body(scenario, plan, federate, reaction, started(index)));
+        let bodies: Vec<_> = bodies.collect();
         Ok(Self {
-            tables: tables(&planned),
-            bodies: bodies.collect(),
+            tables: tables(&planned, runs),
+            groups: Group::all(planned.reactions.iter().map(|reaction| reaction.level), &bodies),
+            bodies,
             copies: federate.reactions.iter().map(copy).collect(),
-            cells,
-            ports,
+            memory: Memory { cells, ports, side, replayed: played.is_some() },
             sources: sources.collect(),
             states: vec![scenario.seed; federate.instances.len()],
-            side,
             trace: Vec::new(),
             stops: Vec::new(),
-            replayed: played.is_some(),
             handled_tardy: Vec::new(),
             mishandled: None,
         })

@@ -35,7 +35,7 @@ pub(crate) enum Cell {
 }
 
 /// A logical action, whatever its capacity.
-pub(crate) trait AnyLogical: TriggerCell + ModeCell {
+pub(crate) trait AnyLogical: TriggerCell + ModeCell + Send + Sync {
     fn action(&self) -> &LogicalAction<Value>;
     fn action_mut(&mut self) -> &mut LogicalAction<Value>;
 }
@@ -50,7 +50,7 @@ impl<const N: usize> AnyLogical for LogicalActionQueue<Value, N> {
 }
 
 /// A physical action, whatever its capacity.
-pub(crate) trait AnyPhysical: TriggerCell {
+pub(crate) trait AnyPhysical: TriggerCell + Send + Sync {
     fn action(&self) -> &PhysicalAction<Value>;
     fn action_mut(&mut self) -> &mut PhysicalAction<Value>;
 }
@@ -65,7 +65,7 @@ impl<const N: usize> AnyPhysical for PhysicalActionQueue<Value, N> {
 }
 
 /// A port with its queue, whatever its capacity.
-pub(crate) trait AnyQueue: TriggerCell {
+pub(crate) trait AnyQueue: TriggerCell + Send + Sync {
     fn as_mode(&mut self) -> Option<&mut dyn ModeCell>;
     fn port(&self) -> &Port<Value>;
     fn port_mut(&mut self) -> &mut Port<Value>;
@@ -160,6 +160,22 @@ pub(crate) fn tardy(port: PortId, capacity: usize, side: &'static Side) -> Optio
 }
 
 impl Cell {
+    /// What is present of an action or a timer: nothing, or perhaps a value.
+    #[expect(clippy::option_option, reason = "what is present has a value or none")]
+    pub(crate) fn read(&self) -> Option<Option<Value>> {
+        match self {
+            Self::Timer(timer) => timer.is_present().then_some(None),
+            Self::Watchdog(watchdog) => watchdog.is_present().then_some(None),
+            Self::Logical(logical) => logical.action().is_present().then(|| logical.action().value().copied()),
+            Self::Physical(recorded) => {
+                let action = recorded.action.action();
+                action.is_present().then(|| action.value().copied())
+            }
+            Self::Replayed(replayed) => replayed.present,
+            Self::None | Self::Queued(_) => None,
+        }
+    }
+
     pub(crate) fn as_trigger(&mut self) -> Option<&mut dyn TriggerCell> {
         match self {
             Self::None => None,

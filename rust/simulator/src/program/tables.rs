@@ -2,7 +2,11 @@
 //! The model's tables of a federate: what generated code has as constants, from the compiler's own derivation.
 
 use lf_compiler::tables::{self, InputRow, OutputRow};
-use lf_model::{ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo};
+use lf_model::{
+    Crew, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo,
+    Worker, Workers,
+};
+use lf_testkit::random::mix;
 
 use super::value::Shape;
 
@@ -20,7 +24,7 @@ fn keep_text(text: &str) -> &'static str {
 ///
 /// # Panics
 /// When they contradict themselves, as generated code would not compile then.
-pub(crate) fn tables(planned: &tables::Tables<'_>) -> &'static Tables {
+pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Tables {
     let reactions = planned.reactions.iter().map(|reaction| ReactionInfo {
         name: keep_text(reaction.name),
         level: reaction.level,
@@ -46,9 +50,42 @@ pub(crate) fn tables(planned: &tables::Tables<'_>) -> &'static Tables {
         inputs: keep(planned.inputs.iter().map(input).collect()),
         absence: keep(planned.absence.clone()),
         modes: (!planned.modes.is_empty()).then(|| modes(planned)),
+        workers: None,
     };
     tables.check();
-    Box::leak(Box::new(tables))
+    let workers = match Workers::words(&tables) {
+        _ if runs == Runs::OneByOne => None,
+        0..=16 => Some(Workers::new::<WORKERS, 16>(&Shuffled, &tables)),
+        _ => Some(Workers::new::<WORKERS, 256>(&Shuffled, &tables)),
+    };
+    let workers = workers.map(|workers| &*Box::leak(Box::new(workers)));
+    Box::leak(Box::new(Tables { workers, ..tables }))
+}
+
+/// How the reactions of a level run.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Runs {
+    OneByOne,
+    /// As if side by side.
+    Shuffled,
+}
+
+const WORKERS: usize = 3;
+
+/// Runs jobs one by one, but each by some worker and in another order than they have. As they are closures that share
+/// nothing that one of them changes, threads could do no more to them.
+struct Shuffled;
+
+impl Crew for Shuffled {
+    fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {
+        let count = jobs.len() as u64;
+        let mut jobs: Vec<_> = (0..).map(|index| mix(index ^ mix(count))).zip(jobs).collect();
+        jobs.sort_by_key(|(number, _)| *number);
+        for (number, job) in jobs {
+            let worker = (number >> 32) as usize % workers.len();
+            workers[worker].run(job);
+        }
+    }
 }
 
 fn modes(planned: &tables::Tables<'_>) -> &'static Modes {

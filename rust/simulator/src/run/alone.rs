@@ -8,7 +8,7 @@ use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Env, ModelError, Outgoing, Outside, Program as _, Progress, SendError, Settings};
 
 use super::federate::EngineMemory;
-use crate::program::{Played, Record, Scripted};
+use crate::program::{Played, Record, Runs, Scripted};
 use crate::scenario::Scenario;
 use crate::world::Side;
 
@@ -32,11 +32,12 @@ pub(crate) fn run_alone(
     scenario: &Scenario,
     plan: &Plan,
     decided: &Decided<'_>,
+    runs: Runs,
 ) -> Result<Option<Vec<Record>>, String> {
     let side = Side::keep(0, 0);
     let main = &plan.federates[0];
     let mut program =
-        Scripted::new(scenario, plan, main, side, Some(decided.played)).map_err(|error| error.to_string())?;
+        Scripted::new(scenario, plan, main, side, Some(decided.played), runs).map_err(|error| error.to_string())?;
     let settings = Settings {
         federated: false,
         timeout: plan.target.timeout_ns.map(Interval::from_nanos),
@@ -96,7 +97,7 @@ pub(crate) fn work_alone(
     played: &Played,
 ) -> Option<Vec<BTreeMap<i64, Vec<i64>>>> {
     let decided = Decided { start, stop: None, played, until: Tag::FOREVER };
-    let trace = run_alone(scenario, plan, &decided).ok()??;
+    let trace = run_alone(scenario, plan, &decided, Runs::OneByOne).ok()??;
     let mut tags: Vec<BTreeMap<Tag, i64>> = vec![BTreeMap::new(); scenario.federates.len()];
     for record in &trace {
         *tags.get_mut(record.instance.federate)?.entry(record.tag).or_default() +=

@@ -12,7 +12,7 @@ use lf_runtime::{
 };
 
 use super::rti::{FEDERATION_ID, PORT};
-use crate::program::{BuildError, Scripted};
+use crate::program::{BuildError, Runs, Scripted};
 use crate::scenario::Scenario;
 use crate::world::{Virtual, address_of};
 
@@ -66,7 +66,7 @@ impl FederateMemory {
         federate: &plan::Federate,
         platform: Virtual,
     ) -> Result<Self, BuildError> {
-        let program = Scripted::new(scenario, plan, federate, platform.side, None)?;
+        let program = Scripted::new(scenario, plan, federate, platform.side, None, Runs::OneByOne)?;
         let tables = program.tables();
         let target = &plan.target;
         let settings = Settings {

@@ -5,6 +5,7 @@ mod applications;
 mod crates;
 mod deployments;
 mod fixture;
+mod workers;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -26,6 +26,8 @@ pub(super) struct Layout<'p> {
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
     /// Ports whose values connections copy, by class and name.
     copied: BTreeSet<(ClassIndex, &'p str)>,
+    /// How many threads run its reactions.
+    workers: u16,
 }
 
 struct ClassModule {
@@ -39,7 +41,12 @@ struct ClassModule {
 impl<'p> Layout<'p> {
     /// The modules that a federate needs: the classes of its instances, and the main one, which makes the first; and
     /// those of classes of which only the types are needed.
-    pub(super) fn new(plan: &'p Plan, federate: Option<&'p Federate>, types: &BTreeSet<ClassIndex>) -> Self {
+    pub(super) fn new(
+        plan: &'p Plan,
+        federate: Option<&'p Federate>,
+        types: &BTreeSet<ClassIndex>,
+        workers: u16,
+    ) -> Self {
         let instances = || federate.iter().flat_map(|federate| &federate.instances);
         let parent = |instance: &Instance| {
             let parent = instance.parent.and_then(|parent| federate?.instances.get(parent.0));
@@ -79,7 +86,13 @@ impl<'p> Layout<'p> {
             sent_ports(federate).filter_map(place)
         });
         let copied = federate.into_iter().flat_map(copied_ports).collect();
-        Self { files, classes, children, reactions, sent: sent.collect(), copied }
+        Self { files, classes, children, reactions, sent: sent.collect(), copied, workers }
+    }
+
+    /// How many threads run its reactions. With more than one, state and values have to be such that another thread can
+    /// have them.
+    pub(super) fn workers(&self) -> u16 {
+        self.workers
     }
 
     /// The ports of a class whose values come from other federates or go to them.

@@ -32,7 +32,8 @@ pub(super) fn of_crate(job: &Job<'_>) -> String {
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
     } else {
         let path = toml_text(job.settings.lf_linux);
-        let features = features(sending::features(job.plan).into_iter());
+        let workers = (job.workers() > 1).then_some("workers");
+        let features = features(workers.into_iter().chain(sending::features(job.plan)));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
         text = text + &sending::dependencies(job) + &dependencies(job, cargo);
     }

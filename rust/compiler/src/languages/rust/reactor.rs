@@ -137,7 +137,7 @@ impl<'p> Module<'p> {
             });
         }
         let state_doc = self.splices.doc(&format!("An instance of `{}`", class.name), class.at);
-        let fields = self.fields()?;
+        let (fields, movable) = (self.fields()?, self.movable());
         let new = self.new_method()?;
         let mut methods = Vec::new();
         for (index, child) in class.children.iter().enumerate() {
@@ -164,6 +164,7 @@ impl<'p> Module<'p> {
             #scope
             #(#preambles)*
             #types
+            #movable
             #(#[doc = #comment])*
             #state_doc
             pub struct #name { #fields }
@@ -204,6 +205,12 @@ impl<'p> Module<'p> {
             let (alias, ty) = (type_alias(name), type_tokens(self.plan, ty)?);
             types.extend(quote! { #doc pub type #alias = #ty; });
         }
+        if self.layout.workers() > 1 {
+            for port in self.class.ports.iter().filter(|port| !is_copy(&port.ty.text)) {
+                let ty = self.splices.ty(&port.ty);
+                types.extend(quote! { const _: () = lf::model::seen_by_threads::<#ty>(); });
+            }
+        }
         for SentPort { name, ty: source, serializer } in self.layout.sent_of(self.index) {
             let Some(port) = self.class.ports.iter().find(|port| port.name == name) else { continue };
             if is_copy(&port.ty.text) {
@@ -242,6 +249,15 @@ impl<'p> Module<'p> {
             fields.extend(quote! { #doc #field: #ty, });
         }
         Ok(fields)
+    }
+
+    /// Where several threads run reactions, rustc says here which part of the state only one can have.
+    fn movable(&mut self) -> TokenStream {
+        let class = self.class;
+        let types = class.state.iter().map(|state| &state.ty).chain(class.parameters.iter().map(|given| &given.ty));
+        let types: Vec<_> = types.filter(|ty| self.layout.workers() > 1 && !is_copy(&ty.text)).collect();
+        let types = types.into_iter().map(|ty| self.splices.ty(ty));
+        quote! { #(const _: () = lf::model::moves_between_threads::<#types>();)* }
     }
 
     /// The field that keeps a parameter. State of the same name hides it from bodies, as in LF's Rust target.

@@ -2,11 +2,14 @@
 //! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
 //! methods say.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use lf_model::PortId;
+use lf_model::{PortId, ReactionId, TriggerId};
+use proc_macro2::Ident;
 
 use super::module::Module;
+use super::tables::ids;
 use crate::languages::rust::reactor::{deadline_method, reaction_method, reset_method, tardy_method};
 use crate::languages::rust::sending::serializer_type;
 use crate::plan::{
@@ -20,6 +23,7 @@ const MISS: [&str; 3] =
     ["miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
 const TARDY: [&str; 3] =
     ["handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
+const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_, '_>)", "number", "{}"];
 const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
@@ -49,12 +53,8 @@ impl Module<'_> {
         let tables = &self.tables;
         let trigger = |index: usize| &self.symbols.triggers[index];
         let reacts = self.reactions(true, |number, _| Some(reaction_method(number)));
-        let misses =
-            self.reactions(false, |number, declared| declared.deadline.as_ref().map(|_| deadline_method(number)));
-        let handles = self.reactions(false, |number, declared| match declared.tardy.as_ref()? {
-            Tardy::Handler(_) => Some(tardy_method(number)),
-            Tardy::Body => Some(reaction_method(number)),
-        });
+        let misses = self.reactions(false, miss_method);
+        let handles = self.reactions(false, handler_method);
         let ports = (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
@@ -89,6 +89,7 @@ impl Module<'_> {
                 (REACT, reacts),
                 (MISS, misses),
                 (TARDY, if tables.has_tardy_inputs() { handles } else { Vec::new() }),
+                (SHARE, self.shares()),
                 (PORT, ports.collect()),
                 (TRIGGER, triggers.collect()),
                 (CAPTURE, captures.collect()),
@@ -131,37 +132,109 @@ impl Module<'_> {
     }
 
     /// One arm per reaction with a body for which there is a method.
-    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<proc_macro2::Ident>) -> Vec<String> {
+    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Vec<String> {
         let arm = |(id, reaction): (usize, &ScheduledReaction)| {
-            if let (ReactionKind::Copy { from, to }, true) = (&reaction.kind, copies) {
-                let (from, to) = (self.port_place(from.0), self.port_place(to.0));
-                return Some(format!("ReactionId({id}) => ctx.copy(&{from}, &mut {to})"));
-            }
-            let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
-            let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
-            let method = method(*number, declared)?;
-            let field = &self.symbols.instances[instance.0];
-            let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
-                let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
-                match argument {
-                    Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
-                    Argument::Ports(ports) => {
-                        let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
-                        let places = places.collect::<Vec<_>>().join(", ");
-                        let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
-                        format!(", &{mutable}{name}::new(&{mutable}[{places}])")
-                    }
-                    Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
-                    Argument::Mode(mode) => {
-                        let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
-                        format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
-                    }
+            let call = match &reaction.kind {
+                ReactionKind::Copy { from, to } if copies => {
+                    let (from, to) = (self.port_place(from.0), self.port_place(to.0));
+                    format!("ctx.copy(&{from}, &mut {to})")
                 }
-            });
-            Some(format!("ReactionId({id}) => self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+                _ => self.call(reaction, &method)?,
+            };
+            Some(format!("ReactionId({id}) => {call}"))
         };
         self.federate.reactions.iter().enumerate().filter_map(arm).collect()
     }
+
+    /// The call of a method of a reaction with a body, if there is that method.
+    fn call(&self, reaction: &ScheduledReaction, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Option<String> {
+        let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
+        let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
+        let method = method(*number, declared)?;
+        let field = &self.symbols.instances[instance.0];
+        let arguments = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
+            let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
+            match argument {
+                Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
+                Argument::Ports(ports) => {
+                    let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
+                    let places = places.collect::<Vec<_>>().join(", ");
+                    let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };
+                    format!(", &{mutable}{name}::new(&{mutable}[{places}])")
+                }
+                Argument::Trigger(trigger) => format!(", &{mutable}self.{}", self.symbols.triggers[trigger.0]),
+                Argument::Mode(mode) => {
+                    let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                    format!(", Transition::{}(ModeId({mode}))", if is_history { "history" } else { "reset" })
+                }
+            }
+        });
+        Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
+    }
+
+    /// One arm per level at which several instances have reactions, where there are threads for them. Copies are left to
+    /// the engine: two of different modes have one port to set.
+    fn shares(&self) -> Vec<String> {
+        if self.layout.workers() < 2 {
+            return Vec::new();
+        }
+        let mut levels: BTreeMap<u16, BTreeMap<usize, Vec<ReactionId>>> = BTreeMap::new();
+        for (id, (reaction, row)) in (0..).zip(self.federate.reactions.iter().zip(&self.tables.reactions)) {
+            if let ReactionKind::Body { instance, .. } = reaction.kind {
+                levels.entry(row.level).or_default().entry(instance.0).or_default().push(ReactionId(id));
+            }
+        }
+        let arm = |(level, instances): (u16, BTreeMap<usize, Vec<ReactionId>>)| {
+            // The reactions of one instance are in different modes. They share what they change, so they are one job.
+            let mut groups: Vec<_> = instances.into_values().collect();
+            groups.sort_by_key(|reactions| reactions[0].0);
+            let jobs: Vec<String> = groups.iter().map(|reactions| self.job(reactions)).collect();
+            let jobs = jobs.join(",\n                ");
+            (groups.len() > 1).then(|| format!("{level} => level.run(&mut [\n                {jobs},\n            ])"))
+        };
+        levels.into_iter().filter_map(arm).collect()
+    }
+
+    /// Reactions of one instance as a job.
+    fn job(&self, reactions: &[ReactionId]) -> String {
+        let (mut actions, mut calls) = (Vec::new(), Vec::new());
+        for id in reactions {
+            let reaction = &self.federate.reactions[usize::from(id.0)];
+            let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { continue };
+            let declared = &self.plan.class(&self.federate.instances[instance.0]).reactions[number - 1];
+            actions.extend(declared.parameters.iter().zip(arguments).filter_map(
+                |(parameter, argument)| match argument {
+                    Argument::Trigger(trigger) if parameter.effect => Some(TriggerId(u16::try_from(trigger.0).ok()?)),
+                    _ => None,
+                },
+            ));
+            let only = if reactions.len() == 1 { "_".to_owned() } else { format!("{id:?}") };
+            calls.extend(
+                self.call(reaction, miss_method).map(|call| format!("({only}, Part::MissedDeadline) => {call}")),
+            );
+            let handles = self.call(reaction, handler_method).filter(|_| self.tables.has_tardy_inputs());
+            calls.extend(handles.map(|call| format!("({only}, Part::Tardy) => {call}")));
+            let body = self.call(reaction, |number, _| Some(reaction_method(number)));
+            calls.extend(body.map(|call| format!("({only}, _) => {call}")));
+        }
+        let run = match &calls[..] {
+            [only] => only.replacen("(_, _) => ", "|_, _, ctx| ", 1),
+            _ if reactions.len() == 1 => format!("|id, part, ctx| match (id, part) {{ {} }}", calls.join(", ")),
+            _ => format!("|id, part, ctx| match (id, part) {{ {}, _ => {{}} }}", calls.join(", ")),
+        };
+        format!("Job::new({}, {}, &mut {run})", ids(reactions), ids(&actions))
+    }
+}
+
+fn miss_method(number: usize, declared: &Reaction) -> Option<Ident> {
+    declared.deadline.as_ref().map(|_| deadline_method(number))
+}
+
+fn handler_method(number: usize, declared: &Reaction) -> Option<Ident> {
+    Some(match declared.tardy.as_ref()? {
+        Tardy::Handler(_) => tardy_method(number),
+        Tardy::Body => reaction_method(number),
+    })
 }
 
 /// The methods that have arms.

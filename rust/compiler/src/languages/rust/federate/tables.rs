@@ -15,7 +15,12 @@ impl Module<'_> {
     /// The tables, checked when they are compiled.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
-        text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
+        let workers = self.layout.workers();
+        text.push_str(if workers > 1 {
+            "/// What the engine knows of this program, but for its workers.\nconst ROWS: Tables = Tables {\n"
+        } else {
+            "/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n"
+        });
         let tables = [
             ("reactions", self.reaction_rows()),
             ("triggers", self.trigger_rows()),
@@ -23,7 +28,7 @@ impl Module<'_> {
             ("outputs", self.output_rows()?),
             ("inputs", self.input_rows()?),
         ];
-        let mut omits = self.tables.absence.is_empty() || self.tables.modes.is_empty();
+        let mut omits = workers > 1 || self.tables.absence.is_empty() || self.tables.modes.is_empty();
         for (name, rows) in tables {
             if rows.is_empty() {
                 omits = true;
@@ -42,6 +47,9 @@ impl Module<'_> {
             text.push_str("    modes: Some(&MODES),\n");
         }
         text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
+        if workers > 1 {
+            text.push_str(&workers_text(workers));
+        }
         text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for it.\n");
         text.push_str("pub type Storage = lf::model::storage_for!(TABLES);\n");
         Ok(text)
@@ -142,6 +150,17 @@ impl Module<'_> {
     }
 }
 
+/// The threads that run reactions side by side.
+fn workers_text(workers: u16) -> String {
+    format!(
+        "\n/// The threads that run its reactions.\n\
+         const WORKERS: Workers =\n    \
+         Workers::new::<{workers}, {{ Workers::words(&ROWS) }}>(&lf::Threads::<{workers}>, &ROWS);\n\n\
+         /// What the engine knows of this program.\n\
+         pub const TABLES: Tables = Tables {{ workers: Some(&WORKERS), ..ROWS }};\n"
+    )
+}
+
 fn trigger_kind(kind: &TriggerKind) -> String {
     let timing = |timing: &ActionTiming| {
         let mut fields = Fields::with_default("ActionTiming", "NONE");
@@ -171,6 +190,6 @@ fn trigger_kind(kind: &TriggerKind) -> String {
 }
 
 /// `&[ReactionId(0), ReactionId(3)]`
-fn ids(ids: &[impl core::fmt::Debug]) -> String {
+pub(super) fn ids(ids: &[impl core::fmt::Debug]) -> String {
     format!("&{ids:?}")
 }

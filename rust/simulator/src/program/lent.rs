@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A body that runs: with all that it changes, apart from the rest of the program, which it can only see. So several
+//! can run side by side, and one alone runs no differently.
+
+use std::collections::BTreeMap;
+use std::mem;
+use std::time::Duration;
+
+use lf_model::prelude::{After, Asap};
+use lf_model::time::{Interval, Tag};
+use lf_model::{PhysicalActionRef, Port, ReactionContext, ReactionId, Readable, TriggerId};
+use lf_testkit::random::combine;
+
+use super::cells::Cell;
+use super::tables::keep;
+use super::value::{Shape, Value};
+use super::{InstanceId, Memory, Place, Record, Scripted};
+use crate::scenario::Script;
+use crate::world::Thread;
+
+/// A reaction with a body.
+pub(super) struct Body {
+    pub(super) instance: usize,
+    pub(super) id: InstanceId,
+    /// The reaction's number in its reactor, from 1.
+    pub(super) number: u16,
+    pub(super) reads: Vec<Variable>,
+    pub(super) effects: Vec<Effect>,
+    /// It has a handler for what comes too late.
+    pub(super) tardy: bool,
+    pub(super) script: Script,
+    pub(super) runs: u64,
+    pub(super) is_startup: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Variable {
+    Port(usize),
+    Trigger(usize),
+    Mode(lf_model::Transition),
+}
+
+pub(super) struct Effect {
+    pub(super) variable: Variable,
+    pub(super) shape: Shape,
+    /// When threads schedule a physical action, in nanoseconds after they were started.
+    pub(super) outside: Vec<i64>,
+}
+
+/// What a body has taken out of the memory for as long as it runs.
+enum Own {
+    Port(Place),
+    Trigger(Cell),
+}
+
+/// The reactions of one instance at one level: several, if they are in different modes.
+#[derive(Clone, Copy)]
+pub(super) struct Group {
+    pub(super) level: u16,
+    pub(super) reactions: &'static [ReactionId],
+    /// What they can schedule.
+    pub(super) actions: &'static [TriggerId],
+}
+
+impl Group {
+    /// The groups of a program, in the order of their first reactions.
+    pub(super) fn all(levels: impl Iterator<Item = u16>, bodies: &[Option<Body>]) -> Vec<Self> {
+        let mut members = BTreeMap::<(u16, usize), (Vec<ReactionId>, Vec<TriggerId>)>::new();
+        for (index, (level, body)) in (0..).zip(levels.zip(bodies)) {
+            let Some(body) = body else { continue };
+            let (reactions, actions) = members.entry((level, body.instance)).or_default();
+            reactions.push(ReactionId(index));
+            actions.extend(body.effects.iter().filter_map(|effect| match effect.variable {
+                Variable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
+                Variable::Port(_) | Variable::Mode(_) => None,
+            }));
+        }
+        let group =
+            |((level, _), (reactions, actions))| Self { level, reactions: keep(reactions), actions: keep(actions) };
+        let mut groups: Vec<_> = members.into_iter().map(group).collect();
+        groups.sort_by_key(|group| group.reactions[0].0);
+        groups
+    }
+}
+
+/// Bodies of one instance with what they change.
+pub(super) struct Lent {
+    bodies: Vec<(ReactionId, Body)>,
+    state: u64,
+    own: Vec<(Variable, Own)>,
+    record: Option<Record>,
+    stop: Option<Tag>,
+}
+
+impl Scripted {
+    /// Takes the bodies of reactions of one instance out of the program; those without one are left out.
+    pub(super) fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
+        let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
+        let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
+        let (memory, mut own) = (&mut self.memory, Vec::<(Variable, Own)>::new());
+        for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
+            match *variable {
+                _ if own.iter().any(|(taken, _)| taken == variable) => {}
+                Variable::Port(port) => {
+                    let place = mem::replace(&mut memory.ports[port], Place::Lent);
+                    own.push((*variable, Own::Port(place)));
+                }
+                Variable::Trigger(trigger) => {
+                    let cell = mem::replace(&mut memory.cells[trigger], Cell::None);
+                    own.push((*variable, Own::Trigger(cell)));
+                }
+                Variable::Mode(_) => {}
+            }
+        }
+        let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
+        Lent { bodies, state, own, record: None, stop: None }
+    }
+
+    /// Puts them back, and what one of them saw into the trace.
+    pub(super) fn take_back(&mut self, lent: Lent) {
+        let Lent { bodies, state, own, record, stop } = lent;
+        for (variable, own) in own {
+            match (variable, own) {
+                (Variable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
+                (Variable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
+                _ => {}
+            }
+        }
+        self.trace.extend(record);
+        self.stops.extend(stop);
+        for (reaction, body) in bodies {
+            self.states[body.instance] = state;
+            self.bodies[usize::from(reaction.0)] = Some(body);
+        }
+    }
+}
+
+impl Lent {
+    /// What is present of a variable: nothing, or perhaps a value.
+    #[expect(clippy::option_option, reason = "what is present has a value or none")]
+    fn read(owned: &[(Variable, Own)], memory: &Memory, variable: Variable) -> Option<Option<Value>> {
+        let own = owned.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
+        match (variable, own) {
+            (Variable::Mode(_), _) => None,
+            (Variable::Port(_), Some(Own::Port(Place::Own(port)))) => port.value().map(|value| Some(*value)),
+            (Variable::Port(port), _) => memory.port(port)?.value().map(|value| Some(*value)),
+            (Variable::Trigger(_), Some(Own::Trigger(cell))) => cell.read(),
+            (Variable::Trigger(trigger), _) => memory.cells[trigger].read(),
+        }
+    }
+
+    /// Does what the script of a reaction and all that it sees say.
+    pub(super) fn run(&mut self, reaction: ReactionId, memory: &Memory, ctx: &mut ReactionContext<'_>) {
+        let Self { bodies, state, own, record, stop } = self;
+        let Some((_, body)) = bodies.iter_mut().find(|(id, _)| *id == reaction) else { return };
+        body.runs += 1;
+        let mut digest = combine(*state, combine(body.id.path, body.number.into()));
+        // What was caused by something can cause less; what was not, as much as the script says.
+        let (mut caused, mut fresh) = (None, body.is_startup || ctx.is_shutdown());
+        for (position, variable) in (1..).zip(&body.reads) {
+            let Some(value) = Self::read(own, memory, *variable) else { continue };
+            digest = combine(digest, combine(position, value.map_or(0, Value::number)));
+            match value {
+                Some(value) => caused = caused.max(Some(value.energy().saturating_sub(1))),
+                None => fresh = true,
+            }
+        }
+        let energy = caused.unwrap_or(0).max(if fresh { body.script.energy } else { 0 });
+        *state = digest;
+        let (tag, last_tag) = (current_tag(ctx), ctx.is_shutdown());
+        let work_ns = combine(digest, 2).checked_rem(body.script.work_ns.unsigned_abs()).unwrap_or(0);
+        *record = Some(Record { tag, instance: body.id, reaction: body.number, digest, last_tag, work_ns });
+        memory.side.work(work_ns);
+        for (position, effect) in (0..).zip(&body.effects) {
+            let choice = combine(digest, 100 + position);
+            let own = own.iter_mut().find(|(own, _)| *own == effect.variable).map(|(_, own)| own);
+            if body.is_startup && !effect.outside.is_empty() {
+                if let Some(Own::Trigger(Cell::Physical(recorded))) = own {
+                    // A thread that schedules the action again and again.
+                    let action = PhysicalActionRef::clone(recorded.action.action());
+                    memory.side.start(Thread::new(ctx.physical_link(), action, choice, &effect.outside));
+                }
+            } else if energy > 0 && choice % 100 < body.script.percent {
+                cause(effect, own, choice, (energy, body.script.offset_ns), ctx);
+            }
+        }
+        if body.script.stop_at == Some(body.runs) && !memory.replayed {
+            let offset = body.script.stop_offset_ns;
+            *stop = Some(tag.after(Interval::from_nanos(offset)));
+            let offset = offset.unsigned_abs();
+            ctx.request_stop(if offset == 0 { Asap } else { After(Duration::from_nanos(offset)) });
+        }
+    }
+}
+
+/// Sets a port, schedules an action, or changes the mode.
+fn cause(
+    effect: &Effect,
+    own: Option<&mut Own>,
+    origin: u64,
+    (energy, offset_ns): (u64, i64),
+    ctx: &mut ReactionContext<'_>,
+) {
+    let value = Value::new(combine(origin, 3), energy, effect.shape);
+    let later = Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1));
+    let offset = After(later);
+    match (effect.variable, own) {
+        (Variable::Mode(transition), _) => ctx.set_mode(transition),
+        (_, Some(Own::Port(Place::Own(port)))) => ctx.set(port, value),
+        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) if combine(origin, 5).is_multiple_of(4) => {
+            ctx.stop_watchdog(watchdog);
+        }
+        (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) => ctx.start_watchdog(watchdog, later),
+        (_, Some(Own::Trigger(Cell::Logical(logical)))) => {
+            ctx.schedule_with_v(logical.action_mut(), Some(value), offset);
+        }
+        (_, Some(Own::Trigger(Cell::Physical(recorded)))) => {
+            ctx.schedule_with_v(recorded.action.action_mut(), Some(value), offset);
+        }
+        _ => {}
+    }
+}
+
+pub(super) fn current_tag(ctx: &ReactionContext<'_>) -> Tag {
+    Tag { time: ctx.get_logical_time(), microstep: lf_model::Microstep(ctx.get_tag().microstep) }
+}
+
+impl Memory {
+    pub(super) fn port(&self, index: usize) -> Option<&Port<Value>> {
+        match self.ports.get(index)? {
+            Place::Own(port) => Some(port),
+            Place::Queue(trigger) => match &self.cells[*trigger] {
+                Cell::Queued(queued) => Some(queued.queue.port()),
+                _ => None,
+            },
+            Place::Lent => None,
+        }
+    }
+
+    pub(super) fn port_mut(&mut self, index: usize) -> Option<&mut Port<Value>> {
+        match self.ports.get_mut(index)? {
+            Place::Own(port) => Some(port),
+            Place::Queue(trigger) => match &mut self.cells[*trigger] {
+                Cell::Queued(queued) => Some(queued.queue.port_mut()),
+                _ => None,
+            },
+            Place::Lent => None,
+        }
+    }
+}
