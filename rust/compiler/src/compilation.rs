@@ -45,8 +45,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     if diagnostics.has_errors() {
         return None;
     }
-    let tree = instances::build(&classes, main, language, diagnostics)?;
-    let parts = federates::cut(&tree, &classes, diagnostics);
+    let mut tree = instances::build(&classes, main, language, diagnostics)?;
+    let parts = federates::cut(&mut tree, &classes, diagnostics);
     analysis::analyse(&program, &classes, &tree, &parts, language, target, diagnostics)
 }
 

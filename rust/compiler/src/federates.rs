@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
-use crate::resolve::Class;
+use crate::resolve::{Class, Reaction};
 use crate::syntax::ast::{Host, ReactorKind};
 
 /// One participant.
@@ -27,8 +27,8 @@ pub(crate) struct Parts {
 }
 
 /// Cuts the tree. A main reactor is one part.
-pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Parts {
-    let root = &tree.instances[0];
+pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Parts {
+    let root = tree.instances[0].clone();
     let class = &classes[root.class.0];
     if class.ast.kind != ReactorKind::Federated {
         let part = Part { name: root.path.clone(), top: 0, host: None };
@@ -60,16 +60,22 @@ pub(crate) fn cut(tree: &Tree, classes: &[Class<'_>], diagnostics: &mut Diagnost
         };
         of.push(part);
     }
+    for (position, part) in parts.iter().enumerate() {
+        let child = tree.instances[part.top].child;
+        let mut reactions = class.reactions.iter().map(Reaction::children);
+        if reactions.any(|children| children.keys().all(|it| Some(*it) == child)) {
+            tree.add_share(part.top);
+            of.push(Some(position));
+        }
+    }
     Parts { federated: true, list: parts, of }
 }
 
 /// Reports what a federated reactor cannot have, and what has no effect in it.
 fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let body = &class.ast.body;
-    for reaction in &body.reactions {
-        let message = "a federated reactor has no reactions of its own yet";
-        let hint = "put the reaction into a reactor, and contain that: it becomes a federate";
-        diagnostics.push(Diagnostic::new(Code::FederatedReaction, reaction.keyword, message).hint(hint));
+    for reaction in &class.reactions {
+        check_reaction(reaction, class, diagnostics);
     }
     if class.children.is_empty() {
         let message = "this federated reactor contains nothing, so there are no federates";
@@ -80,8 +86,9 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let timers = body.timers.iter().map(|timer| (timer.name.span, "timer"));
     let actions = body.actions.iter().map(|action| (action.name.span, action.kind.name()));
     let preambles = body.preambles.iter().map(|preamble| (preamble.code.span, "preamble"));
-    for (span, what) in states.chain(timers).chain(actions).chain(preambles) {
-        let message = format!("this {what} has no effect: a federated reactor only contains and connects");
+    let all = states.chain(timers).chain(actions).chain(preambles);
+    for (span, what) in all.filter(|_| class.reactions.is_empty()) {
+        let message = format!("this {what} has no effect: this federated reactor only contains and connects");
         let hint = match what {
             "preamble" => "put it at the top of the file, where all reactors see it",
             _ => "put it into a contained reactor",
@@ -109,6 +116,30 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
             names.insert(lower, name.span);
         }
     }
+}
+
+/// A reaction of the federated reactor runs in the federate whose ports it names, or in all where it names none.
+fn check_reaction(reaction: &Reaction<'_>, class: &Class<'_>, diagnostics: &mut Diagnostics) {
+    let children = reaction.children();
+    let Some(((first, first_span), (last, last_span))) = children.first_key_value().zip(children.last_key_value())
+    else {
+        return;
+    };
+    let name = |child: usize| &class.children[child].ast.name.text;
+    let (message, span, hint) = if first != last {
+        let message = format!("this reaction names ports of two federates, `{}` and `{}`", name(*first), name(*last));
+        (message, *last_span, "a reaction is in one federate; put it into a reactor, and connect that with both")
+    } else if class.children[*first].ast.width.is_some() {
+        let message = format!("this reaction names ports of `{}`, which is several federates", name(*first));
+        (message, *first_span, "a reaction is in one federate; put it into the reactor that is a bank here")
+    } else {
+        return;
+    };
+    let mut diagnostic = Diagnostic::new(Code::FederatedReaction, span, message).hint(hint);
+    if first != last {
+        diagnostic = diagnostic.also(*first_span, "the first one");
+    }
+    diagnostics.push(diagnostic);
 }
 
 /// A federate's user and port are for tools that are not here.

@@ -18,7 +18,7 @@ const INSTANCES_MAX: usize = 10_000;
 const WIDTH_MAX: i64 = u16::MAX as i64;
 
 /// An instance of a reactor.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Instance {
     /// Names from below the main reactor, joined by `.`; the main reactor's own name for the first. A member of a bank
     /// has its number behind its name: `sensors[2]`.
@@ -51,12 +51,30 @@ pub(crate) struct Mode {
     pub(crate) initial: bool,
 }
 
-/// All instances, containers before what they contain, in order of declaration. The first is the main reactor.
+/// All instances, containers before what they contain, in order of declaration. The first is the main reactor; behind
+/// all others come the [shares](Self::add_share) of federates.
 #[derive(Debug)]
 pub(crate) struct Tree {
     pub(crate) instances: Vec<Instance>,
     /// The modes of all instances, in their order.
     pub(crate) modes: Vec<Mode>,
+}
+
+impl Tree {
+    /// Adds what a federate has of the federated reactor, for the reactions of that: its state, its timers and actions,
+    /// and of what it contains only the federate's own instance.
+    pub(crate) fn add_share(&mut self, top: usize) {
+        let mut share = self.instances[0].clone();
+        // No instance can be called so.
+        share.path = format!("{}.federated", self.instances[top].path);
+        share.children.iter_mut().for_each(|members| members.retain(|member| *member == top));
+        self.instances.push(share);
+    }
+
+    /// Whether an instance is the share of a federate.
+    pub(crate) fn is_share(&self, instance: usize) -> bool {
+        instance > 0 && self.instances[instance].parent.is_none()
+    }
 }
 
 /// What is to be added to the tree.

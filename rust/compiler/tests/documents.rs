@@ -69,6 +69,10 @@ const FEDERATIONS: &[(&str, &str)] = &[
         "federated reactor { a = new Child()  b = new Child()  a.y, b.y -> b.x, a.x }",
     ),
     ("banks of federates", "federated reactor { members = new[3] Child() }"),
+    (
+        "reactions of the federated reactor, in the federate whose ports they name, or in all",
+        "federated reactor { a = new Child()  reaction(startup) -> a.x {= … =} }",
+    ),
     ("where the RTI is", "federated reactor at 10.0.0.1:15045 { a = new Child() }"),
 ];
 

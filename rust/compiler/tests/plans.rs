@@ -46,6 +46,12 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn reactions_of_the_federated_reactor_are_in_the_federate_that_they_name_or_in_all() {
+    check("federated_reactions");
+    check("idle_federated_reactor");
+}
+
+#[test]
 fn a_queue_whose_source_has_no_rate_has_some_room_and_a_warning() {
     check("unknown_capacity");
 }

@@ -69,7 +69,7 @@ pub use outside::{Mailbox, Outside};
 pub use payload::{Bounded, Postcard};
 pub use payload::{FixedPayload, Native, Payload, PayloadError, Serializer, layout};
 #[doc(hidden)]
-pub use payload::{list_from, list_to, sendable, sendable_by, text_from, text_to};
+pub use payload::{copied_by_connection, list_from, list_to, sendable, sendable_by, text_from, text_to};
 pub use physical::{
     Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
 };

@@ -57,6 +57,12 @@ fn federates_have_modes() {
     check(&["ModalWorker"]);
 }
 
+/// Each federate has its share of what the federated reactor has itself.
+#[test]
+fn reactions_of_the_federated_reactor_run_in_federates() {
+    check(&["OwnReactions"]);
+}
+
 /// A watchdog expires by logical time, so what its federate and others do follows from tags, too.
 #[test]
 fn federates_have_watchdogs() {

@@ -244,6 +244,15 @@ fn a_type_that_cannot_be_sent_is_one_error_at_its_port_or_field() {
 }
 
 #[test]
+fn a_type_that_a_connection_cannot_copy_is_one_error_at_its_port() {
+    let finished = Lfz::run("uncopyable", &programs().join("Uncopyable.lf"), &[]).finish();
+    assert_eq!(finished.code(), 1, "{finished}");
+    finished
+        .line(&["Uncopyable.lf:6:18: error[E0277]: the trait bound `std::sync::Mutex<u32>: Clone` is not satisfied"]);
+    assert_eq!(finished.to_string().matches("error[").count(), 1, "{finished}");
+}
+
+#[test]
 fn a_federate_that_fails_by_itself_decides_the_exit_status() {
     let finished = Lfz::run("bad_argument", &endless(), &["--", "--no-such-option"]).finish();
     assert_eq!(finished.code(), 1, "{finished}");

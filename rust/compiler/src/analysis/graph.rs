@@ -96,7 +96,7 @@ pub(super) struct Graph {
     pub(super) root: Vec<Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
-    /// By instance: the first of its reactions.
+    /// By instance: the first of its reactions; and where the last one's end.
     first_steps: Vec<usize>,
     /// The modes that can be entered by reset.
     pub(super) resets: BTreeSet<usize>,
@@ -145,7 +145,7 @@ impl Graph {
         }
         graph.link(classes, tree, parts, language, diagnostics);
         graph.alias(classes, tree, diagnostics)?;
-        graph.place_reactions(classes, tree);
+        graph.place_reactions(classes, tree, parts);
         Some(graph)
     }
 
@@ -204,7 +204,7 @@ impl Graph {
         diagnostics: &mut Diagnostics,
     ) {
         self.into = vec![None; self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate() {
+        for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
             let sources = self.sources(position, classes, tree);
             for connection in &classes[instance.class.0].connections {
                 // A delay that is not known has been reported, and there will be no plan.
@@ -364,12 +364,18 @@ impl Graph {
         Some(())
     }
 
-    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree) {
+    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts) {
         self.writers = vec![Vec::new(); self.instance.len()];
         self.readers = vec![Vec::new(); self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
             self.first_steps.push(self.steps.len());
+            let is_split = tree.is_share(position) || parts.of[position].is_none();
             for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
+                // A federate has those reactions of the federated reactor that name no other one.
+                let mut children = reaction.children().into_keys();
+                if is_split && (position == 0 || children.any(|child| instance.children[child].is_empty())) {
+                    continue;
+                }
                 let step = self.steps.len();
                 let mode = tree.mode_of(position, reaction.ast.mode);
                 self.steps.push(Step { instance: position, mode, work: Work::Reaction(index) });
@@ -390,6 +396,7 @@ impl Graph {
                 }
             }
         }
+        self.first_steps.push(self.steps.len());
         // Resetting a mode resets what is in it, and that begins in its initial mode.
         for (position, mode) in tree.modes.iter().enumerate().filter(|(_, mode)| mode.initial) {
             if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
@@ -405,9 +412,8 @@ impl Graph {
     }
 
     /// The steps of an instance's reactions, in the order of their declarations.
-    pub(super) fn reactions_of(&self, instance: usize, tree: &Tree, classes: &[Class<'_>]) -> Range<usize> {
-        let first = self.first_steps[instance];
-        first..first + classes[tree.instances[instance].class.0].reactions.len()
+    pub(super) fn reactions_of(&self, instance: usize) -> Range<usize> {
+        self.first_steps[instance]..self.first_steps[instance + 1]
     }
 
     /// The reaction of a step; nothing for a connection that copies.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that go from federate to federate, and whether they can.
+//! Values that go from federate to federate, or are copied on their way, and whether they can.
 
 use super::graph::Graph;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
@@ -7,8 +7,8 @@ use crate::instances::Tree;
 use crate::languages::{Language, Preambles};
 use crate::resolve::{Class, Program};
 
-/// Reports ports whose values cannot go to another federate, as far as that is known without the target language's
-/// own compiler; each declaration once.
+/// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
+/// known without the target language's own compiler; each declaration of a port once.
 pub(super) fn check(
     graph: &Graph,
     program: &Program,
@@ -29,17 +29,23 @@ pub(super) fn check(
         })
         .collect();
     let mut seen = std::collections::BTreeSet::new();
-    for link in graph.links.iter().filter(|link| link.network) {
+    for link in graph.links.iter().filter(|link| link.network || link.copies || link.is_delayed()) {
         let class = tree.instances[graph.instance[link.from]].class;
         let declared = &classes[class.0];
         let port = &declared.ports[graph.port_of(link.from)];
         let of_file = texts(&program.units[declared.id.unit].ast.preambles);
         let visible = [of_file, texts(&declared.ast.body.preambles)].concat();
         let preambles = Preambles { visible: &visible, all: &all };
-        let Some(why) = language.unsendable(&port.ty, link.serializer.as_ref(), preambles) else { continue };
+        let (code, spans, what, why) = if link.network {
+            let why = language.unsendable(&port.ty, link.serializer.as_ref(), preambles);
+            (Code::Unsendable, (port.ty_span, link.span), "it goes to another federate here", why)
+        } else {
+            let why = language.uncopyable(&port.ty, preambles);
+            (Code::Uncopyable, (link.span, port.ty_span), "the type of the source", why)
+        };
+        let Some(why) = why else { continue };
         if seen.insert((class, graph.port_of(link.from))) {
-            let diagnostic = Diagnostic::new(Code::Unsendable, port.ty_span, why.message);
-            diagnostics.push(diagnostic.also(link.span, "it goes to another federate here").hint(why.hint));
+            diagnostics.push(Diagnostic::new(code, spans.0, why.message).also(spans.1, what).hint(why.hint));
         }
     }
 }

@@ -172,7 +172,7 @@ impl Builder<'_> {
                 graph.reaction(*step, tree, classes).into_iter().flat_map(|reaction| &reaction.parameters);
             effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
-        graph.reactions_of(instance, tree, classes).filter(schedules).collect()
+        graph.reactions_of(instance).filter(schedules).collect()
     }
 
     /// The capacity that the program gives to a connection, at itself or at its destination.

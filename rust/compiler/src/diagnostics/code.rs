@@ -125,6 +125,8 @@ codes! {
     WidthMismatch = "E073-width-mismatch",
     /// A type whose values cannot go to another federate.
     Unsendable = "E074-unsendable",
+    /// A type whose values a connection would have to copy, and that cannot be copied.
+    Uncopyable = "E075-uncopyable",
 
     /// A time that is none.
     NotATime = "E080-not-a-time",

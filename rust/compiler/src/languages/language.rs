@@ -47,6 +47,9 @@ pub(crate) trait Language: Debug + Sync {
     /// own compiler knows, it says.
     fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable>;
 
+    /// Why a connection cannot copy values of a type, as far as the program's text tells.
+    fn uncopyable(&self, ty: &str, preambles: Preambles<'_>) -> Option<Unsendable>;
+
     /// Whether values can go from a port of one type to a port of the other, as far as that is known here.
     fn is_same_type(&self, one: &str, other: &str) -> bool;
 

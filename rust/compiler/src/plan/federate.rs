@@ -82,7 +82,7 @@ pub struct Instance {
     /// The instance that contains it; the top has none.
     pub parent: Option<InstanceIndex>,
     /// Which of the containing class's [`children`](super::ReactorClass::children) it is; for a federate's top, which
-    /// of the main class's. `None` for the main reactor of a program that is not federated.
+    /// of the main class's. `None` for the main reactor itself, and for what a federate has of the federated one.
     pub child: Option<usize>,
     /// Which member of a bank it is.
     pub bank_index: Option<usize>,

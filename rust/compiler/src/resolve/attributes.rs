@@ -43,7 +43,7 @@ pub(super) struct Attributes<'p> {
     pub(super) sending: Sending<'p>,
 }
 
-/// Attributes that only diagrams use; each takes one string.
+/// Attributes that only diagrams use; each takes one string, but for `layout`, which takes an option and its value.
 const FOR_DIAGRAMS: &[&str] = &["label", "icon", "side", "layout"];
 
 /// Attributes with a meaning.
@@ -53,8 +53,17 @@ const HONOURED: &[&str] = &["capacity", "maxwait", "absent_after", "serializer",
 const IDLE: &[(&str, &str)] =
     &[("sparse", "present channels are found without it"), ("property", "programs are not verified here")];
 
-/// Attributes of LF that mean something and are not supported.
-pub(super) const UNSUPPORTED: [&str; 3] = ["enclave", "enabled", "transient"];
+/// Attributes of LF that mean something and are not supported, each with what to do instead.
+pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
+    (&["enabled"], "remove it"),
+    (&["enclave"], "remove it; what is to run beside the rest can be a federate"),
+    (&["transient"], "remove it: all federates are there from the start to the end"),
+    (&["language"], "remove it: the target declaration chooses the language of all reactors of a program"),
+    (
+        &["build_type", "clock_sync", "fast", "keepalive", "logging", "platform", "timeout"],
+        "write the property of this name (`build-type` and `clock-sync` with a hyphen) in the target declaration",
+    ),
+];
 
 impl<'p> Checker<'p> {
     /// Checks the attributes of a declaration, and returns those that have a meaning.
@@ -80,9 +89,9 @@ impl<'p> Checker<'p> {
             } else if let Some((_, reason)) = IDLE.iter().find(|(idle, _)| *idle == name) {
                 let message = format!("`@{name}` has no effect: {reason}");
                 self.report(Diagnostic::new(Code::NoEffect, attribute.span, message).hint("remove it, or leave it"));
-            } else if UNSUPPORTED.contains(&name) {
+            } else if let Some((_, instead)) = UNSUPPORTED.iter().find(|(names, _)| names.contains(&name)) {
                 let message = format!("the attribute `@{name}` is not supported yet");
-                self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint("remove it"));
+                self.report(Diagnostic::new(Code::Unsupported, attribute.span, message).hint(*instead));
             } else {
                 let message = format!("there is no attribute `@{name}`");
                 let known = FOR_DIAGRAMS.iter().chain(HONOURED).copied();
@@ -97,11 +106,17 @@ impl<'p> Checker<'p> {
     }
 
     fn check_diagram(&mut self, attribute: &Attribute) {
-        let text = single_value(attribute).is_some_and(|value| {
+        let name = &attribute.name.text;
+        let is_text = |value: &Expression| {
             matches!(value.kind, ExpressionKind::Literal(Literal::Text(_)) | ExpressionKind::Name(_))
-        });
-        if !text {
-            let name = &attribute.name.text;
+        };
+        let texts = attribute.parameters.iter().filter(|it| it.value.as_ref().is_some_and(is_text)).count();
+        let is_whole = attribute.parameters.len() == texts && texts == if name == "layout" { 2 } else { 1 };
+        if !is_whole && name == "layout" {
+            let message = "the attribute `@layout` takes an option and its value";
+            let hint = "write `@layout(option=\"…\", value=\"…\")`";
+            self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));
+        } else if !is_whole {
             let message = format!("the attribute `@{name}` takes one text");
             let hint = format!("write `@{name}(\"…\")`");
             self.report(Diagnostic::new(Code::BadAttribute, attribute.span, message).hint(hint));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checked reactors: the syntax tree with its names resolved.
 
+use std::collections::BTreeMap;
+
 use super::expand::TypeArgument;
 pub(crate) use super::load::ReactorId;
 use crate::diagnostics::Span;
@@ -210,4 +212,17 @@ pub(crate) struct Reaction<'p> {
     pub(crate) ast: &'p ast::Reaction,
     /// `startup` and `shutdown` included, each variable once.
     pub(crate) parameters: Vec<ReactionParameter>,
+}
+
+impl Reaction<'_> {
+    /// The contained reactors whose ports it names, in their order, each with the first place.
+    pub(crate) fn children(&self) -> BTreeMap<usize, Span> {
+        let mut children = BTreeMap::new();
+        for parameter in &self.parameters {
+            if let Variable::Port(PortRef::Child(child, _)) = parameter.variable {
+                children.entry(child).or_insert(parameter.span);
+            }
+        }
+        children
+    }
 }

@@ -19,10 +19,13 @@ pub struct Supported {
 
 /// What of LF there is, from the tables by which programs are judged.
 pub fn supported() -> Supported {
-    let attributes = attributes::UNSUPPORTED.map(|name| format!("`@{name}`")).join(", ");
+    let attributes = attributes::UNSUPPORTED.iter().map(|(names, instead)| {
+        let all: Vec<_> = names.iter().map(|name| format!("`@{name}`")).collect();
+        (format!("the attribute{} {}", if all.len() > 1 { "s" } else { "" }, all.join(", ")), *instead)
+    });
     let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
     Supported {
-        refused: features.chain([(format!("the attributes {attributes}"), "remove them")]).collect(),
+        refused: features.chain(attributes).collect(),
         coordination: target::COORDINATION,
         program: target::PROGRAM,
         refused_properties: target::REFUSED,

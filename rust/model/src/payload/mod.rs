@@ -16,7 +16,7 @@ mod serializer;
 pub use lists::{list_from, list_to, text_from, text_to};
 #[cfg(feature = "postcard")]
 pub use serializer::{Bounded, Postcard};
-pub use serializer::{Native, Serializer, sendable, sendable_by};
+pub use serializer::{Native, Serializer, copied_by_connection, sendable, sendable_by};
 
 /// A value that can be sent to another federate.
 #[diagnostic::on_unimplemented(

@@ -49,6 +49,9 @@ pub const fn sendable<T: Payload>() {}
 /// The same for a serializer.
 pub const fn sendable_by<T, S: Serializer<T>>() {}
 
+/// The same of values that a connection copies.
+pub const fn copied_by_connection<T: Clone>() {}
+
 #[cfg(feature = "postcard")]
 pub use by_postcard::{Bounded, Postcard};
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What rich scenarios have beyond others: banks, multiports, modes and watchdogs. All of it is added to a scenario that
-//! is there already, so that the others stay what they are.
+//! What rich scenarios have beyond others: banks, multiports, modes and watchdogs. All of it is added to a scenario
+//! that is there already, so that the others stay what they are.
 
 use lf_testkit::random::{Random, combine};
 

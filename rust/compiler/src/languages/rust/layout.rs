@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use proc_macro2::Ident;
 
 use super::names::ident;
-use super::sending::{SentPort, declared, sent_ports};
+use super::sending::{SentPort, copied_ports, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
-use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan};
+use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
@@ -20,8 +20,12 @@ pub(super) struct Layout<'p> {
     classes: BTreeMap<ClassIndex, ClassModule>,
     /// Which children of which classes this federate has.
     children: BTreeSet<(ClassIndex, usize)>,
+    /// Which reactions of which classes it has: all, but for those of the federated reactor.
+    reactions: BTreeSet<(ClassIndex, usize)>,
     /// Ports whose values come from other federates or go to them, by class and name.
     sent: BTreeMap<(ClassIndex, &'p str), SentPort<'p>>,
+    /// Ports whose values connections copy, by class and name.
+    copied: BTreeSet<(ClassIndex, &'p str)>,
     /// How many threads run its reactions.
     workers: u16,
 }
@@ -49,6 +53,13 @@ impl<'p> Layout<'p> {
             parent.map_or(plan.main, |parent| parent.class)
         };
         let children = instances().filter_map(|instance| Some((parent(instance), instance.child?))).collect();
+        let reactions = federate.iter().flat_map(|federate| {
+            federate.reactions.iter().filter_map(|reaction| match reaction.kind {
+                ReactionKind::Body { instance, reaction, .. } => Some((federate.instances[instance.0].class, reaction)),
+                _ => None,
+            })
+        });
+        let reactions = reactions.collect();
         let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
         used.extend(instances().map(|instance| (instance.class, true)));
         used.extend(federate.map(|_| (plan.main, true)));
@@ -74,7 +85,8 @@ impl<'p> Layout<'p> {
             let place = |(port, sent): (_, SentPort<'p>)| Some(((declared(federate, port)?.0, sent.name), sent));
             sent_ports(federate).filter_map(place)
         });
-        Self { files, classes, children, sent: sent.collect(), workers }
+        let copied = federate.into_iter().flat_map(copied_ports).collect();
+        Self { files, classes, children, reactions, sent: sent.collect(), copied, workers }
     }
 
     /// How many threads run its reactions. With more than one, state and values have to be such that another thread can
@@ -86,6 +98,11 @@ impl<'p> Layout<'p> {
     /// The ports of a class whose values come from other federates or go to them.
     pub(super) fn sent_of(&self, class: ClassIndex) -> Vec<SentPort<'p>> {
         self.sent.iter().filter(|((of, _), _)| *of == class).map(|(_, sent)| sent.clone()).collect()
+    }
+
+    /// Whether connections copy the values of a port of a class.
+    pub(super) fn is_copied(&self, class: ClassIndex, port: &str) -> bool {
+        self.copied.contains(&(class, port))
     }
 
     /// The files with their modules.
@@ -121,6 +138,11 @@ impl<'p> Layout<'p> {
     /// Whether this federate has an instance of this child of a class.
     pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
         self.children.contains(&(class, child))
+    }
+
+    /// Whether this federate has a reaction of a class, by its number.
+    pub(super) fn reacts(&self, class: ClassIndex, reaction: usize) -> bool {
+        self.reactions.contains(&(class, reaction))
     }
 
     /// The name of a class's struct; empty for a class that the crate does not have.

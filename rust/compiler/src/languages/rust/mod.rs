@@ -77,6 +77,10 @@ impl Language for Rust {
         sendable::unsendable(ty, serializer, preambles)
     }
 
+    fn uncopyable(&self, ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {
+        sendable::uncopyable(ty, preambles)
+    }
+
     fn is_same_type(&self, one: &str, other: &str) -> bool {
         types::last_names(one) == types::last_names(other)
     }

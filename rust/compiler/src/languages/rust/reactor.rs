@@ -149,7 +149,9 @@ impl<'p> Module<'p> {
             methods.push(self.own_method(method)?);
         }
         for reaction in &class.reactions {
-            methods.push(self.reaction(reaction)?);
+            if self.layout.reacts(self.index, reaction.number) {
+                methods.push(self.reaction(reaction)?);
+            }
         }
         let modes: BTreeSet<_> = class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
         for mode in modes {
@@ -223,6 +225,12 @@ impl<'p> Module<'p> {
             } else {
                 quote! { const _: () = lf::model::sendable::<#sent>(); }
             });
+        }
+        for port in &self.class.ports {
+            if self.layout.is_copied(self.index, &port.name) && !is_copy(&port.ty.text) {
+                let copied = self.splices.ty(&port.ty);
+                types.extend(quote! { const _: () = lf::model::copied_by_connection::<#copied>(); });
+            }
         }
         Ok(types)
     }

@@ -40,6 +40,22 @@ pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: P
     Some(Unsendable { message, hint: found.hint })
 }
 
+/// Why a connection cannot copy values of a type, if that is known: the preambles declare it without `Clone`.
+pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {
+    let Type::Path(path) = syn::parse_str(ty).ok()? else { return None };
+    let name = path.path.get_ident()?.to_string();
+    let look = Look { preambles, by_serde: false };
+    let (attributes, keyword) = match look.declared(&name)? {
+        Item::Struct(item) => (item.attrs, "struct"),
+        Item::Enum(item) => (item.attrs, "enum"),
+        _ => return None,
+    };
+    let has_clone = derives(&attributes)?.iter().any(|derive| derive == "Clone") || look.implements(&name, &["Clone"]);
+    let message = format!("this connection has to copy values of `{ty}`, which is declared without `#[derive(Clone)]`");
+    let hint = format!("write `#[derive(Clone)]` before `{keyword} {name}` in the preamble");
+    (!has_clone).then_some(Unsendable { message, hint })
+}
+
 /// `String` or `Vec<T>`, which take as much memory as they need.
 pub(super) enum Growing<'t> {
     Text,

@@ -4,7 +4,7 @@
 use super::sendable::{Growing, growing};
 use super::types::is_copy;
 use crate::emit::{EmitError, Job};
-use crate::plan::{ClassIndex, Federate, NetworkInput, Plan, PortIndex, Serializer, TriggerKind, Type};
+use crate::plan::{ClassIndex, Federate, NetworkInput, Plan, PortIndex, ReactionKind, Serializer, TriggerKind, Type};
 
 /// The serializers that there are; the first is the layout of the type itself.
 pub(super) const SERIALIZERS: &[&str] = &["native", "postcard"];
@@ -66,6 +66,19 @@ pub(super) fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassInd
     let name = name.split('[').next().unwrap_or(name);
     let instance = federate.instances.iter().find(|instance| instance.path == owner)?;
     Some((instance.class, name))
+}
+
+/// The ports of a federate whose values connections copy, by class and name.
+pub(super) fn copied_ports(federate: &Federate) -> impl Iterator<Item = (ClassIndex, &str)> {
+    let delayed = federate.triggers.iter().filter_map(|trigger| match trigger.kind {
+        TriggerKind::Delay { source, .. } => Some(source),
+        _ => None,
+    });
+    let copied = federate.reactions.iter().filter_map(|reaction| match reaction.kind {
+        ReactionKind::Copy { from, .. } => Some(from),
+        _ => None,
+    });
+    delayed.chain(copied).filter_map(|port| declared(federate, port))
 }
 
 /// Whether some values are sent as postcard writes them. Preambles are shared by all crates of a program, so all of
