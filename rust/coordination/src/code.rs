@@ -295,6 +295,7 @@ coded!(DeliverError {
 coded!(DecodeError {
     UnknownType { found }, OverLimit { message, field, offset, found, limit },
     Negative { message, field, offset, found }, LargerThanBuffer { message, needed, capacity },
+    Unexpected { message },
 });
 
 coded!(Phase {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What federates say to each other past the RTI: heard in time, and told of when it is too late.
 
-use lf_coordination::federate::{Federate, Phase};
+use lf_coordination::federate::{Federate, Needs, Phase};
 use lf_model::InputId;
 use lf_model::time::Instant;
 
@@ -41,7 +41,11 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Makes the connections to other federates, and takes those that come from them.
-    pub(super) fn meet<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> Result<(), RunError> {
+    pub(super) fn meet<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        machine: &mut Federate<'_, impl Needs>,
+    ) -> Result<(), RunError> {
         if !PEERS {
             return Ok(());
         }
@@ -65,7 +69,7 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), RunError> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
@@ -79,7 +83,7 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<bool, RunError> {
         let mut any = false;
         if takes_messages(execution) {
@@ -95,13 +99,17 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
     ) -> Result<(), RunError> {
         if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
     }
 
     /// Takes what has come, as far as there is room for it; bounded by the sizes of the buffers.
-    fn take<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>) -> Result<(), RunError> {
+    fn take<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), RunError> {
         self.peers.take_stale();
         if !takes_messages(execution) {
             return Ok(());
@@ -131,7 +139,7 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// Whether a federate whose receive buffer is full of messages without room would have to send word of another of
     /// its inputs, for which this one waits for ever: then which input holds the messages.
-    pub(super) fn starved(&mut self, execution: &Execution<'_, '_>) -> Option<InputId> {
+    pub(super) fn starved(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
             let (from, input) = (inbound.from?, inbound.receiver.choked()?);
             execution.starves_for(from.0).then_some(input)
@@ -143,7 +151,7 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
         hears: bool,
         until: Instant,
     ) -> bool {
@@ -157,7 +165,12 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Reads once what other federates send at their end. `true` while more can come, and there is time.
-    fn hear_out<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>, in_time: bool) -> bool {
+    fn hear_out<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_, impl Needs>,
+        in_time: bool,
+    ) -> bool {
         if let Err(error) = self.sweep(platform, execution) {
             tell(Level::Warn, &PeerRemark::LastMessages(error));
             return false;
@@ -171,7 +184,7 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Says how many messages have come too late, or nowhere.
-    pub(super) fn report_losses(&self, execution: &Execution<'_, '_>) {
+    pub(super) fn report_losses(&self, execution: &Execution<'_, '_, impl Needs>) {
         if !execution.is_decentralized() {
             return;
         }
@@ -187,7 +200,7 @@ impl<'a, 's> Direct<'a, 's> {
 }
 
 /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
-fn takes_messages(execution: &Execution<'_, '_>) -> bool {
+fn takes_messages(execution: &Execution<'_, '_, impl Needs>) -> bool {
     match execution.phase() {
         Phase::Running => PEERS,
         Phase::Resigning | Phase::Ended => execution.is_decentralized(),

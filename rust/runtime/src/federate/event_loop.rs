@@ -6,7 +6,7 @@ use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::federate::{Awaited, Config, Disconnected, Event, Federate, Phase};
+use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
@@ -53,7 +53,7 @@ pub struct Join<'a> {
 ///
 /// # Errors
 /// Why it ended early. The RTI has been told, where that was possible.
-pub fn run_federate<'s, P: Platform>(
+pub fn run_federate<'s, P: Platform, N: Needs>(
     platform: &mut P,
     program: &mut dyn Program,
     engine: Engine<'s>,
@@ -62,7 +62,7 @@ pub fn run_federate<'s, P: Platform>(
     buffers: Buffers<'s>,
     known: &'s mut [Tag],
 ) -> Result<(), RunError> {
-    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known);
+    let mut federate = FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known);
     // It is large, and stays where it is.
     let federate = federate.as_mut().map_err(|error| *error)?;
     loop {
@@ -75,10 +75,10 @@ pub fn run_federate<'s, P: Platform>(
 
 /// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
 /// alternation runs the federate, and may do something else in between.
-pub struct FederateLoop<'a, 's, P> {
+pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     platform: &'a mut P,
     federation: &'a Federation,
-    execution: Execution<'a, 's>,
+    execution: Execution<'a, 's, N>,
     session: Session<'s>,
     direct: Direct<'a, 's>,
     clock_sync: ClockSyncPort,
@@ -99,13 +99,13 @@ enum Stage {
     Ended(Result<(), RunError>),
 }
 
-impl<P> fmt::Debug for FederateLoop<'_, '_, P> {
+impl<P, N: Needs> fmt::Debug for FederateLoop<'_, '_, P, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("FederateLoop").field("stage", &self.stage).finish_non_exhaustive()
     }
 }
 
-impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
+impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// A federate that is to make its first connection. `known` is memory, one tag for each of
     /// [`Federation::awaited`].
     ///
@@ -121,7 +121,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         buffers: Buffers<'s>,
         known: &'s mut [Tag],
     ) -> Result<Self, RunError> {
-        buffers.check(engine.tables(), federation, join.federation_id)?;
+        if N::BUFFER_CHECK {
+            buffers.check(engine.tables(), federation, join.federation_id)?;
+        }
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -139,7 +141,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             listening,
             peers: federation.peers_out,
             advance_interval: federation.advance_interval,
-            ..Config::new(federation.id.into(), join.federation_id)
+            ..Config::with_needs(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;
         if federation.test_offset != Interval::ZERO {
@@ -154,7 +156,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             federation,
             direct,
             clock_sync,
-            waiting: Waiting::default(),
+            waiting: Waiting::NONE,
             choked_since: None,
             stage: Stage::Taking,
         })
@@ -227,7 +229,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         if self.session.establish(self.platform)? {
             let mut nonce = Nonce::default();
-            if self.federation.authentication.is_some() {
+            if N::AUTHENTICATION && self.federation.authentication.is_some() {
                 self.platform.random(&mut nonce)?;
             }
             let now = self.platform.now();
@@ -330,7 +332,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         };
         if waits.is_none() {
             self.execution.begin(tag)?;
-            self.session.receiver.held.look_again();
+            if N::INPUTS {
+                self.session.receiver.held.look_again();
+            }
             self.direct.peers.look_again();
         }
         Ok(waits)
@@ -381,7 +385,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// Ends with an error what would last for ever, because some queue is too small for what others send.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
-        let (now, choked) = (self.platform.now(), self.session.receiver.choked());
+        let (now, choked) = (self.platform.now(), if N::INPUTS { self.session.receiver.choked() } else { None });
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
@@ -427,15 +431,20 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let sockets = self.session.poll_timeout().min(self.direct.peers.poll_timeout(running));
         let (now, reason) = (self.platform.now(), self.reason(advance));
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
-        let report = self.waiting.note(now, reason, self.federation.log_waits, |tag| execution.local(tag), start);
+        let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);
         event.min(execution.machine.poll_timeout()).min(sockets).min(report)
+    }
+
+    /// After how long it is said what the running federate waits for, if at all.
+    fn log_waits(&self) -> Option<Interval> {
+        if N::WAITS { self.federation.log_waits } else { None }
     }
 
     /// What this federate waits for, if it is not just the time.
     fn reason(&self, advance: Advance) -> Option<Reason> {
         match self.execution.phase() {
             Phase::Running => {
-                self.federation.log_waits?;
+                self.log_waits()?;
                 reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
             }
             Phase::Disconnected => Some(Reason::Rti),

@@ -2,6 +2,7 @@
 //! What comes from another federate, past the RTI. It carries values, and word that there are none, and nothing else;
 //! a value that comes too late is handled all the same, and counted.
 
+use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
 use lf_model::{Delivery, InputId};
@@ -15,9 +16,9 @@ use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
 
 /// What this federate sends changes these parts.
-pub(super) struct FromPeer<'x, 'a, 's, P> {
+pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) execution: &'x mut Execution<'a, 's>,
+    pub(super) execution: &'x mut Execution<'a, 's, N>,
     pub(super) late: &'x mut Late,
     /// The federate that sends, and this one.
     pub(super) from: u16,
@@ -26,7 +27,7 @@ pub(super) struct FromPeer<'x, 'a, 's, P> {
     pub(super) now: Instant,
 }
 
-impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
+impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
     fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
@@ -71,7 +72,7 @@ impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
     }
 }
 
-impl<P> FromPeer<'_, '_, '_, P> {
+impl<P, N: Needs> FromPeer<'_, '_, '_, P, N> {
     fn fault(&self, fault: PeerFault) -> RunError {
         RunError::Peer { federate: self.from, fault }
     }

@@ -11,11 +11,11 @@
 
 use core::net::SocketAddrV4;
 
-use lf_coordination::federate::{Event, FederateError};
+use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Message};
+use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::Execution;
 use super::held::Held;
@@ -24,19 +24,30 @@ use crate::error::RunError;
 use crate::platform::Platform;
 
 /// What the RTI sends changes these parts.
-pub(super) struct FromRti<'x, 'a, 's, P> {
+pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) execution: &'x mut Execution<'a, 's>,
+    pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has told of one.
     pub(super) found: &'x mut Option<(FederateId, SocketAddrV4)>,
     pub(super) now: Instant,
 }
 
-impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
+impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
+    const HOLDS: bool = N::INPUTS;
+
+    fn expects(message_type: MessageType) -> bool {
+        match message_type {
+            MessageType::TaggedMessage | MessageType::PortAbsent => N::INPUTS,
+            MessageType::RtiResponse => N::AUTHENTICATION,
+            _ => false,
+        }
+    }
+
     fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
+            _ if !N::INPUTS => {}
             Message::TaggedMessage { port, tag, .. } => {
                 let (tag, input) = (from_wire(tag), InputId(port));
                 // For an input that is not there it is an error.
@@ -46,7 +57,9 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
                 }
             }
             // It takes back what was granted before, which may be among what is held.
-            Message::ProvisionalTagGrant(tag) if behind && from_wire(tag) <= self.execution.machine.granted() => {
+            Message::ProvisionalTagGrant(tag)
+                if N::CYCLES && behind && from_wire(tag) <= self.execution.machine.granted() =>
+            {
                 return Ok(Fate::Held(Tag::FOREVER, None));
             }
             // So much of it counts already.
@@ -68,15 +81,23 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
         let phase = self.execution.phase();
-        too_long(bytes, error, &self.execution.engine).unwrap_or(RunError::Bytes { error, phase })
+        if let DecodeError::Unexpected { message } = error {
+            return FederateError::Unexpected { message, phase }.into();
+        }
+        let too_long = if N::INPUTS { too_long(bytes, error, &self.execution.engine) } else { None };
+        too_long.unwrap_or(RunError::Bytes { error, phase })
     }
 }
 
-impl<P: Platform> FromRti<'_, '_, '_, P> {
+impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle(&mut self, message: Message<'_>) -> Result<Fate, RunError> {
         let Execution { machine, engine, awaited, .. } = &mut *self.execution;
-        match machine.handle_message(self.now, message).map_err(|error| name_input(error, engine))? {
+        match machine
+            .handle_message(self.now, message)
+            .map_err(|error| if N::INPUTS { name_input(error, engine) } else { error.into() })?
+        {
+            Event::Message { .. } | Event::PortAbsent { .. } | Event::MessageAfterStop { .. } if !N::INPUTS => {}
             Event::Message { port, tag, payload } => {
                 self.deliver(InputId(port), tag, payload)?;
                 self.execution.awaited.learn(port, tag);

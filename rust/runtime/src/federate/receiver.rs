@@ -12,7 +12,7 @@
 
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Decoded, Limits, Message, decode, destination_in_header};
+use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode, destination_in_header};
 
 use super::held::Held;
 use crate::connection::Connection;
@@ -34,6 +34,14 @@ pub(super) enum Fate {
 
 /// What may come over a connection, and what is to be done with it.
 pub(super) trait Policy {
+    /// Whether messages can have to wait.
+    const HOLDS: bool = true;
+
+    /// Whether messages of this type, which have more than a tag or a time, can come when all is as it should be.
+    fn expects(_: MessageType) -> bool {
+        true
+    }
+
     /// Takes a message behind what is held, or says what it waits for.
     ///
     /// # Errors
@@ -70,19 +78,13 @@ impl<'s> Receiver<'s> {
     ///
     /// # Errors
     /// As the policy says.
-    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
-        let (rest, input) = (self.rest(), &self.connection.input);
-        let next = match self.held.bytes {
-            // Then it is known, too, whether the buffer can hold it.
-            0 => input.next(&self.limits),
-            _ => decode(rest, &self.limits).map(|decoded| match decoded {
-                Decoded::Complete { message, len } => Some((message, len)),
-                Decoded::Incomplete { .. } => None,
-            }),
-        };
-        let Some((message, len)) = next.map_err(|error| policy.refuse(rest, error))? else { return Ok(None) };
+    pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, RunError> {
+        let held = if P::HOLDS { self.held.bytes } else { 0 };
+        let next = self.connection.input.next_expected(held, &self.limits, P::expects);
+        let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
         let fate = policy.take(message, &self.held)?;
         match fate {
+            _ if !P::HOLDS => self.connection.input.remove(0, len),
             Fate::Taken | Fate::TakenForAll => {
                 self.connection.input.remove(self.held.bytes, len);
                 self.alike = self.alike.saturating_sub(len);
@@ -91,7 +93,7 @@ impl<'s> Receiver<'s> {
             Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
             Fate::HeldGrant => self.held.hold_grant(len),
         }
-        if fate == Fate::TakenForAll && self.held.input.is_some() {
+        if P::HOLDS && fate == Fate::TakenForAll && self.held.input.is_some() {
             (self.held, self.alike) = (Held::NONE, 0);
         }
         Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))

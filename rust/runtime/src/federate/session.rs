@@ -7,7 +7,7 @@
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate};
+use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, Needs};
 use lf_model::time::Instant;
 use lf_wire::{Limits, OutBuffer};
 
@@ -105,7 +105,7 @@ impl<'s> Session<'s> {
 
     /// Moves what the machine has to say into the output buffer, and writes it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) {
+    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while self.is_open() {
             self.collect(machine);
             if !self.flush(platform) {
@@ -119,7 +119,7 @@ impl<'s> Session<'s> {
     }
 
     /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
-    pub(super) fn collect(&mut self, machine: &mut Federate<'_>) {
+    pub(super) fn collect(&mut self, machine: &mut Federate<'_, impl Needs>) {
         while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
             // There is room: the machine was told how much, and gave a message that fits.
             let _ = self.receiver.connection.output.push(&message);
@@ -147,7 +147,7 @@ impl<'s> Session<'s> {
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
     /// the RTI's last words are read.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> bool {
+    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) -> bool {
         let Some(socket) = self.receiver.connection.socket() else { return false };
         self.transmit(platform, machine);
         if self.receiver.connection.output.is_empty() && !machine.has_transmit() {
