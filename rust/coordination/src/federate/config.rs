@@ -136,6 +136,11 @@ impl<'a, N: Needs> Config<'a, N> {
         }
     }
 
+    /// The federates to which this one sends directly.
+    pub(super) fn peers(&self) -> &'a [u16] {
+        if N::PEERS { self.peers } else { &[] }
+    }
+
     /// How this federate authenticates, if it does.
     pub(super) fn answer(&self) -> Option<Answer> {
         if N::AUTHENTICATION { self.authentication } else { None }

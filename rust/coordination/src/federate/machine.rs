@@ -308,14 +308,14 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it
     /// does at such a tag could be wrong.
     pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
-        let (name, current) = (self.tags.relative(tag), self.tags.relative(self.tags.current()));
-        let result = if tag <= self.tags.current() {
-            Err(FederateError::NotLater { tag: name, current })
+        let (relative, current) = (|tag| self.tags.relative(tag), self.tags.current());
+        let result = if tag <= current {
+            Err(FederateError::NotLater { tag: relative(tag), current: relative(current) })
         } else if self.may_advance(tag) {
             self.tags.begin(tag);
             Ok(())
         } else {
-            Err(FederateError::NotGranted { tag: name })
+            Err(FederateError::NotGranted { tag: relative(tag) })
         };
         self.heed(result)
     }

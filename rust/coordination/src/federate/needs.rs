@@ -12,6 +12,8 @@ pub trait Needs: Copy + Debug + 'static {
     const CYCLES: bool = true;
     /// The federate and the RTI prove to each other that they know the federation's id.
     const AUTHENTICATION: bool = true;
+    /// It sends to other federates past the RTI.
+    const PEERS: bool = true;
     /// Physical actions can cause outputs to other federates.
     const PHYSICAL: bool = true;
     /// Its buffers may be too small, so it looks at them when it starts. Those of an image are made to measure.

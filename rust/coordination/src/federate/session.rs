@@ -52,7 +52,7 @@ impl Session {
 
     /// The place of the federate to which a connection is to be made next.
     pub(super) fn next_peer_index(&self, config: &Config<'_, impl Needs>) -> Option<usize> {
-        self.meeting.next_index(config.peers)
+        self.meeting.next_index(config.peers())
     }
 
     /// The message that is due.
@@ -251,7 +251,7 @@ impl Session {
     /// Asks for the next address, or goes on to the start barrier when all connections are there.
     fn meet(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.patience = Deadline::Never;
-        let next = self.meeting.ask(config.peers);
+        let next = self.meeting.ask(config.peers());
         if next.is_some() {
             self.phase = Phase::Meeting;
             self.outbox.address_query = next;
@@ -268,7 +268,7 @@ impl Session {
         port: i32,
         address: [u8; 4],
     ) -> Event<'static> {
-        match self.meeting.handle_address(config.peers, now, port, address) {
+        match self.meeting.handle_address(config.peers(), now, port, address) {
             Address::Unasked => Event::None,
             Address::AskAgain(time) => {
                 self.patience = Deadline::At(time);
@@ -289,7 +289,7 @@ impl Session {
     /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted.
     pub(super) fn peer_lost(&mut self, config: &Config<'_, impl Needs>, now: Instant) -> Result<(), FederateError> {
         if self.phase == Phase::Meeting {
-            let again = self.meeting.lost(config.peers, now);
+            let again = self.meeting.lost(config.peers(), now);
             self.patience = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
         }
         Ok(())
