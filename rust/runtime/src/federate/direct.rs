@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What federates say to each other past the RTI: heard in time, and told of when it is too late.
 
-use lf_coordination::federate::{Federate, Needs, Phase};
+use lf_coordination::federate::{Needs, Phase};
 use lf_model::InputId;
 use lf_model::time::Instant;
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::from_peer::FromPeer;
 use super::late::Late;
 use super::peers::Peers;
@@ -44,11 +44,12 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn meet<P: Platform>(
         &mut self,
         platform: &mut P,
-        machine: &mut Federate<'_, impl Needs>,
-    ) -> Result<(), RunError> {
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), Failed> {
         if !PEERS {
             return Ok(());
         }
+        let machine = &mut execution.machine;
         self.peers.welcome(platform, machine.phase() >= Phase::Running);
         self.peers.look_for_ends(platform);
         if machine.phase() != Phase::Meeting {
@@ -59,7 +60,7 @@ impl<'a, 's> Direct<'a, 's> {
             Some(Ok(())) => machine.peer_connected(platform.now()),
             Some(Err((federate, fault))) => {
                 log::debug!("federate {federate} {fault}");
-                machine.peer_lost(platform.now()).map_err(|_| RunError::Peer { federate, fault })?;
+                machine.peer_lost(platform.now()).map_err(|_| execution.fail(RunError::Peer { federate, fault }))?;
             }
         }
         Ok(())
@@ -70,7 +71,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), Failed> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
                 inbound.fill(platform);
@@ -84,7 +85,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
-    ) -> Result<bool, RunError> {
+    ) -> Result<bool, Failed> {
         let mut any = false;
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
@@ -100,7 +101,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), Failed> {
         if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
     }
 
@@ -109,7 +110,7 @@ impl<'a, 's> Direct<'a, 's> {
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), Failed> {
         self.peers.take_stale();
         if !takes_messages(execution) {
             return Ok(());
@@ -171,7 +172,8 @@ impl<'a, 's> Direct<'a, 's> {
         execution: &mut Execution<'_, '_, impl Needs>,
         in_time: bool,
     ) -> bool {
-        if let Err(error) = self.sweep(platform, execution) {
+        let _ = self.sweep(platform, execution);
+        if let Some(error) = execution.failure.take() {
             tell(Level::Warn, &PeerRemark::LastMessages(error));
             return false;
         }

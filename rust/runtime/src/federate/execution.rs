@@ -31,6 +31,11 @@ pub(super) enum Advance {
     Done,
 }
 
+/// This federate cannot go on: why is told by [`Execution::fail`]. An error is large, and is not handed on from function
+/// to function.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Failed;
+
 /// Where messages go. It says [`SendError::NoRoom`] when one does not fit now.
 pub(super) trait Outlet {
     /// See [`Env::outside`].
@@ -60,6 +65,8 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     has_upstream: bool,
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
+    /// Why this federate cannot go on, if it cannot.
+    pub(super) failure: Option<RunError>,
 }
 
 impl<N: Needs> fmt::Debug for Execution<'_, '_, N> {
@@ -79,12 +86,19 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         awaited: Awaited<'s>,
         has_upstream: bool,
     ) -> Self {
-        Self { engine, program, machine, awaited, has_upstream, silent: false }
+        Self { engine, program, machine, awaited, has_upstream, silent: false, failure: None }
     }
 
     /// Whether messages go past the RTI; never where there are no connections past it.
     pub(super) fn is_decentralized(&self) -> bool {
         PEERS && self.machine.coordination() == Coordination::Decentralized
+    }
+
+    /// Keeps why this federate cannot go on.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    pub(super) fn fail(&mut self, error: RunError) -> Failed {
+        self.failure = Some(error);
+        Failed
     }
 
     /// How far the federate is.
@@ -156,10 +170,9 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     }
 
     /// Begins a tag that is due and granted.
-    pub(super) fn begin(&mut self, tag: Tag) -> Result<(), RunError> {
-        self.machine.begin(tag)?;
-        self.engine.begin(self.program, tag)?;
-        Ok(())
+    pub(super) fn begin(&mut self, tag: Tag) -> Result<(), Failed> {
+        self.machine.begin(tag).map_err(|error| self.fail(error.into()))?;
+        self.engine.begin(self.program, tag).map_err(|error| self.fail(error.into()))
     }
 
     /// There is no event. When none can come any more, the next microstep is the last tag.
@@ -197,14 +210,14 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         outlet: &mut impl Outlet,
         max_level: Option<u16>,
         limit: Advance,
-    ) -> Result<Option<Advance>, RunError> {
+    ) -> Result<Option<Advance>, Failed> {
         let is_decentralized = self.is_decentralized();
         let mut gate = Gate { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
             Progress::LevelLimit { .. } => return Ok(Some(limit)),
-            Progress::Failed(error) => return Err(error.into()),
+            Progress::Failed(error) => return Err(self.fail(error.into())),
         }
         self.machine.complete(self.engine.had_network_input());
         self.take_stop_request();

@@ -5,10 +5,10 @@
 use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
-use lf_model::{Delivery, InputId};
+use lf_model::{DeliverError, Delivery, InputId};
 use lf_wire::{DecodeError, Message};
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::late::Late;
 use super::receiver::{Fate, Policy, too_long};
@@ -28,7 +28,7 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
 }
 
 impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
-    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
@@ -50,16 +50,18 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
-        let Execution { engine, program, awaited, .. } = &mut *self.execution;
+        let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
         match (message, tag) {
             (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
-                let delivery = engine.deliver_tardy(&mut **program, input, tag, payload)?;
+                let delivery = engine.deliver_tardy(&mut **program, input, tag, payload);
+                let delivery = delivery.map_err(|error| fail(failure, error))?;
                 awaited.learn(port, happens(delivery).unwrap_or(tag));
                 let lateness = self.now.duration_since(tag.time);
                 self.late.report(engine, self.to, input, (tag, lateness), delivery);
             }
             (Message::P2pMessage { payload, .. }, _) => {
-                engine.deliver_physical(&mut **program, input, self.now, payload)?;
+                let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
+                delivery.map_err(|error| fail(failure, error))?;
             }
             (_, Some(tag)) => awaited.learn(port, tag),
             (_, None) => {}
@@ -67,15 +69,24 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
         Ok(Fate::Taken)
     }
 
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
-        too_long(bytes, error, &self.execution.engine).unwrap_or_else(|| self.fault(PeerFault::Bytes(error)))
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
+        match too_long(bytes, error, &self.execution.engine) {
+            Some(error) => self.execution.fail(error),
+            None => self.fault(PeerFault::Bytes(error)),
+        }
     }
 }
 
 impl<P, N: Needs> FromPeer<'_, '_, '_, P, N> {
-    fn fault(&self, fault: PeerFault) -> RunError {
-        RunError::Peer { federate: self.from, fault }
+    fn fault(&mut self, fault: PeerFault) -> Failed {
+        self.execution.fail(RunError::Peer { federate: self.from, fault })
     }
+}
+
+/// Keeps why a message cannot be used.
+fn fail(failure: &mut Option<RunError>, error: DeliverError) -> Failed {
+    *failure = Some(error.into());
+    Failed
 }
 
 /// The tag at which a message happens, if it does.

@@ -17,7 +17,7 @@ use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId};
 use lf_wire::{DecodeError, Message, MessageType};
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::RunError;
@@ -43,7 +43,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         }
     }
 
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError> {
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
@@ -65,7 +65,8 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             // So much of it counts already.
             Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) if !is_before(from_wire(tag)) => {
                 let granted = Message::TagGrant(to_wire(earliest.before()));
-                self.execution.machine.handle_message(self.now, granted)?;
+                let result = self.execution.machine.handle_message(self.now, granted);
+                result.map_err(|error| self.execution.fail(error.into()))?;
                 return Ok(Fate::HeldGrant);
             }
             // One of the held messages may be for this very input.
@@ -79,24 +80,26 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
     }
 
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
         let phase = self.execution.phase();
         if let DecodeError::Unexpected { message } = error {
-            return FederateError::Unexpected { message, phase }.into();
+            return self.execution.fail(FederateError::Unexpected { message, phase }.into());
         }
         let too_long = if N::INPUTS { too_long(bytes, error, &self.execution.engine) } else { None };
-        too_long.unwrap_or(RunError::Bytes { error, phase })
+        self.execution.fail(too_long.unwrap_or(RunError::Bytes { error, phase }))
     }
 }
 
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn handle(&mut self, message: Message<'_>) -> Result<Fate, RunError> {
+    fn handle(&mut self, message: Message<'_>) -> Result<Fate, Failed> {
+        let result = self.execution.machine.handle_message(self.now, message);
+        let event = result.map_err(|error| {
+            let error = if N::INPUTS { name_input(error, &self.execution.engine) } else { error.into() };
+            self.execution.fail(error)
+        })?;
         let Execution { machine, engine, awaited, .. } = &mut *self.execution;
-        match machine
-            .handle_message(self.now, message)
-            .map_err(|error| if N::INPUTS { name_input(error, engine) } else { error.into() })?
-        {
+        match event {
             Event::Message { .. } | Event::PortAbsent { .. } | Event::MessageAfterStop { .. } if !N::INPUTS => {}
             Event::Message { port, tag, payload } => {
                 self.deliver(InputId(port), tag, payload)?;
@@ -122,15 +125,18 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     }
 
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), RunError> {
+    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();
-        engine.deliver(&mut **program, input, tag, payload).map_err(|error| match error {
-            DeliverError::Late { input, tag, current } => {
-                let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
-                RunError::Late { input, tag, current }
-            }
-            error => error.into(),
+        let result = engine.deliver(&mut **program, input, tag, payload);
+        result.map_err(|error| {
+            self.execution.fail(match error {
+                DeliverError::Late { input, tag, current } => {
+                    let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
+                    RunError::Late { input, tag, current }
+                }
+                error => error.into(),
+            })
         })
     }
 }

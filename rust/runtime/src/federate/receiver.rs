@@ -14,6 +14,7 @@ use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
 use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode, destination_in_header};
 
+use super::execution::Failed;
 use super::held::Held;
 use crate::connection::Connection;
 use crate::error::RunError;
@@ -46,10 +47,10 @@ pub(super) trait Policy {
     ///
     /// # Errors
     /// When it must not come.
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError>;
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed>;
 
     /// What is wrong when these bytes are no message.
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError;
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed;
 }
 
 /// A connection, of which the messages that have come are looked at one by one.
@@ -78,7 +79,7 @@ impl<'s> Receiver<'s> {
     ///
     /// # Errors
     /// As the policy says.
-    pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, RunError> {
+    pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, Failed> {
         let held = if P::HOLDS { self.held.bytes } else { 0 };
         let next = self.connection.input.next_expected(held, &self.limits, P::expects);
         let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
@@ -162,7 +163,7 @@ mod tests {
     }
 
     impl Policy for Inputs {
-        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
             self.looks += 1;
             let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Fate::TakenForAll) };
             let room = &mut self.room[usize::from(port)];
@@ -174,7 +175,7 @@ mod tests {
             Ok(Fate::Taken)
         }
 
-        fn refuse(&self, _: &[u8], error: DecodeError) -> RunError {
+        fn refuse(&mut self, _: &[u8], error: DecodeError) -> Failed {
             panic!("{error}")
         }
     }
