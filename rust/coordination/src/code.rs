@@ -59,6 +59,12 @@ impl<'a> Writer<'a> {
         self.digits(number);
     }
 
+    /// A number of 32 bits, which most are.
+    #[inline(never)]
+    pub fn small(&mut self, number: u32) {
+        self.number(number.into());
+    }
+
     /// A text. Quotation marks in it, which names of a program do not have, would end it; a code is ASCII.
     #[inline(never)]
     pub fn text(&mut self, text: &str) {
@@ -136,7 +142,7 @@ macro_rules! coded {
                 fn encode(&self, to: &mut $crate::code::Writer<'_>) {
                     match self {
                         $(Self::$variant $(($($place),*))? $({$($field),*})? => {
-                            to.number(Kind::$variant as u64);
+                            to.small(Kind::$variant as u32);
                             $($($crate::code::Encode::encode($place, to);)*)?
                             $($($crate::code::Encode::encode($field, to);)*)?
                         })*
@@ -158,13 +164,13 @@ macro_rules! coded {
     };
 }
 
-/// What is one number.
+/// What is one number: with the method that writes it.
 macro_rules! numbers {
-    ($($type:ty: $value:ident => $number:expr, $from:ident => $made:expr;)*) => {$(
+    ($($type:ty: $write:ident $value:ident => $number:expr, $from:ident => $made:expr;)*) => {$(
         impl Encode for $type {
             fn encode(&self, to: &mut Writer<'_>) {
                 let $value = *self;
-                to.number($number);
+                to.$write($number);
             }
         }
         impl Decode for $type {
@@ -177,23 +183,23 @@ macro_rules! numbers {
 }
 
 numbers! {
-    bool: value => u64::from(value), number => Some(number != 0);
-    u8: value => u64::from(value), number => Self::try_from(number).ok();
-    u16: value => u64::from(value), number => Self::try_from(number).ok();
-    u32: value => u64::from(value), number => Self::try_from(number).ok();
-    u64: value => value, number => Some(number);
-    usize: value => value as u64, number => Self::try_from(number).ok();
-    i32: value => i64::from(value).cast_unsigned(), number => Self::try_from(number.cast_signed()).ok();
-    i64: value => value.cast_unsigned(), number => Some(number.cast_signed());
-    Instant: value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
-    Interval: value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
-    Duration: value => Interval::from_duration(value).0.cast_unsigned(),
+    bool: small value => value.into(), number => Some(number != 0);
+    u8: small value => value.into(), number => Self::try_from(number).ok();
+    u16: small value => value.into(), number => Self::try_from(number).ok();
+    u32: small value => value, number => Self::try_from(number).ok();
+    u64: number value => value, number => Some(number);
+    usize: number value => value as u64, number => Self::try_from(number).ok();
+    i32: number value => i64::from(value).cast_unsigned(), number => Self::try_from(number.cast_signed()).ok();
+    i64: number value => value.cast_unsigned(), number => Some(number.cast_signed());
+    Instant: number value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
+    Interval: number value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
+    Duration: number value => Interval::from_duration(value).0.cast_unsigned(),
         number => Some(Self::from_nanos(number));
-    FederateId: value => u64::from(value.0), number => u16::try_from(number).ok().map(Self);
-    Times: value => u64::from(value.0), number => u32::try_from(number).ok().map(Self);
-    RejectCode: value => u64::from(value.byte()), number => u8::try_from(number).ok().map(Self::from_byte);
-    MessageType: value => u64::from(value.byte()), number => Self::from_byte(u8::try_from(number).ok()?);
-    Ipv4Addr: value => u64::from(value.to_bits()), number => u32::try_from(number).ok().map(Self::from_bits);
+    FederateId: small value => value.0.into(), number => u16::try_from(number).ok().map(Self);
+    Times: small value => value.0, number => u32::try_from(number).ok().map(Self);
+    RejectCode: small value => value.byte().into(), number => u8::try_from(number).ok().map(Self::from_byte);
+    MessageType: small value => value.byte().into(), number => Self::from_byte(u8::try_from(number).ok()?);
+    Ipv4Addr: small value => value.to_bits(), number => u32::try_from(number).ok().map(Self::from_bits);
 }
 
 /// What is made of several values.
@@ -267,7 +273,7 @@ impl Decode for &[u8] {
 
 impl<T: Encode> Encode for Option<T> {
     fn encode(&self, to: &mut Writer<'_>) {
-        to.number(u64::from(self.is_some()));
+        to.small(self.is_some().into());
         if let Some(value) = self {
             value.encode(to);
         }
@@ -295,6 +301,7 @@ coded!(DeliverError {
 coded!(DecodeError {
     UnknownType { found }, OverLimit { message, field, offset, found, limit },
     Negative { message, field, offset, found }, LargerThanBuffer { message, needed, capacity },
+    Unexpected { message },
 });
 
 coded!(Phase {

@@ -8,6 +8,8 @@ use lf_runtime::{
     Coordination, Description, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_federate, run_unfederated,
 };
 
+pub use lf_runtime::{Federation, Needs};
+
 use crate::cell::{Once, Place};
 
 /// Runs a program of generated code, named by its module and type, in static memory: on this platform, with a function
@@ -20,7 +22,19 @@ macro_rules! run {
         const SIZES: $crate::federate::Sizes = $crate::federate::Sizes::of(&$module::DESCRIPTION, $least);
         static MEMORY: $crate::federate::Memory<$module::$program, $module::Storage, $crate::buffers_of!(SIZES)> =
             $crate::federate::Memory::new();
-        MEMORY.run($platform, &$module::DESCRIPTION, $join, $module::$program::new)
+        const PART: &$crate::federate::Federation = $module::DESCRIPTION.part();
+        #[derive(Clone, Copy, Debug)]
+        struct Needs;
+        impl $crate::federate::Needs for Needs {
+            const INPUTS: bool = PART.has_inputs();
+            const CYCLES: bool = PART.cycles || !PART.awaited.is_empty();
+            const AUTHENTICATION: bool = PART.authentication.is_some();
+            const PEERS: bool = !PART.peers_out.is_empty();
+            const PHYSICAL: bool = PART.physical_delay.is_some();
+            const BUFFER_CHECK: bool = false;
+            const WAITS: bool = PART.log_waits.is_some();
+        }
+        MEMORY.run::<Needs>($platform, &$module::DESCRIPTION, $join, $module::$program::new)
     }};
 }
 
@@ -60,11 +74,11 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
 
     /// Runs the program in this memory, from its start to its end.
     ///
-    /// A federate joins the federation that `join` says, or that of its description if that names none.
+    /// What the program does not need by `N` is not linked. A federate joins the federation that `join` says, or that of its description if that names none.
     ///
     /// # Errors
     /// Why it ended early.
-    pub fn run(
+    pub fn run<N: Needs>(
         &'static self,
         platform: &mut impl Platform,
         description: &'static Description,
@@ -83,7 +97,15 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         description.check_key(join.federation_id);
         // The engine is large, and is made where it stays.
         let ended = parts.buffers.lend(|buffers, known| {
-            run_federate(platform, program, Engine::new(tables, storage, settings), federation, &join, buffers, known)
+            run_federate::<_, N>(
+                platform,
+                program,
+                Engine::new(tables, storage, settings),
+                federation,
+                &join,
+                buffers,
+                known,
+            )
         });
         ended.map_err(ImageError::Run)
     }

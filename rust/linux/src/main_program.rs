@@ -9,7 +9,7 @@ use std::{fmt, io};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::{
-    Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
+    All, Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
 };
 
 use crate::arguments::{Arguments, Invocation, usage};
@@ -117,7 +117,7 @@ fn run(
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let join = Join { federation_id: federation_id.as_bytes(), rti };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
-    run_federate(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
+    run_federate::<_, All>(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
 }
 
 /// Where the RTI listens: as the command line says, else as the program does.

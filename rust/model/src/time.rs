@@ -3,6 +3,7 @@
 //!
 //! Reaction bodies see durations as [`core::time::Duration`], LF's `time`; everything inside the model, on the wire
 //! and in the plan counts in signed 64-bit nanoseconds, and saturates at both ends instead of wrapping.
+use core::cmp::Ordering;
 use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
 use core::time::Duration;
@@ -176,7 +177,7 @@ impl fmt::Display for Microstep {
 }
 
 /// A point in superdense time: an instant and a microstep, ordered by the instant first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Tag {
     /// The instant.
     pub time: Instant,
@@ -258,6 +259,19 @@ impl Tag {
             None => self,
             Some(interval) => self.after(interval),
         }
+    }
+}
+
+impl Ord for Tag {
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.time.cmp(&other.time).then(self.microstep.cmp(&other.microstep))
+    }
+}
+
+impl PartialOrd for Tag {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
     }
 }
 

@@ -55,6 +55,14 @@ impl Description {
         }
     }
 
+    /// Its part in the federation; one without anything for an unfederated program.
+    pub const fn part(&self) -> &Federation {
+        match &self.federation {
+            Some(federation) => federation,
+            None => &Federation::DEFAULT,
+        }
+    }
+
     /// Warns when the program authenticates with a key that others can guess: the federation id is the key, and where
     /// nobody has chosen one it is the name of the program, or what the stock RTI has.
     pub fn check_key(&self, federation_id: &[u8]) {
@@ -91,6 +99,9 @@ pub struct Federation {
     /// The inputs from federates in the same cycle without delay, and with decentralized coordination all that are not
     /// physical: reactions wait until it is known what comes there.
     pub awaited: &'static [AwaitedInput],
+    /// Whether some federates, be it others, are in a cycle without delay, so that the RTI may grant tags
+    /// provisionally.
+    pub cycles: bool,
     /// The federates from which this one has physical connections, and with decentralized coordination any connections,
     /// in order of id.
     pub peers_in: &'static [u16],
@@ -132,6 +143,7 @@ impl Federation {
         upstream: &[],
         downstream: &[],
         awaited: &[],
+        cycles: false,
         peers_in: &[],
         peers_out: &[],
         clock_sync: ClockSync::Off,
@@ -145,6 +157,11 @@ impl Federation {
         peer_input_bytes: 0,
         peer_output_bytes: 0,
     };
+
+    /// Whether other federates send to it.
+    pub const fn has_inputs(&self) -> bool {
+        !self.upstream.is_empty() || !self.peers_in.is_empty()
+    }
 
     /// The same with the smallest buffers that carry the payloads of these tables: past the RTI go those of physical
     /// connections, and with decentralized coordination all.

@@ -34,7 +34,7 @@ pub use federate::{Buffers, FederateLoop, Inbound, Join, Outbound, Reason, run_f
 pub use image::{ImageError, RtiError, SettingsError};
 pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::code::PREFIX as CODE_PREFIX;
-pub use lf_coordination::federate::{AwaitedInput, ClockSync, Coordination};
+pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, Needs};
 pub use lf_wire::DELAY_NONE;
 pub use remark::{Code, ConnectionRemark, PeerRemark, Remark, TEXTS, Tell, explain, tell};
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};

@@ -8,7 +8,7 @@ use std::net::SocketAddrV4;
 
 use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
-use lf_runtime::{Buffers, Join, RunError, run_federate, run_unfederated};
+use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
 use lf_testkit::network::address_of;
 use support::federation::{Edge, PORT, Plan, RTI, federation_of};
 use support::network::Conditions;
@@ -90,7 +90,8 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
         let (mut input, mut output) = (vec![0; input_bytes], vec![0; output_bytes]);
         let join = Join { federation_id: b"virtual", rti: SocketAddrV4::new(address_of(RTI), PORT) };
         let buffers = Buffers::new(&mut input, &mut output);
-        let error = run_federate(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []).unwrap_err();
+        let error =
+            run_federate::<_, All>(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []).unwrap_err();
         assert!(matches!(error, RunError::BufferTooSmall { buffer, .. } if buffer == which), "{error:?}");
     }
 }

@@ -85,6 +85,7 @@ impl<'b> Writer<'b> {
         Ok(Self { bytes, at: 0 })
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(crate) fn put(&mut self, field: &[u8]) {
         let end = self.at.saturating_add(field.len());
         if let Some(place) = self.bytes.get_mut(self.at..end) {

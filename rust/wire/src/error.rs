@@ -38,6 +38,11 @@ pub enum DecodeError {
         /// The count found there.
         found: i32,
     },
+    /// The message is of a type that the owner does not expect.
+    Unexpected {
+        /// Type of the message.
+        message: MessageType,
+    },
     /// The message is within the limits, but can never be whole in this buffer. The owner's limits and the capacity
     /// of its buffer contradict each other.
     LargerThanBuffer {
@@ -63,6 +68,7 @@ impl fmt::Display for DecodeError {
             Self::Negative { message, field, offset, found } => {
                 write!(f, "{message}: {field} at offset {offset} is {found}, but cannot be negative")
             }
+            Self::Unexpected { message } => write!(f, "{message}: is not expected here"),
             Self::LargerThanBuffer { message, needed, capacity } => {
                 let message = message.map_or("any message", MessageType::name);
                 write!(f, "{message}: has {needed} bytes or more, but the receive buffer holds {capacity}")

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in and out of the stream buffers.
 
-use crate::dialect::PayloadHeader;
-use crate::{
-    DecodeError, Decoded, EncodeError, InBuffer, Limits, Message, MessageType, OutBuffer, PushError, Tag, decode,
-};
+use crate::dialect::{PayloadHeader, decode_expected};
+use crate::{DecodeError, Decoded, EncodeError, InBuffer, Limits, Message, MessageType, OutBuffer, PushError, Tag};
 
 impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
     /// The message at the front and its length in bytes, or `None` if it is not whole yet. It stays there until the
@@ -14,9 +12,23 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> InBuffer<B> {
     /// [`DecodeError`] if the bytes at the front cannot become a message within `limits`, or not in this buffer. They
     /// stay there.
     pub fn next(&self, limits: &Limits) -> Result<Option<(Message<'_>, usize)>, DecodeError> {
-        match decode(self.bytes(), limits)? {
+        self.next_expected(0, limits, |_| true)
+    }
+
+    /// As [`next`](Self::next), but behind the first `held` bytes; a message with more than a tag or a time only if its
+    /// type is expected.
+    ///
+    /// # Errors
+    /// As [`next`](Self::next); and [`DecodeError::Unexpected`].
+    pub fn next_expected(
+        &self,
+        held: usize,
+        limits: &Limits,
+        expects: impl Fn(MessageType) -> bool,
+    ) -> Result<Option<(Message<'_>, usize)>, DecodeError> {
+        match decode_expected(self.bytes().get(held..).unwrap_or_default(), limits, expects)? {
             Decoded::Complete { message, len } => Ok(Some((message, len))),
-            Decoded::Incomplete { need, message_type } if need > self.capacity() => {
+            Decoded::Incomplete { need, message_type } if held == 0 && need > self.capacity() => {
                 Err(DecodeError::LargerThanBuffer { message: message_type, needed: need, capacity: self.capacity() })
             }
             Decoded::Incomplete { .. } => Ok(None),

@@ -8,6 +8,7 @@
 use lf_model::time::Tag;
 
 use super::machine::Federate;
+use super::needs::Needs;
 
 /// With centralized coordination, an input from a federate in a cycle without delay: the same as this one's, or any
 /// where this one is in none, because the stock RTI grants tags provisionally to all federates upstream of a cycle.
@@ -64,7 +65,7 @@ impl<'a> Awaited<'a> {
     }
 
     /// Reactions of the federate's current tag may run that have a lower level than this; `None`: all of them may.
-    pub fn max_level(&self, federate: &Federate<'_>) -> Option<u16> {
+    pub fn max_level(&self, federate: &Federate<'_, impl Needs>) -> Option<u16> {
         let current = federate.current();
         if federate.knows_all_inputs() {
             return None;

@@ -9,6 +9,7 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::Message;
 
 use super::config::{ClockSync, Config};
+use super::needs::Needs;
 use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker};
 
 /// What a datagram led to.
@@ -93,7 +94,7 @@ impl Clock {
     /// A datagram has come; `now` is the time right after it was read.
     pub(super) fn handle_datagram(
         &mut self,
-        config: &Config<'_>,
+        config: &Config<'_, impl Needs>,
         now: Instant,
         from: SocketAddrV4,
         datagram: &[u8],

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a federate is told about itself and the federation.
 
+use core::marker::PhantomData;
 use core::net::Ipv4Addr;
 
 use lf_model::time::Interval;
 use lf_wire::FEDERATION_ID_BYTES_MAX;
 
 use super::error::ConfigError;
+use super::needs::{All, Needs};
 use crate::FederateId;
 use crate::auth::Answer;
 
@@ -63,7 +65,7 @@ pub enum Coordination {
 
 /// What a federate is told about itself and the federation. See [`Config::new`] for the defaults.
 #[derive(Clone, Copy, Debug)]
-pub struct Config<'a> {
+pub struct Config<'a, N = All> {
     /// This federate's id.
     pub id: FederateId,
     /// The federation's id; at most 255 bytes.
@@ -99,11 +101,20 @@ pub struct Config<'a> {
     pub connect_time_out: Interval,
     /// How long to wait for the next message of the initial clock synchronization.
     pub clock_sync_time_out: Interval,
+    /// What the program needs.
+    pub needs: PhantomData<N>,
 }
 
 impl<'a> Config<'a> {
     /// A federate without neighbors, with the initial clock synchronization and the stock programs' times.
     pub const fn new(id: FederateId, federation_id: &'a [u8]) -> Self {
+        Self::with_needs(id, federation_id)
+    }
+}
+
+impl<'a, N: Needs> Config<'a, N> {
+    /// The same for a program with these needs.
+    pub const fn with_needs(id: FederateId, federation_id: &'a [u8]) -> Self {
         Self {
             id,
             federation_id,
@@ -121,7 +132,18 @@ impl<'a> Config<'a> {
             advance_interval: ADVANCE_INTERVAL,
             connect_time_out: CONNECT_TIME_OUT,
             clock_sync_time_out: CLOCK_SYNC_TIME_OUT,
+            needs: PhantomData,
         }
+    }
+
+    /// The federates to which this one sends directly.
+    pub(super) fn peers(&self) -> &'a [u16] {
+        if N::PEERS { self.peers } else { &[] }
+    }
+
+    /// How this federate authenticates, if it does.
+    pub(super) fn answer(&self) -> Option<Answer> {
+        if N::AUTHENTICATION { self.authentication } else { None }
     }
 
     /// Whether a federate can work with this.

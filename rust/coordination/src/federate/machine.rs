@@ -13,6 +13,7 @@ use super::clock_sync::{Clock, Received};
 use super::config::{Config, Coordination};
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
+use super::needs::{All, Needs};
 use super::pace::Pace;
 use super::phase::Phase;
 use super::physical::PhysicalActions;
@@ -25,22 +26,22 @@ use crate::{Deadline, FederateId};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
-pub struct Federate<'a> {
-    pub(super) config: Config<'a>,
+pub struct Federate<'a, N: Needs = All> {
+    pub(super) config: Config<'a, N>,
     pub(super) session: Session,
     pub(super) clock: Clock,
-    pub(super) tags: Tags,
+    pub(super) tags: Tags<N>,
     physical: PhysicalActions,
     pace: Pace,
     pub(super) stop: Stop,
 }
 
-impl<'a> Federate<'a> {
+impl<'a, N: Needs> Federate<'a, N> {
     /// A federate that has not connected.
     ///
     /// # Errors
     /// When no federate can work with this configuration.
-    pub fn new(config: Config<'a>) -> Result<Self, ConfigError> {
+    pub fn new(config: Config<'a, N>) -> Result<Self, ConfigError> {
         config.check()?;
         // Where nothing is granted, the RTI hears of no tags.
         let is_centralized = config.coordination == Coordination::Centralized;
@@ -102,8 +103,12 @@ impl<'a> Federate<'a> {
         let is_decentralized = self.config.coordination == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
         Ok(match message {
-            Message::TaggedMessage { .. } | Message::PortAbsent { .. } if is_decentralized => return unexpected,
+            Message::TaggedMessage { .. } | Message::PortAbsent { .. } if !N::INPUTS || is_decentralized => {
+                return unexpected;
+            }
+            Message::ProvisionalTagGrant(_) if !N::CYCLES => return unexpected,
             // A grant says nothing to a federate that does not wait for any.
+            Message::TagGrant(_) if !N::INPUTS && !N::CYCLES => Event::None,
             Message::TagGrant(_) | Message::ProvisionalTagGrant(_) | Message::DownstreamNextEventTag(_)
                 if is_decentralized =>
             {
@@ -293,7 +298,8 @@ impl<'a> Federate<'a> {
     fn announce(&mut self, now: Instant) {
         let (physical, clock) = (&self.physical, self.clock.correction());
         let renewal = |tag: Tag| physical.renewal(clock, now, tag.time);
-        self.tags.announce(now, physical.earliest_output(clock, now), renewal);
+        let earliest = if N::PHYSICAL { physical.earliest_output(clock, now) } else { None };
+        self.tags.announce(now, earliest, renewal);
     }
 
     /// The event loop begins this tag.
@@ -302,14 +308,14 @@ impl<'a> Federate<'a> {
     /// When the tag is not later than the last, or has not been granted. This federate has then failed, for what it
     /// does at such a tag could be wrong.
     pub fn begin(&mut self, tag: Tag) -> Result<(), FederateError> {
-        let (name, current) = (self.tags.relative(tag), self.tags.relative(self.tags.current()));
-        let result = if tag <= self.tags.current() {
-            Err(FederateError::NotLater { tag: name, current })
+        let (relative, current) = (|tag| self.tags.relative(tag), self.tags.current());
+        let result = if tag <= current {
+            Err(FederateError::NotLater { tag: relative(tag), current: relative(current) })
         } else if self.may_advance(tag) {
             self.tags.begin(tag);
             Ok(())
         } else {
-            Err(FederateError::NotGranted { tag: name })
+            Err(FederateError::NotGranted { tag: relative(tag) })
         };
         self.heed(result)
     }
@@ -322,7 +328,7 @@ impl<'a> Federate<'a> {
     pub fn complete(&mut self, had_network_input: bool) {
         if self.phase() == Phase::Running {
             self.pace.completed();
-            self.tags.complete(had_network_input && self.config.coordination == Coordination::Centralized);
+            self.tags.complete(N::INPUTS && had_network_input && self.config.coordination == Coordination::Centralized);
         }
     }
 

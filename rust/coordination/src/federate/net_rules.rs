@@ -24,11 +24,15 @@
 //!
 //! One NET at most is due. A later one replaces it, for it says all that the earlier one said.
 
+use core::marker::PhantomData;
+
 use lf_model::time::Tag;
+
+use super::needs::Needs;
 
 /// What has been granted, asked for and told.
 #[derive(Clone, Debug)]
-pub(super) struct NetRules {
+pub(super) struct NetRules<N> {
     has_upstream: bool,
     has_downstream: bool,
     /// The last TAG.
@@ -48,9 +52,10 @@ pub(super) struct NetRules {
     untold: Option<Tag>,
     /// The NET that was left out since.
     skipped: Option<Tag>,
+    needs: PhantomData<N>,
 }
 
-impl NetRules {
+impl<N: Needs> NetRules<N> {
     pub(super) const fn new(has_upstream: bool, has_downstream: bool) -> Self {
         Self {
             has_upstream,
@@ -64,7 +69,13 @@ impl NetRules {
             current: Tag::NEVER,
             untold: None,
             skipped: None,
+            needs: PhantomData,
         }
+    }
+
+    /// Whether grants matter.
+    fn has_upstream(&self) -> bool {
+        N::INPUTS && self.has_upstream
     }
 
     pub(super) fn granted(&self) -> Tag {
@@ -73,7 +84,7 @@ impl NetRules {
 
     /// Whether the RTI allows this tag. A federate to which nobody sends needs no grant.
     pub(super) fn allows(&self, tag: Tag) -> bool {
-        !self.has_upstream || tag <= self.granted
+        !self.has_upstream() || tag <= self.granted
     }
 
     /// A grant; returns whether it is later than the last.
@@ -113,19 +124,19 @@ impl NetRules {
 
     /// The next event is at `tag`.
     pub(super) fn next_event(&mut self, tag: Tag) {
-        let needed = if tag <= self.granted {
+        let needed = if (N::INPUTS || N::CYCLES) && tag <= self.granted {
             // This federate needs no further grant; those downstream may need its NET, if they have not had one that
             // is later than what they asked for.
             !self.any_dnet || self.dnet == Tag::NEVER || (self.dnet < tag && self.dnet >= self.sent)
         } else {
-            self.dnet < tag || self.has_upstream
+            self.dnet < tag || self.has_upstream()
         };
         self.announce(tag, needed || self.untold.is_some());
     }
 
     /// Before `bound` this federate will do nothing, but a physical action may come then, before its next event.
     pub(super) fn bounded(&mut self, bound: Tag) {
-        let needed = self.dnet < bound || (self.has_upstream && self.granted < bound);
+        let needed = self.dnet < bound || (self.has_upstream() && self.granted < bound);
         self.announce(bound, needed || self.untold.is_some());
     }
 
@@ -169,7 +180,7 @@ impl NetRules {
     }
 
     fn announce(&mut self, tag: Tag, needed: bool) {
-        if !(self.has_upstream || self.has_downstream) {
+        if !(self.has_upstream() || self.has_downstream) {
             // Nobody waits for a federate without neighbors, and it waits for nobody.
             return;
         }

@@ -11,6 +11,7 @@ use lf_wire::{
 };
 
 use super::config::{ClockSync, Config, Coordination};
+use super::needs::Needs;
 use crate::FederateId;
 use crate::auth::{Nonce, Proof};
 
@@ -37,12 +38,14 @@ pub(super) struct Outbox {
 
 impl Outbox {
     /// The next message, without taking it out.
-    pub(super) fn next<'a>(&self, config: &Config<'a>) -> Option<Message<'a>> {
-        if let Some(nonce) = self.fed_nonce {
-            return Some(Message::FedNonce { federate: config.id.0, nonce });
-        }
-        if let Some(hmac) = self.fed_response {
-            return Some(Message::FedResponse { hmac });
+    pub(super) fn next<'a, N: Needs>(&self, config: &Config<'a, N>) -> Option<Message<'a>> {
+        if N::AUTHENTICATION {
+            if let Some(nonce) = self.fed_nonce {
+                return Some(Message::FedNonce { federate: config.id.0, nonce });
+            }
+            if let Some(hmac) = self.fed_response {
+                return Some(Message::FedResponse { hmac });
+            }
         }
         if self.fed_ids {
             return Some(Message::FedIds { federate: config.id.0, federation_id: config.federation_id });

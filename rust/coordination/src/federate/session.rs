@@ -10,6 +10,7 @@ use super::clock_sync::Clock;
 use super::config::{ClockSync, Config, Coordination};
 use super::error::FederateError;
 use super::event::{Disconnected, Event};
+use super::needs::Needs;
 use super::outbox::Outbox;
 use super::peers::{Address, Meeting};
 use super::phase::Phase;
@@ -50,12 +51,12 @@ impl Session {
     }
 
     /// The place of the federate to which a connection is to be made next.
-    pub(super) fn next_peer_index(&self, config: &Config<'_>) -> Option<usize> {
-        self.meeting.next_index(config.peers)
+    pub(super) fn next_peer_index(&self, config: &Config<'_, impl Needs>) -> Option<usize> {
+        self.meeting.next_index(config.peers())
     }
 
     /// The message that is due.
-    pub(super) fn due<'a>(&self, config: &Config<'a>) -> Option<Message<'a>> {
+    pub(super) fn due<'a>(&self, config: &Config<'a, impl Needs>) -> Option<Message<'a>> {
         self.outbox.next(config)
     }
 
@@ -68,12 +69,12 @@ impl Session {
     }
 
     /// The connection to the RTI is there. Ignored when the RTI has accepted this federate before.
-    pub(super) fn handle_connected(&mut self, config: &Config<'_>, now: Instant, nonce: Nonce) {
+    pub(super) fn handle_connected(&mut self, config: &Config<'_, impl Needs>, now: Instant, nonce: Nonce) {
         if !matches!(self.phase, Phase::Disconnected | Phase::Authenticating | Phase::Introducing) {
             return;
         }
         self.outbox.clear();
-        if config.authentication.is_some() {
+        if config.answer().is_some() {
             self.phase = Phase::Authenticating;
             self.nonce = nonce;
             self.outbox.fed_nonce = Some(nonce);
@@ -106,7 +107,7 @@ impl Session {
     /// A message before the start.
     pub(super) fn handle_message<'m>(
         &mut self,
-        config: &Config<'_>,
+        config: &Config<'_, impl Needs>,
         clock: &mut Clock,
         now: Instant,
         message: &Message<'m>,
@@ -121,7 +122,9 @@ impl Session {
             (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
             // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
             (_, Message::Reject(code)) => Err(FederateError::Rejected(code)),
-            (Phase::Authenticating, Message::RtiResponse { nonce, hmac }) if self.outbox.fed_nonce.is_none() => {
+            (Phase::Authenticating, Message::RtiResponse { nonce, hmac })
+                if config.answer().is_some() && self.outbox.fed_nonce.is_none() =>
+            {
                 self.authenticate(config, nonce, hmac).map(|()| Event::None)
             }
             (Phase::Introducing, Message::Ack) if !self.outbox.fed_ids => {
@@ -152,7 +155,7 @@ impl Session {
     /// The RTI has kept this federate waiting beyond [`Session::poll_timeout`].
     pub(super) fn handle_timeout(
         &mut self,
-        config: &Config<'_>,
+        config: &Config<'_, impl Needs>,
         clock: &mut Clock,
         now: Instant,
     ) -> Result<Event<'static>, FederateError> {
@@ -176,16 +179,21 @@ impl Session {
     }
 
     /// The RTI has answered this federate's nonce. A right answer is repaid in kind, and the introduction follows.
-    fn authenticate(&mut self, config: &Config<'_>, nonce: Nonce, proof: Proof) -> Result<(), FederateError> {
+    fn authenticate(
+        &mut self,
+        config: &Config<'_, impl Needs>,
+        nonce: Nonce,
+        proof: Proof,
+    ) -> Result<(), FederateError> {
         let (key, id) = (config.federation_id, config.id.0);
-        let response = config.authentication.and_then(|answer| answer(key, id, self.nonce, &proof, nonce));
+        let response = config.answer().and_then(|answer| answer(key, id, self.nonce, &proof, nonce));
         self.outbox.fed_response = Some(response.ok_or(FederateError::RtiNotAuthentic)?);
         self.outbox.fed_ids = true;
         self.phase = Phase::Introducing;
         Ok(())
     }
 
-    fn accepted(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+    fn accepted(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.neighbor_structure = true;
         self.outbox.udp_port = true;
         match config.clock_sync {
@@ -197,12 +205,18 @@ impl Session {
         }
     }
 
-    fn expect_clock_sync(&mut self, config: &Config<'_>, now: Instant) {
+    fn expect_clock_sync(&mut self, config: &Config<'_, impl Needs>, now: Instant) {
         self.patience = Deadline::At(now + config.clock_sync_time_out);
     }
 
     /// One exchange is complete, `seen` in all.
-    fn exchanged(&mut self, config: &Config<'_>, clock: &mut Clock, now: Instant, seen: u16) -> Event<'static> {
+    fn exchanged(
+        &mut self,
+        config: &Config<'_, impl Needs>,
+        clock: &mut Clock,
+        now: Instant,
+        seen: u16,
+    ) -> Event<'static> {
         match clock.initial.estimate() {
             Some(estimate) if seen >= config.clock_sync.trials() => self.synchronized(config, clock, now, estimate),
             _ => {
@@ -214,7 +228,7 @@ impl Session {
 
     fn synchronized(
         &mut self,
-        config: &Config<'_>,
+        config: &Config<'_, impl Needs>,
         clock: &mut Clock,
         now: Instant,
         estimate: Estimate,
@@ -226,7 +240,7 @@ impl Session {
 
     /// Tells the RTI where this federate is, connects to others, and then tells the RTI the time, by which it chooses
     /// the start time.
-    fn be_ready(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+    fn be_ready(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.outbox.t3 = false;
         // Where nothing is granted, nothing can be taken back.
         self.outbox.in_turn = config.coordination == Coordination::Centralized;
@@ -235,9 +249,9 @@ impl Session {
     }
 
     /// Asks for the next address, or goes on to the start barrier when all connections are there.
-    fn meet(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+    fn meet(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         self.patience = Deadline::Never;
-        let next = self.meeting.ask(config.peers);
+        let next = self.meeting.ask(config.peers());
         if next.is_some() {
             self.phase = Phase::Meeting;
             self.outbox.address_query = next;
@@ -247,8 +261,14 @@ impl Session {
         }
     }
 
-    fn handle_address(&mut self, config: &Config<'_>, now: Instant, port: i32, address: [u8; 4]) -> Event<'static> {
-        match self.meeting.handle_address(config.peers, now, port, address) {
+    fn handle_address(
+        &mut self,
+        config: &Config<'_, impl Needs>,
+        now: Instant,
+        port: i32,
+        address: [u8; 4],
+    ) -> Event<'static> {
+        match self.meeting.handle_address(config.peers(), now, port, address) {
             Address::Unasked => Event::None,
             Address::AskAgain(time) => {
                 self.patience = Deadline::At(time);
@@ -259,7 +279,7 @@ impl Session {
     }
 
     /// The federate of the last [`Event::PeerFound`] takes this one's messages.
-    pub(super) fn peer_connected(&mut self, config: &Config<'_>, clock: &Clock, now: Instant) {
+    pub(super) fn peer_connected(&mut self, config: &Config<'_, impl Needs>, clock: &Clock, now: Instant) {
         if self.phase == Phase::Meeting {
             self.meeting.connected();
             self.meet(config, clock, now);
@@ -267,9 +287,9 @@ impl Session {
     }
 
     /// The connection that [`Event::PeerFound`] asked for could not be made, or ended before it was accepted.
-    pub(super) fn peer_lost(&mut self, config: &Config<'_>, now: Instant) -> Result<(), FederateError> {
+    pub(super) fn peer_lost(&mut self, config: &Config<'_, impl Needs>, now: Instant) -> Result<(), FederateError> {
         if self.phase == Phase::Meeting {
-            let again = self.meeting.lost(config.peers, now);
+            let again = self.meeting.lost(config.peers(), now);
             self.patience = Deadline::At(again.map_err(|federate| FederateError::PeerUnreachable { federate })?);
         }
         Ok(())

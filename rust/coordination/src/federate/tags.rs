@@ -7,6 +7,7 @@
 
 use lf_model::time::{EventTag, Instant, Interval, Tag};
 
+use super::needs::Needs;
 use super::net_rules::NetRules;
 use crate::Deadline;
 
@@ -26,9 +27,9 @@ pub(super) enum Arrival {
 
 /// The state of tags of one federate.
 #[derive(Clone, Debug)]
-pub(super) struct Tags {
+pub(super) struct Tags<N> {
     start: Option<Instant>,
-    net: NetRules,
+    net: NetRules<N>,
     /// The last PTAG.
     provisional: Option<Tag>,
     /// The PTAG that this federate has not followed yet.
@@ -53,7 +54,7 @@ pub(super) struct Tags {
     silence: Deadline,
 }
 
-impl Tags {
+impl<N: Needs> Tags<N> {
     /// Nothing has been granted or begun. Whether there are federates that this one has to hear of, and that have to
     /// hear of it.
     pub(super) const fn new(has_upstream: bool, has_downstream: bool) -> Self {
@@ -91,7 +92,12 @@ impl Tags {
 
     /// The last PTAG, if nothing later has been granted.
     pub(super) fn granted_provisionally(&self) -> Option<Tag> {
-        self.provisional.filter(|tag| *tag > self.net.granted())
+        self.provisional().filter(|tag| *tag > self.net.granted())
+    }
+
+    /// The last PTAG.
+    fn provisional(&self) -> Option<Tag> {
+        if N::CYCLES { self.provisional } else { None }
     }
 
     /// The last tag begun.
@@ -101,7 +107,7 @@ impl Tags {
 
     /// The tag to which a PTAG calls, unless it has been begun.
     pub(super) fn summons(&self) -> Option<Tag> {
-        self.summons.filter(|tag| *tag > self.current)
+        if N::CYCLES { self.summons.filter(|tag| *tag > self.current) } else { None }
     }
 
     /// Whether it is known of all inputs what comes at the current tag.
@@ -111,7 +117,7 @@ impl Tags {
 
     /// Whether this tag may be begun, as far as grants are concerned.
     pub(super) fn allows(&self, tag: Tag) -> bool {
-        tag > self.current && (self.net.allows(tag) || self.provisional == Some(tag))
+        tag > self.current && (self.net.allows(tag) || self.provisional() == Some(tag))
     }
 
     /// The earliest tag at which this federate can still do something new: the start, as long as nothing has been
@@ -211,7 +217,7 @@ impl Tags {
         match physical.and_then(|earliest| self.physical_bound(earliest, tag)) {
             None => {
                 self.renewal = Deadline::Never;
-                if self.taken_back == Some(tag) {
+                if N::CYCLES && self.taken_back == Some(tag) {
                     // The RTI may remember what this federate would have confirmed at later tags.
                     self.taken_back = None;
                     self.confirm_tag(tag.before());
@@ -248,13 +254,13 @@ impl Tags {
     pub(super) fn begin(&mut self, tag: Tag) {
         self.current = tag;
         self.open = true;
-        self.confirm = self.provisional == Some(tag);
-        if self.summons != Some(tag) || self.next == Some(tag) {
+        self.confirm = self.provisional() == Some(tag);
+        if !N::CYCLES || self.summons != Some(tag) || self.next == Some(tag) {
             // What is next is told at once. But who is only called to a tag waits for its time to tell again, for a
             // bound that is told calls the whole cycle to its tag.
             self.renewal = Deadline::Never;
         }
-        self.summons = self.summons.filter(|summons| *summons > tag);
+        self.summons = self.summons();
         self.net.begun(tag);
         self.next = None;
     }
@@ -262,7 +268,7 @@ impl Tags {
     /// The open tag is complete. The RTI is told (LTC) if `had_input` says that a message was present, for it keeps
     /// account of those that are under way; and after a PTAG, for others may have to wait within the tag.
     pub(super) fn complete(&mut self, had_input: bool) {
-        if core::mem::take(&mut self.open) && (had_input || self.confirm) {
+        if core::mem::take(&mut self.open) && (had_input || N::CYCLES && self.confirm) {
             self.net.completed(self.current);
             self.confirm_tag(self.current);
         }

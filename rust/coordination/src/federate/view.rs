@@ -6,10 +6,11 @@ use lf_model::time::{Instant, Tag};
 use super::clock_sync::ClockSyncReport;
 use super::config::{ClockSync, Coordination};
 use super::machine::Federate;
+use super::needs::Needs;
 use crate::Deadline;
 use crate::clock_sync::ClockCorrection;
 
-impl Federate<'_> {
+impl<N: Needs> Federate<'_, N> {
     /// How tags are kept in order.
     pub fn coordination(&self) -> Coordination {
         self.config.coordination

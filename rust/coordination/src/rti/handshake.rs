@@ -81,6 +81,7 @@ impl Handshake<'_, '_> {
 
     /// Takes the message at the front of what a connection has to say, if it is the next one of the handshake. After
     /// [`Verdict::Closed`] the connection is to be closed.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn handle_input(
         &mut self,
         now: Instant,

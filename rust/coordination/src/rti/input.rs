@@ -87,6 +87,7 @@ impl Rti<'_> {
         }
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle_message(
         &mut self,
         now: Instant,

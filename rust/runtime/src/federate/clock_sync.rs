@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Clock synchronization of a federate over UDP. Before the start it is among the messages of the session.
 
-use lf_coordination::federate::{ClockSync, Federate};
+use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
@@ -30,7 +30,7 @@ impl ClockSyncPort {
     }
 
     /// Reads the datagrams that have come, a bounded number of them, and answers them.
-    pub(super) fn synchronize<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) {
+    pub(super) fn synchronize<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         if !P::DATAGRAMS {
             return;
         }
@@ -52,7 +52,7 @@ impl ClockSyncPort {
     }
 
     /// Ends clock synchronization, and says what it was good for.
-    pub(super) fn end<P: Platform>(&mut self, platform: &mut P, machine: &Federate<'_>) {
+    pub(super) fn end<P: Platform>(&mut self, platform: &mut P, machine: &Federate<'_, impl Needs>) {
         if !P::DATAGRAMS {
             return;
         }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What federates say to each other past the RTI: heard in time, and told of when it is too late.
 
-use lf_coordination::federate::{Federate, Phase};
+use lf_coordination::federate::{Needs, Phase};
 use lf_model::InputId;
 use lf_model::time::Instant;
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::from_peer::FromPeer;
 use super::late::Late;
 use super::peers::Peers;
@@ -41,10 +41,15 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Makes the connections to other federates, and takes those that come from them.
-    pub(super) fn meet<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> Result<(), RunError> {
+    pub(super) fn meet<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), Failed> {
         if !PEERS {
             return Ok(());
         }
+        let machine = &mut execution.machine;
         self.peers.welcome(platform, machine.phase() >= Phase::Running);
         self.peers.look_for_ends(platform);
         if machine.phase() != Phase::Meeting {
@@ -55,7 +60,7 @@ impl<'a, 's> Direct<'a, 's> {
             Some(Ok(())) => machine.peer_connected(platform.now()),
             Some(Err((federate, fault))) => {
                 log::debug!("federate {federate} {fault}");
-                machine.peer_lost(platform.now()).map_err(|_| RunError::Peer { federate, fault })?;
+                machine.peer_lost(platform.now()).map_err(|_| execution.fail(RunError::Peer { federate, fault }))?;
             }
         }
         Ok(())
@@ -65,8 +70,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
-    ) -> Result<(), RunError> {
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), Failed> {
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
                 inbound.fill(platform);
@@ -79,8 +84,8 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn sweep<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
-    ) -> Result<bool, RunError> {
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<bool, Failed> {
         let mut any = false;
         if takes_messages(execution) {
             for inbound in self.peers.inbound() {
@@ -95,13 +100,17 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn take_held<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
-    ) -> Result<(), RunError> {
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), Failed> {
         if self.peers.take_stale() { self.take(platform, execution) } else { Ok(()) }
     }
 
     /// Takes what has come, as far as there is room for it; bounded by the sizes of the buffers.
-    fn take<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>) -> Result<(), RunError> {
+    fn take<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_, impl Needs>,
+    ) -> Result<(), Failed> {
         self.peers.take_stale();
         if !takes_messages(execution) {
             return Ok(());
@@ -131,7 +140,7 @@ impl<'a, 's> Direct<'a, 's> {
 
     /// Whether a federate whose receive buffer is full of messages without room would have to send word of another of
     /// its inputs, for which this one waits for ever: then which input holds the messages.
-    pub(super) fn starved(&mut self, execution: &Execution<'_, '_>) -> Option<InputId> {
+    pub(super) fn starved(&mut self, execution: &Execution<'_, '_, impl Needs>) -> Option<InputId> {
         self.peers.inbound().iter_mut().find_map(|inbound| {
             let (from, input) = (inbound.from?, inbound.receiver.choked()?);
             execution.starves_for(from.0).then_some(input)
@@ -143,7 +152,7 @@ impl<'a, 's> Direct<'a, 's> {
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
-        execution: &mut Execution<'_, '_>,
+        execution: &mut Execution<'_, '_, impl Needs>,
         hears: bool,
         until: Instant,
     ) -> bool {
@@ -157,8 +166,14 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Reads once what other federates send at their end. `true` while more can come, and there is time.
-    fn hear_out<P: Platform>(&mut self, platform: &mut P, execution: &mut Execution<'_, '_>, in_time: bool) -> bool {
-        if let Err(error) = self.sweep(platform, execution) {
+    fn hear_out<P: Platform>(
+        &mut self,
+        platform: &mut P,
+        execution: &mut Execution<'_, '_, impl Needs>,
+        in_time: bool,
+    ) -> bool {
+        let _ = self.sweep(platform, execution);
+        if let Some(error) = execution.failure.take() {
             tell(Level::Warn, &PeerRemark::LastMessages(error));
             return false;
         }
@@ -171,7 +186,7 @@ impl<'a, 's> Direct<'a, 's> {
     }
 
     /// Says how many messages have come too late, or nowhere.
-    pub(super) fn report_losses(&self, execution: &Execution<'_, '_>) {
+    pub(super) fn report_losses(&self, execution: &Execution<'_, '_, impl Needs>) {
         if !execution.is_decentralized() {
             return;
         }
@@ -187,7 +202,7 @@ impl<'a, 's> Direct<'a, 's> {
 }
 
 /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.
-fn takes_messages(execution: &Execution<'_, '_>) -> bool {
+fn takes_messages(execution: &Execution<'_, '_, impl Needs>) -> bool {
     match execution.phase() {
         Phase::Running => PEERS,
         Phase::Resigning | Phase::Ended => execution.is_decentralized(),

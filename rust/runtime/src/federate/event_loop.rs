@@ -6,13 +6,13 @@ use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::federate::{Awaited, Config, Disconnected, Event, Federate, Phase};
+use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
 use super::clock_sync::ClockSyncPort;
 use super::direct::Direct;
-use super::execution::{Advance, Execution};
+use super::execution::{Advance, Execution, Failed};
 use super::from_rti::FromRti;
 use super::memory::Buffers;
 use super::output::Output;
@@ -53,7 +53,7 @@ pub struct Join<'a> {
 ///
 /// # Errors
 /// Why it ended early. The RTI has been told, where that was possible.
-pub fn run_federate<'s, P: Platform>(
+pub fn run_federate<'s, P: Platform, N: Needs>(
     platform: &mut P,
     program: &mut dyn Program,
     engine: Engine<'s>,
@@ -62,7 +62,7 @@ pub fn run_federate<'s, P: Platform>(
     buffers: Buffers<'s>,
     known: &'s mut [Tag],
 ) -> Result<(), RunError> {
-    let mut federate = FederateLoop::new(platform, program, engine, federation, join, buffers, known);
+    let mut federate = FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known);
     // It is large, and stays where it is.
     let federate = federate.as_mut().map_err(|error| *error)?;
     loop {
@@ -75,10 +75,10 @@ pub fn run_federate<'s, P: Platform>(
 
 /// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
 /// alternation runs the federate, and may do something else in between.
-pub struct FederateLoop<'a, 's, P> {
+pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     platform: &'a mut P,
     federation: &'a Federation,
-    execution: Execution<'a, 's>,
+    execution: Execution<'a, 's, N>,
     session: Session<'s>,
     direct: Direct<'a, 's>,
     clock_sync: ClockSyncPort,
@@ -93,19 +93,19 @@ pub struct FederateLoop<'a, 's, P> {
 enum Stage {
     /// It takes part in the federation.
     Taking,
-    /// It says its last words, from this time on and for a limited time; then it ends with this result.
-    Leaving(Instant, Result<(), RunError>),
+    /// It says its last words, from this time on and for a limited time.
+    Leaving(Instant),
     /// It has ended.
-    Ended(Result<(), RunError>),
+    Ended,
 }
 
-impl<P> fmt::Debug for FederateLoop<'_, '_, P> {
+impl<P, N: Needs> fmt::Debug for FederateLoop<'_, '_, P, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("FederateLoop").field("stage", &self.stage).finish_non_exhaustive()
     }
 }
 
-impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
+impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// A federate that is to make its first connection. `known` is memory, one tag for each of
     /// [`Federation::awaited`].
     ///
@@ -121,7 +121,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         buffers: Buffers<'s>,
         known: &'s mut [Tag],
     ) -> Result<Self, RunError> {
-        buffers.check(engine.tables(), federation, join.federation_id)?;
+        if N::BUFFER_CHECK {
+            buffers.check(engine.tables(), federation, join.federation_id)?;
+        }
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -139,7 +141,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             listening,
             peers: federation.peers_out,
             advance_interval: federation.advance_interval,
-            ..Config::new(federation.id.into(), join.federation_id)
+            ..Config::with_needs(federation.id.into(), join.federation_id)
         };
         let machine = Federate::new(config)?;
         if federation.test_offset != Interval::ZERO {
@@ -154,7 +156,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
             federation,
             direct,
             clock_sync,
-            waiting: Waiting::default(),
+            waiting: Waiting::NONE,
             choked_since: None,
             stage: Stage::Taking,
         })
@@ -167,30 +169,23 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if let Stage::Taking = self.stage {
-            let result = match self.take_part() {
+            match self.take_part() {
                 Ok(Some(advance)) => return Turn::Wait(self.prepare_wait(advance)),
-                Ok(None) => Ok(()),
-                Err(error) => {
-                    self.execution.machine.fail();
-                    Err(error)
-                }
-            };
+                Ok(None) => {}
+                Err(Failed) => self.execution.machine.fail(),
+            }
             self.clock_sync.end(self.platform, &self.execution.machine);
             self.direct.peers.look_again();
-            self.stage = Stage::Leaving(self.platform.now(), result);
+            self.stage = Stage::Leaving(self.platform.now());
         }
-        if let Stage::Leaving(since, result) = &self.stage {
-            let (since, result) = (*since, *result);
-            if let Some(until) = self.leave(since, result.is_ok()) {
+        if let Stage::Leaving(since) = self.stage {
+            if let Some(until) = self.leave(since, self.execution.failure.is_none()) {
                 return Turn::Wait(until);
             }
             self.direct.report_losses(&self.execution);
-            self.stage = Stage::Ended(result);
+            self.stage = Stage::Ended;
         }
-        match &self.stage {
-            Stage::Ended(result) => Turn::Ended(*result),
-            Stage::Taking | Stage::Leaving(..) => unreachable!("both stages were left above"),
-        }
+        Turn::Ended(self.execution.failure.map_or(Ok(()), Err))
     }
 
     /// Waits until there may be something to do: a socket is ready, another thread has something for the program, or
@@ -220,22 +215,24 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// One turn of a federate that takes part in the federation. `None` when it has resigned.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn take_part(&mut self) -> Result<Option<Advance>, RunError> {
+    fn take_part(&mut self) -> Result<Option<Advance>, Failed> {
         self.clock_sync.synchronize(self.platform, &mut self.execution.machine);
         if self.platform.interrupted() {
-            return Err(RunError::Interrupted);
+            return Err(self.execution.fail(RunError::Interrupted));
         }
-        if self.session.establish(self.platform)? {
+        let made = self.session.establish(self.platform);
+        if made.map_err(|Failed| self.execution.fail(self.session.unreachable()))? {
             let mut nonce = Nonce::default();
-            if self.federation.authentication.is_some() {
-                self.platform.random(&mut nonce)?;
+            if N::AUTHENTICATION && self.federation.authentication.is_some() {
+                let filled = self.platform.random(&mut nonce);
+                filled.map_err(|error| self.execution.fail(error.into()))?;
             }
             let now = self.platform.now();
             self.execution.machine.handle_connected(now, nonce);
         }
         self.receive()?;
         self.handle_timeout()?;
-        self.direct.meet(self.platform, &mut self.execution.machine)?;
+        self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.execution)?;
         let advance = self.advance()?;
         self.transmit();
@@ -247,7 +244,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Reads what the RTI has sent and handles it, as far as there is room for it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn receive(&mut self) -> Result<(), RunError> {
+    fn receive(&mut self) -> Result<(), Failed> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
         let mut found = None;
@@ -265,7 +262,8 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         }
         if has_ended {
             // What is still held is of no use any more: nothing can be granted.
-            match self.execution.machine.handle_disconnected()? {
+            let disconnected = self.execution.machine.handle_disconnected();
+            match disconnected.map_err(|error| self.execution.fail(error.into()))? {
                 Disconnected::ConnectAgain => self.session.begin_anew(self.platform, NetError::Reset),
                 Disconnected::Ended => self.session.close(self.platform),
             }
@@ -273,20 +271,25 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         Ok(())
     }
 
-    fn handle_timeout(&mut self) -> Result<(), RunError> {
+    fn handle_timeout(&mut self) -> Result<(), Failed> {
         let (now, machine) = (self.platform.now(), &mut self.execution.machine);
-        if machine.poll_timeout().is_due(now)
-            && let Event::ClockCorrected(estimate) = machine.handle_timeout(now)?
-        {
-            log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
-            self.platform.set_correction(machine.clock());
+        if !machine.poll_timeout().is_due(now) {
+            return Ok(());
         }
-        Ok(())
+        match machine.handle_timeout(now) {
+            Ok(Event::ClockCorrected(estimate)) => {
+                log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
+                self.platform.set_correction(machine.clock());
+                Ok(())
+            }
+            Ok(_) => Ok(()),
+            Err(error) => Err(self.execution.fail(error.into())),
+        }
     }
 
     /// Runs the tags that are due and granted.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn advance(&mut self) -> Result<Advance, RunError> {
+    fn advance(&mut self) -> Result<Advance, Failed> {
         if self.execution.phase() != Phase::Running {
             return Ok(Advance::Until(Deadline::Never));
         }
@@ -308,7 +311,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Begins the next tag, if it may begin; else says what it waits for.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn begin_next(&mut self) -> Result<Option<Advance>, RunError> {
+    fn begin_next(&mut self) -> Result<Option<Advance>, Failed> {
         let outside = self.platform.outside();
         self.execution.collect(outside, self.direct.peers.can_receive());
         let is_decentralized = self.execution.is_decentralized();
@@ -330,7 +333,9 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         };
         if waits.is_none() {
             self.execution.begin(tag)?;
-            self.session.receiver.held.look_again();
+            if N::INPUTS {
+                self.session.receiver.held.look_again();
+            }
             self.direct.peers.look_again();
         }
         Ok(waits)
@@ -339,7 +344,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
     /// With decentralized coordination, what a tag waits for, if not all that comes before it is known or has been
     /// waited for. Before a time is taken to be over, all that has come is read, so that no message is late that was
     /// there in time.
-    fn waits_for_others(&mut self, now: Instant, tag: Tag) -> Result<Option<Advance>, RunError> {
+    fn waits_for_others(&mut self, now: Instant, tag: Tag) -> Result<Option<Advance>, Failed> {
         if !self.execution.machine.may_advance(tag) || self.direct.peers.awaits_rest_before(tag) {
             return Ok(Some(Advance::NotGranted));
         }
@@ -356,7 +361,7 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn level_limit(&mut self) -> Result<(Option<u16>, Advance), RunError> {
+    fn level_limit(&mut self) -> Result<(Option<u16>, Advance), Failed> {
         if !self.execution.is_decentralized() {
             return Ok((self.execution.max_level(), Advance::NotGranted));
         }
@@ -380,33 +385,40 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
 
     /// Ends with an error what would last for ever, because some queue is too small for what others send.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn check_stuck(&mut self, advance: Advance) -> Result<(), RunError> {
-        let (now, choked) = (self.platform.now(), self.session.receiver.choked());
+    fn check_stuck(&mut self, advance: Advance) -> Result<(), Failed> {
+        match self.stuck(advance) {
+            Some(error) => Err(self.execution.fail(error)),
+            None => Ok(()),
+        }
+    }
+
+    /// What would last for ever, if something does.
+    fn stuck(&mut self, advance: Advance) -> Option<RunError> {
+        let choked = if N::INPUTS { self.session.receiver.choked() } else { None };
+        let now = self.platform.now();
         let full = |input: InputId| RunError::InputFull { input: self.execution.name_of(input) };
         let is_full = advance == Advance::OutputFull;
         if advance == Advance::NotGranted && self.execution.is_decentralized() {
             if let Some(input) = self.direct.starved(&self.execution) {
-                return Err(full(input));
+                return Some(full(input));
             }
         } else if advance == Advance::NotGranted {
             if let Some(input) = choked {
-                return Err(full(input));
+                return Some(full(input));
             }
             if let Some(input) = self.execution.overfull(&self.session.receiver.held) {
-                return Err(RunError::TagFull { input: self.execution.name_of(input) });
+                return Some(RunError::TagFull { input: self.execution.name_of(input) });
             }
         }
         if let Some((federate, since)) = self.direct.peers.stuck().filter(|_| is_full)
             && now >= since + STUCK_TIME_OUT
         {
-            return Err(RunError::Peer { federate, fault: PeerFault::Stuck });
+            return Some(RunError::Peer { federate, fault: PeerFault::Stuck });
         }
         let choked = choked.filter(|_| is_full);
         self.choked_since = choked.and(self.choked_since.or(Some(now)));
-        match (choked, self.choked_since) {
-            (Some(input), Some(since)) if now >= since + STUCK_TIME_OUT => Err(full(input)),
-            _ => Ok(()),
-        }
+        let is_over = self.choked_since.is_some_and(|since| now >= since + STUCK_TIME_OUT);
+        choked.filter(|_| is_over).map(full)
     }
 
     /// Says what to wait for, and gives until when.
@@ -427,15 +439,20 @@ impl<'a, 's, P: Platform> FederateLoop<'a, 's, P> {
         let sockets = self.session.poll_timeout().min(self.direct.peers.poll_timeout(running));
         let (now, reason) = (self.platform.now(), self.reason(advance));
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
-        let report = self.waiting.note(now, reason, self.federation.log_waits, |tag| execution.local(tag), start);
+        let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);
         event.min(execution.machine.poll_timeout()).min(sockets).min(report)
+    }
+
+    /// After how long it is said what the running federate waits for, if at all.
+    fn log_waits(&self) -> Option<Interval> {
+        if N::WAITS { self.federation.log_waits } else { None }
     }
 
     /// What this federate waits for, if it is not just the time.
     fn reason(&self, advance: Advance) -> Option<Reason> {
         match self.execution.phase() {
             Phase::Running => {
-                self.federation.log_waits?;
+                self.log_waits()?;
                 reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
             }
             Phase::Disconnected => Some(Reason::Rti),

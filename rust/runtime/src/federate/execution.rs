@@ -7,7 +7,7 @@
 
 use core::fmt;
 
-use lf_coordination::federate::{Awaited, Coordination, Federate, Phase};
+use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, Env, InputId, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
@@ -31,6 +31,11 @@ pub(super) enum Advance {
     Done,
 }
 
+/// This federate cannot go on: why is told by [`Execution::fail`]. An error is large, and is not handed on from function
+/// to function.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Failed;
+
 /// Where messages go. It says [`SendError::NoRoom`] when one does not fit now.
 pub(super) trait Outlet {
     /// See [`Env::outside`].
@@ -50,19 +55,21 @@ pub(super) trait Outlet {
 }
 
 /// Engine and machine of a federate.
-pub(super) struct Execution<'a, 's> {
+pub(super) struct Execution<'a, 's, N: Needs> {
     pub(super) engine: Engine<'s>,
     pub(super) program: &'a mut dyn Program,
-    pub(super) machine: Federate<'a>,
+    pub(super) machine: Federate<'a, N>,
     /// What is known of inputs for which reactions wait.
     pub(super) awaited: Awaited<'s>,
     /// Other federates send to this one through the RTI.
     has_upstream: bool,
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
+    /// Why this federate cannot go on, if it cannot.
+    pub(super) failure: Option<RunError>,
 }
 
-impl fmt::Debug for Execution<'_, '_> {
+impl<N: Needs> fmt::Debug for Execution<'_, '_, N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Execution")
             .field("machine", &self.machine)
@@ -71,20 +78,27 @@ impl fmt::Debug for Execution<'_, '_> {
     }
 }
 
-impl<'a, 's> Execution<'a, 's> {
+impl<'a, 's, N: Needs> Execution<'a, 's, N> {
     pub(super) fn new(
         engine: Engine<'s>,
         program: &'a mut dyn Program,
-        machine: Federate<'a>,
+        machine: Federate<'a, N>,
         awaited: Awaited<'s>,
         has_upstream: bool,
     ) -> Self {
-        Self { engine, program, machine, awaited, has_upstream, silent: false }
+        Self { engine, program, machine, awaited, has_upstream, silent: false, failure: None }
     }
 
     /// Whether messages go past the RTI; never where there are no connections past it.
     pub(super) fn is_decentralized(&self) -> bool {
         PEERS && self.machine.coordination() == Coordination::Decentralized
+    }
+
+    /// Keeps why this federate cannot go on.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    pub(super) fn fail(&mut self, error: RunError) -> Failed {
+        self.failure = Some(error);
+        Failed
     }
 
     /// How far the federate is.
@@ -148,7 +162,7 @@ impl<'a, 's> Execution<'a, 's> {
     /// What a tag that was announced waits for, if it waits.
     pub(super) fn grant(&self, now: Instant, tag: Tag, held: Tag) -> Option<Advance> {
         // A message of the last tag can come though that was granted long ago.
-        if !self.machine.may_advance(tag) || tag >= held {
+        if !self.machine.may_advance(tag) || N::INPUTS && tag >= held {
             return Some(Advance::NotGranted);
         }
         let waits = !self.engine.settings().fast && self.physical(now) < tag.time;
@@ -156,10 +170,9 @@ impl<'a, 's> Execution<'a, 's> {
     }
 
     /// Begins a tag that is due and granted.
-    pub(super) fn begin(&mut self, tag: Tag) -> Result<(), RunError> {
-        self.machine.begin(tag)?;
-        self.engine.begin(self.program, tag)?;
-        Ok(())
+    pub(super) fn begin(&mut self, tag: Tag) -> Result<(), Failed> {
+        self.machine.begin(tag).map_err(|error| self.fail(error.into()))?;
+        self.engine.begin(self.program, tag).map_err(|error| self.fail(error.into()))
     }
 
     /// There is no event. When none can come any more, the next microstep is the last tag.
@@ -171,7 +184,7 @@ impl<'a, 's> Execution<'a, 's> {
             if has_source {
                 return Advance::Until(Deadline::Never);
             }
-        } else if self.has_upstream || has_source {
+        } else if N::INPUTS && self.has_upstream || has_source {
             // FOREVER is granted when all upstream federates have left. Others may be granted any tag once they are
             // told that nothing comes from here before FOREVER; so what the last tag sends would come too late, and is
             // not sent.
@@ -187,7 +200,7 @@ impl<'a, 's> Execution<'a, 's> {
 
     /// With centralized coordination, the level from which on reactions of the open tag wait for word, if any do.
     pub(super) fn max_level(&self) -> Option<u16> {
-        self.awaited.max_level(&self.machine)
+        if N::CYCLES { self.awaited.max_level(&self.machine) } else { None }
     }
 
     /// Runs the open tag up to this level. `None` when it is complete and others may follow; else where it stops, which
@@ -197,14 +210,14 @@ impl<'a, 's> Execution<'a, 's> {
         outlet: &mut impl Outlet,
         max_level: Option<u16>,
         limit: Advance,
-    ) -> Result<Option<Advance>, RunError> {
+    ) -> Result<Option<Advance>, Failed> {
         let is_decentralized = self.is_decentralized();
         let mut gate = Gate { machine: &mut self.machine, silent: self.silent, is_decentralized, outlet };
         match self.engine.advance(self.program, &mut gate, max_level) {
             Progress::Complete => {}
             Progress::OutputFull { .. } => return Ok(Some(Advance::OutputFull)),
             Progress::LevelLimit { .. } => return Ok(Some(limit)),
-            Progress::Failed(error) => return Err(error.into()),
+            Progress::Failed(error) => return Err(self.fail(error.into())),
         }
         self.machine.complete(self.engine.had_network_input());
         self.take_stop_request();
@@ -222,7 +235,7 @@ impl<'a, 's> Execution<'a, 's> {
 
     /// The input of which it is to be known first what comes, before this tag begins or within it.
     pub(super) fn unknown_input(&self, tag: Tag) -> Option<InputId> {
-        let waits = self.is_decentralized() || self.engine.is_in_tag();
+        let waits = self.is_decentralized() || N::CYCLES && self.engine.is_in_tag();
         // A tag begins when all is known that comes before it.
         let needed = if self.engine.is_in_tag() { tag } else { tag.before() };
         self.awaited.first_unknown(needed).filter(|_| waits).map(InputId)
@@ -231,6 +244,9 @@ impl<'a, 's> Execution<'a, 's> {
     /// Whether more messages have come for one tag than a queue holds: then which input holds the others. They have to
     /// be in the queue before the tag is begun, and nothing that is earlier can make room any more.
     pub(super) fn overfull(&self, held: &Held) -> Option<InputId> {
+        if !N::INPUTS {
+            return None;
+        }
         let earliest = held.earliest;
         let granted = held.granted || self.machine.granted() >= earliest;
         let due = !held.stale && granted && !self.machine.awaits_stop_tag() && !self.engine.is_in_tag();
@@ -250,7 +266,7 @@ impl<'a, 's> Execution<'a, 's> {
 }
 
 /// With decentralized coordination: when tags begin, and where their reactions wait.
-impl Execution<'_, '_> {
+impl<N: Needs> Execution<'_, '_, N> {
     /// From when on the next tag may begin, and whether all is known that comes before it. `None` when it can, or what
     /// it waits for.
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
@@ -322,15 +338,15 @@ fn patience(inputs: &[lf_model::NetworkInput], port: u16) -> Interval {
 }
 
 /// The engine's environment while a tag runs: what may be sent, and which way.
-struct Gate<'x, 'a, O> {
-    machine: &'x mut Federate<'a>,
+struct Gate<'x, 'a, O, N: Needs> {
+    machine: &'x mut Federate<'a, N>,
     /// Nothing is sent any more.
     silent: bool,
     is_decentralized: bool,
     outlet: &'x mut O,
 }
 
-impl<O: Outlet> Env for Gate<'_, '_, O> {
+impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
     fn outside(&self) -> &'static dyn Outside {
         self.outlet.outside()
     }
@@ -367,7 +383,7 @@ impl<O: Outlet> Env for Gate<'_, '_, O> {
 
 #[cfg(test)]
 mod tests {
-    use lf_coordination::federate::{AwaitedInput, Config};
+    use lf_coordination::federate::{All, AwaitedInput, Config};
     use lf_model::{
         Full, NetworkInput, OutputId, PayloadError, PortCell, PortId, PortInfo, ReactionContext, ReactionId, Settings,
         Storage, Tables, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
@@ -427,7 +443,7 @@ mod tests {
         }
     }
 
-    fn with_execution(test: impl FnOnce(&mut Execution<'_, '_>)) {
+    fn with_execution(test: impl FnOnce(&mut Execution<'_, '_, All>)) {
         let (mut storage, mut known, mut program) = (Storage::<1, 1, 1, 1>::new(), [Tag::NEVER; 3], Crowded);
         let engine = Engine::new(&TABLES, &mut storage, Settings::DEFAULT);
         let config = Config { coordination: Coordination::Decentralized, ..Config::new(0.into(), b"federation") };

@@ -2,12 +2,13 @@
 //! What comes from another federate, past the RTI. It carries values, and word that there are none, and nothing else;
 //! a value that comes too late is handled all the same, and counted.
 
+use lf_coordination::federate::Needs;
 use lf_coordination::from_wire;
 use lf_model::time::{Instant, Tag};
-use lf_model::{Delivery, InputId};
+use lf_model::{DeliverError, Delivery, InputId};
 use lf_wire::{DecodeError, Message};
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::late::Late;
 use super::receiver::{Fate, Policy, too_long};
@@ -15,9 +16,9 @@ use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
 
 /// What this federate sends changes these parts.
-pub(super) struct FromPeer<'x, 'a, 's, P> {
+pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) execution: &'x mut Execution<'a, 's>,
+    pub(super) execution: &'x mut Execution<'a, 's, N>,
     pub(super) late: &'x mut Late,
     /// The federate that sends, and this one.
     pub(super) from: u16,
@@ -26,8 +27,8 @@ pub(super) struct FromPeer<'x, 'a, 's, P> {
     pub(super) now: Instant,
 }
 
-impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
-    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
+    fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
         let (port, federate, tag) = match message {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
@@ -49,16 +50,18 @@ impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
-        let Execution { engine, program, awaited, .. } = &mut *self.execution;
+        let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
         match (message, tag) {
             (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
-                let delivery = engine.deliver_tardy(&mut **program, input, tag, payload)?;
+                let delivery = engine.deliver_tardy(&mut **program, input, tag, payload);
+                let delivery = delivery.map_err(|error| fail(failure, error))?;
                 awaited.learn(port, happens(delivery).unwrap_or(tag));
                 let lateness = self.now.duration_since(tag.time);
                 self.late.report(engine, self.to, input, (tag, lateness), delivery);
             }
             (Message::P2pMessage { payload, .. }, _) => {
-                engine.deliver_physical(&mut **program, input, self.now, payload)?;
+                let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
+                delivery.map_err(|error| fail(failure, error))?;
             }
             (_, Some(tag)) => awaited.learn(port, tag),
             (_, None) => {}
@@ -66,15 +69,24 @@ impl<P: Platform> Policy for FromPeer<'_, '_, '_, P> {
         Ok(Fate::Taken)
     }
 
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
-        too_long(bytes, error, &self.execution.engine).unwrap_or_else(|| self.fault(PeerFault::Bytes(error)))
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
+        match too_long(bytes, error, &self.execution.engine) {
+            Some(error) => self.execution.fail(error),
+            None => self.fault(PeerFault::Bytes(error)),
+        }
     }
 }
 
-impl<P> FromPeer<'_, '_, '_, P> {
-    fn fault(&self, fault: PeerFault) -> RunError {
-        RunError::Peer { federate: self.from, fault }
+impl<P, N: Needs> FromPeer<'_, '_, '_, P, N> {
+    fn fault(&mut self, fault: PeerFault) -> Failed {
+        self.execution.fail(RunError::Peer { federate: self.from, fault })
     }
+}
+
+/// Keeps why a message cannot be used.
+fn fail(failure: &mut Option<RunError>, error: DeliverError) -> Failed {
+    *failure = Some(error.into());
+    Failed
 }
 
 /// The tag at which a message happens, if it does.

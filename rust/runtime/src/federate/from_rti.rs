@@ -11,32 +11,43 @@
 
 use core::net::SocketAddrV4;
 
-use lf_coordination::federate::{Event, FederateError};
+use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Message};
+use lf_wire::{DecodeError, Message, MessageType};
 
-use super::execution::Execution;
+use super::execution::{Execution, Failed};
 use super::held::Held;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
 
 /// What the RTI sends changes these parts.
-pub(super) struct FromRti<'x, 'a, 's, P> {
+pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
-    pub(super) execution: &'x mut Execution<'a, 's>,
+    pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has told of one.
     pub(super) found: &'x mut Option<(FederateId, SocketAddrV4)>,
     pub(super) now: Instant,
 }
 
-impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError> {
+impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
+    const HOLDS: bool = N::INPUTS;
+
+    fn expects(message_type: MessageType) -> bool {
+        match message_type {
+            MessageType::TaggedMessage | MessageType::PortAbsent => N::INPUTS,
+            MessageType::RtiResponse => N::AUTHENTICATION,
+            _ => false,
+        }
+    }
+
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed> {
         let (behind, earliest) = (held.bytes > 0, held.earliest);
         let is_before = |tag: Tag| tag < earliest || earliest == Tag::FOREVER;
         match message {
+            _ if !N::INPUTS => {}
             Message::TaggedMessage { port, tag, .. } => {
                 let (tag, input) = (from_wire(tag), InputId(port));
                 // For an input that is not there it is an error.
@@ -46,13 +57,16 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
                 }
             }
             // It takes back what was granted before, which may be among what is held.
-            Message::ProvisionalTagGrant(tag) if behind && from_wire(tag) <= self.execution.machine.granted() => {
+            Message::ProvisionalTagGrant(tag)
+                if N::CYCLES && behind && from_wire(tag) <= self.execution.machine.granted() =>
+            {
                 return Ok(Fate::Held(Tag::FOREVER, None));
             }
             // So much of it counts already.
             Message::TagGrant(tag) | Message::ProvisionalTagGrant(tag) if !is_before(from_wire(tag)) => {
                 let granted = Message::TagGrant(to_wire(earliest.before()));
-                self.execution.machine.handle_message(self.now, granted)?;
+                let result = self.execution.machine.handle_message(self.now, granted);
+                result.map_err(|error| self.execution.fail(error.into()))?;
                 return Ok(Fate::HeldGrant);
             }
             // One of the held messages may be for this very input.
@@ -66,17 +80,27 @@ impl<P: Platform> Policy for FromRti<'_, '_, '_, P> {
     }
 
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError {
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed {
         let phase = self.execution.phase();
-        too_long(bytes, error, &self.execution.engine).unwrap_or(RunError::Bytes { error, phase })
+        if let DecodeError::Unexpected { message } = error {
+            return self.execution.fail(FederateError::Unexpected { message, phase }.into());
+        }
+        let too_long = if N::INPUTS { too_long(bytes, error, &self.execution.engine) } else { None };
+        self.execution.fail(too_long.unwrap_or(RunError::Bytes { error, phase }))
     }
 }
 
-impl<P: Platform> FromRti<'_, '_, '_, P> {
+impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn handle(&mut self, message: Message<'_>) -> Result<Fate, RunError> {
+    fn handle(&mut self, message: Message<'_>) -> Result<Fate, Failed> {
+        let result = self.execution.machine.handle_message(self.now, message);
+        let event = result.map_err(|error| {
+            let error = if N::INPUTS { name_input(error, &self.execution.engine) } else { error.into() };
+            self.execution.fail(error)
+        })?;
         let Execution { machine, engine, awaited, .. } = &mut *self.execution;
-        match machine.handle_message(self.now, message).map_err(|error| name_input(error, engine))? {
+        match event {
+            Event::Message { .. } | Event::PortAbsent { .. } | Event::MessageAfterStop { .. } if !N::INPUTS => {}
             Event::Message { port, tag, payload } => {
                 self.deliver(InputId(port), tag, payload)?;
                 self.execution.awaited.learn(port, tag);
@@ -101,15 +125,18 @@ impl<P: Platform> FromRti<'_, '_, '_, P> {
     }
 
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), RunError> {
+    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();
-        engine.deliver(&mut **program, input, tag, payload).map_err(|error| match error {
-            DeliverError::Late { input, tag, current } => {
-                let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
-                RunError::Late { input, tag, current }
-            }
-            error => error.into(),
+        let result = engine.deliver(&mut **program, input, tag, payload);
+        result.map_err(|error| {
+            self.execution.fail(match error {
+                DeliverError::Late { input, tag, current } => {
+                    let (tag, current) = (EventTag::relative(tag, start), EventTag::relative(current, start));
+                    RunError::Late { input, tag, current }
+                }
+                error => error.into(),
+            })
         })
     }
 }

@@ -2,7 +2,6 @@
 //! What a federate can wait for, beside the time.
 
 use core::fmt;
-use core::mem::{self, Discriminant};
 
 use lf_coordination::federate::Phase;
 use lf_model::time::{EventTag, Instant, Tag};
@@ -30,26 +29,28 @@ pub enum Reason {
 
 impl Reason {
     /// Whether the federate has not started yet.
-    pub(super) fn is_before_start(self) -> bool {
+    pub(super) fn is_before_start(&self) -> bool {
         matches!(self, Self::Rti | Self::Answer(_) | Self::Peer(..) | Self::Others)
     }
 
     /// What tells this wait from others. What has gone wrong with a federate does not make another wait of it.
-    pub(super) fn key(self) -> Key {
-        let (tag, federate, input) = match self {
-            Self::Rti | Self::Answer(_) | Self::Others => (Tag::NEVER, None, ""),
-            Self::Peer(federate, _) => (Tag::NEVER, Some(federate), ""),
-            Self::Grant(tag) => (tag, None, ""),
-            Self::Input(tag, name) => (tag, None, name),
-            Self::Room(tag, federate) => (tag, federate, ""),
-        };
-        let phase = if let Self::Answer(phase) = self { Some(phase) } else { None };
-        (mem::discriminant(&self), phase, tag, federate, input)
+    pub(super) fn key(&self) -> Key {
+        match *self {
+            Self::Rti => (Tag::NEVER, 0, 0),
+            Self::Others => (Tag::NEVER, 1, 0),
+            Self::Answer(phase) => (Tag::NEVER, 2, phase as usize),
+            Self::Peer(federate, _) => (Tag::NEVER, 3, federate.into()),
+            Self::Grant(tag) => (tag, 4, 0),
+            // The names of inputs are constants of the program, each in its place.
+            Self::Input(tag, name) => (tag, 5, name.as_ptr().addr()),
+            Self::Room(tag, None) => (tag, 6, 0),
+            Self::Room(tag, Some(federate)) => (tag, 7, federate.into()),
+        }
     }
 }
 
 /// What tells one wait from another.
-pub(super) type Key = (Discriminant<Reason>, Option<Phase>, Tag, Option<u16>, &'static str);
+pub(super) type Key = (Tag, u8, usize);
 
 /// A reason in words: what comes after "waiting for".
 pub(crate) struct Words(pub(crate) Reason, pub(crate) Instant);

@@ -12,8 +12,9 @@
 
 use lf_model::time::Tag;
 use lf_model::{DeliverError, Engine, InputId};
-use lf_wire::{DecodeError, Decoded, Limits, Message, decode, destination_in_header};
+use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, decode, destination_in_header};
 
+use super::execution::Failed;
 use super::held::Held;
 use crate::connection::Connection;
 use crate::error::RunError;
@@ -34,14 +35,22 @@ pub(super) enum Fate {
 
 /// What may come over a connection, and what is to be done with it.
 pub(super) trait Policy {
+    /// Whether messages can have to wait.
+    const HOLDS: bool = true;
+
+    /// Whether messages of this type, which have more than a tag or a time, can come when all is as it should be.
+    fn expects(_: MessageType) -> bool {
+        true
+    }
+
     /// Takes a message behind what is held, or says what it waits for.
     ///
     /// # Errors
     /// When it must not come.
-    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, RunError>;
+    fn take(&mut self, message: Message<'_>, held: &Held) -> Result<Fate, Failed>;
 
     /// What is wrong when these bytes are no message.
-    fn refuse(&self, bytes: &[u8], error: DecodeError) -> RunError;
+    fn refuse(&mut self, bytes: &[u8], error: DecodeError) -> Failed;
 }
 
 /// A connection, of which the messages that have come are looked at one by one.
@@ -70,19 +79,13 @@ impl<'s> Receiver<'s> {
     ///
     /// # Errors
     /// As the policy says.
-    pub(super) fn next(&mut self, policy: &mut impl Policy) -> Result<Option<bool>, RunError> {
-        let (rest, input) = (self.rest(), &self.connection.input);
-        let next = match self.held.bytes {
-            // Then it is known, too, whether the buffer can hold it.
-            0 => input.next(&self.limits),
-            _ => decode(rest, &self.limits).map(|decoded| match decoded {
-                Decoded::Complete { message, len } => Some((message, len)),
-                Decoded::Incomplete { .. } => None,
-            }),
-        };
-        let Some((message, len)) = next.map_err(|error| policy.refuse(rest, error))? else { return Ok(None) };
+    pub(super) fn next<P: Policy>(&mut self, policy: &mut P) -> Result<Option<bool>, Failed> {
+        let held = if P::HOLDS { self.held.bytes } else { 0 };
+        let next = self.connection.input.next_expected(held, &self.limits, P::expects);
+        let Some((message, len)) = next.map_err(|error| policy.refuse(self.rest(), error))? else { return Ok(None) };
         let fate = policy.take(message, &self.held)?;
         match fate {
+            _ if !P::HOLDS => self.connection.input.remove(0, len),
             Fate::Taken | Fate::TakenForAll => {
                 self.connection.input.remove(self.held.bytes, len);
                 self.alike = self.alike.saturating_sub(len);
@@ -91,7 +94,7 @@ impl<'s> Receiver<'s> {
             Fate::Held(tag, to) => self.held.hold(len.max(core::mem::take(&mut self.alike)), tag, to),
             Fate::HeldGrant => self.held.hold_grant(len),
         }
-        if fate == Fate::TakenForAll && self.held.input.is_some() {
+        if P::HOLDS && fate == Fate::TakenForAll && self.held.input.is_some() {
             (self.held, self.alike) = (Held::NONE, 0);
         }
         Ok(Some(matches!(fate, Fate::Taken | Fate::TakenForAll)))
@@ -160,7 +163,7 @@ mod tests {
     }
 
     impl Policy for Inputs {
-        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, RunError> {
+        fn take(&mut self, message: Message<'_>, _: &Held) -> Result<Fate, Failed> {
             self.looks += 1;
             let Message::P2pTaggedMessage { port, tag, .. } = message else { return Ok(Fate::TakenForAll) };
             let room = &mut self.room[usize::from(port)];
@@ -172,7 +175,7 @@ mod tests {
             Ok(Fate::Taken)
         }
 
-        fn refuse(&self, _: &[u8], error: DecodeError) -> RunError {
+        fn refuse(&mut self, _: &[u8], error: DecodeError) -> Failed {
             panic!("{error}")
         }
     }

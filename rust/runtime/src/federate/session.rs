@@ -7,10 +7,11 @@
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
-use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate};
+use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, Needs};
 use lf_model::time::Instant;
 use lf_wire::{Limits, OutBuffer};
 
+use super::execution::Failed;
 use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
@@ -67,9 +68,9 @@ impl<'s> Session<'s> {
     /// Makes the connection, as far as that goes without waiting. `true` when it has just been made.
     ///
     /// # Errors
-    /// [`RunError::RtiUnreachable`] when the time for it is over.
+    /// When the time for it is over.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, RunError> {
+    pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, Failed> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
             Attempt::UnderWay(socket, true) => match platform.connected(socket) {
@@ -83,7 +84,7 @@ impl<'s> Session<'s> {
                     self.attempt_again(platform).map(|()| false)
                 }
             },
-            Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(self.unreachable()),
+            Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(Failed),
             Attempt::UnderWay(..) | Attempt::Made | Attempt::Over => Ok(false),
         }
     }
@@ -105,7 +106,7 @@ impl<'s> Session<'s> {
 
     /// Moves what the machine has to say into the output buffer, and writes it.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) {
+    pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while self.is_open() {
             self.collect(machine);
             if !self.flush(platform) {
@@ -119,7 +120,7 @@ impl<'s> Session<'s> {
     }
 
     /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
-    pub(super) fn collect(&mut self, machine: &mut Federate<'_>) {
+    pub(super) fn collect(&mut self, machine: &mut Federate<'_, impl Needs>) {
         while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
             // There is room: the machine was told how much, and gave a message that fits.
             let _ = self.receiver.connection.output.push(&message);
@@ -147,7 +148,7 @@ impl<'s> Session<'s> {
     /// A socket that is closed while something is unread resets the connection, and what was sent last may be lost. So
     /// the RTI's last words are read.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_>) -> bool {
+    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) -> bool {
         let Some(socket) = self.receiver.connection.socket() else { return false };
         self.transmit(platform, machine);
         if self.receiver.connection.output.is_empty() && !machine.has_transmit() {
@@ -197,19 +198,20 @@ impl<'s> Session<'s> {
         }
     }
 
-    fn attempt_again<P: Platform>(&mut self, platform: &mut P) -> Result<(), RunError> {
+    fn attempt_again<P: Platform>(&mut self, platform: &mut P) -> Result<(), Failed> {
         match self.retry.poll(platform.now()) {
             ConnectStep::Attempt => match platform.connect(self.address) {
                 Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
                 Err(error) => self.begin_anew(platform, error),
             },
             ConnectStep::WaitUntil(time) => self.attempt = Attempt::Due(time),
-            ConnectStep::GiveUp => return Err(self.unreachable()),
+            ConnectStep::GiveUp => return Err(Failed),
         }
         Ok(())
     }
 
-    fn unreachable(&self) -> RunError {
+    /// What is wrong when [`Session::establish`] fails.
+    pub(super) fn unreachable(&self) -> RunError {
         RunError::RtiUnreachable { address: self.address, last: self.last_error }
     }
 }

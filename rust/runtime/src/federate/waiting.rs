@@ -5,6 +5,7 @@
 //! asks for it with `log-waits`.
 
 use lf_coordination::Deadline;
+use lf_coordination::federate::Needs;
 use lf_model::time::{Instant, Interval, Tag};
 use log::Level;
 
@@ -17,14 +18,10 @@ const START_REPORT: Interval = Interval::from_secs(5);
 const START_REPORT_PAUSE_MAX: Interval = Interval::from_secs(60);
 
 /// The wait that is going on.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Waiting {
-    now: Option<Wait>,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Wait {
-    key: Key,
+    /// Which one it is, if there is one; else the rest says nothing.
+    key: Option<Key>,
     since: Instant,
     /// When to say it; NEVER once it is said for good.
     due: Instant,
@@ -32,6 +29,9 @@ struct Wait {
 }
 
 impl Waiting {
+    /// Nothing is waited for.
+    pub(super) const NONE: Self = Self { key: None, since: Instant::NEVER, due: Instant::NEVER, pause: Interval::ZERO };
+
     /// Notes what is waited for, and says it if that has lasted, while the federate runs for as long as `log_waits`.
     /// Gives when to look again. `local` is the time of a tag on the platform's clock, `start` the federation's start.
     ///
@@ -45,39 +45,34 @@ impl Waiting {
         local: impl Fn(Tag) -> Option<Instant>,
         start: Instant,
     ) -> Deadline {
-        let limit = |reason: Reason| if reason.is_before_start() { Some(START_REPORT) } else { log_waits };
-        let Some((reason, limit)) = reason.and_then(|reason| Some((reason, limit(reason)?))) else {
-            self.now = None;
+        let limit = |reason: &Reason| if reason.is_before_start() { Some(START_REPORT) } else { log_waits };
+        let Some((reason, limit)) = reason.as_ref().and_then(|reason| Some((reason, limit(reason)?))) else {
+            self.key = None;
             return Deadline::Never;
         };
-        let since = match reason {
-            Reason::Grant(tag) | Reason::Input(tag, _) => local(tag).map_or(now, |time| time.max(now)),
-            _ => now,
-        };
-        let begun = self.now.filter(|wait| wait.key == reason.key());
-        let mut wait = begun.unwrap_or(Wait { key: reason.key(), since, due: since + limit, pause: limit });
-        if wait.due != Instant::NEVER && wait.due <= now {
-            let lasts = now.since(wait.since);
-            tell(
-                if reason.is_before_start() { Level::Info } else { Level::Warn },
-                &Remark::Waits { reason, start, lasts },
-            );
-            if reason.is_before_start() {
-                wait.pause = Interval(wait.pause.as_nanos().saturating_mul(2)).min(START_REPORT_PAUSE_MAX);
-                wait.due = now + wait.pause;
-            } else {
-                wait.due = Instant::NEVER;
-            }
+        let key = reason.key();
+        if self.key != Some(key) {
+            self.since = match reason {
+                Reason::Grant(tag) | Reason::Input(tag, _) => local(*tag).map_or(now, |time| time.max(now)),
+                _ => now,
+            };
+            (self.key, self.due, self.pause) = (Some(key), self.since + limit, limit);
         }
-        self.now = Some(wait);
-        if wait.due == Instant::NEVER { Deadline::Never } else { Deadline::At(wait.due) }
+        if self.due != Instant::NEVER && self.due <= now {
+            let (lasts, is_before_start) = (now.since(self.since), reason.is_before_start());
+            let level = if is_before_start { Level::Info } else { Level::Warn };
+            tell(level, &Remark::Waits { reason: *reason, start, lasts });
+            self.pause = self.pause.saturating_add(self.pause).min(START_REPORT_PAUSE_MAX);
+            self.due = if is_before_start { now + self.pause } else { Instant::NEVER };
+        }
+        if self.due == Instant::NEVER { Deadline::Never } else { Deadline::At(self.due) }
     }
 }
 
 /// What this federate waits for, if it is not just the time: after `advance`, with `peer`, the federate that is to take
 /// what has no room.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
-pub(super) fn reason(execution: &Execution<'_, '_>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
+pub(super) fn reason(execution: &Execution<'_, '_, impl Needs>, advance: Advance, peer: Option<u16>) -> Option<Reason> {
     let tag = execution.tag_in_question()?;
     let unknown = || execution.unknown_input(tag).map(|input| Reason::Input(tag, execution.name_of(input)));
     match advance {
@@ -108,7 +103,7 @@ mod tests {
 
     #[test]
     fn before_the_start_a_wait_is_said_ever_more_rarely_and_another_one_counts_anew() {
-        let mut waiting = Waiting::default();
+        let mut waiting = Waiting::NONE;
         let mut now = 0;
         for expected in [5, 15, 35, 75, 135, 195] {
             assert_eq!(note(&mut waiting, now, Some(Reason::Rti), None), Deadline::At(s(expected)));
@@ -123,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_running_federate_says_a_wait_once_and_only_where_that_is_asked_for() {
-        let mut waiting = Waiting::default();
+        let mut waiting = Waiting::NONE;
         let grant = Some(Reason::Grant(Tag::at(s(10))));
         assert_eq!(note(&mut waiting, 1, grant, None), Deadline::Never);
         // Before the time of its tag it waits for that.

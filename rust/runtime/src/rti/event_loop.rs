@@ -361,12 +361,12 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
 
     /// When a round is to begin: never without a port, which is closed when the federation has ended.
     fn next_round(&self) -> Deadline {
-        if self.port.socket().is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }
+        if P::DATAGRAMS && self.port.socket().is_some() { self.rti.poll_round_timeout() } else { Deadline::Never }
     }
 
     /// Answers the datagrams that have come, a bounded number of them, and begins a round if it is time.
     fn synchronize(&mut self) {
-        let Some(socket) = self.port.socket() else { return };
+        let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
         let Self { rti, table, notices, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
             if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(*notices).1) {

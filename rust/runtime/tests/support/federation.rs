@@ -396,6 +396,7 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
         upstream: upstream.into_iter().collect::<Vec<_>>().leak(),
         downstream: downstream.into_iter().collect::<Vec<_>>().leak(),
         awaited: &[],
+        cycles: true,
         clock_sync: ClockSync::Init { trials: plan.trials },
         local_clock_sync: true,
         test_offset: Interval::ZERO,
@@ -455,7 +456,7 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     let (result, late_messages, lost_messages) =
-        match FederateLoop::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
+        match FederateLoop::<_>::new(platform, &mut node, engine, &federation, &join, buffers, &mut known) {
             Ok(mut federate) => loop {
                 match federate.turn() {
                     Turn::Wait(until) => federate.wait(until),

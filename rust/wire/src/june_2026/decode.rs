@@ -13,12 +13,25 @@ use crate::{
 /// # Errors
 /// [`DecodeError`] if no bytes that follow can make this a message within `limits`.
 pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, DecodeError> {
+    decode_expected(bytes, limits, |_| true)
+}
+
+/// Reads the message at the beginning of `bytes`; one with more than a tag or a time only if its type is expected.
+/// Where that is known while a program is compiled, it has no code for others.
+///
+/// # Errors
+/// As [`decode`]; and [`DecodeError::Unexpected`].
+pub(crate) fn decode_expected<'a>(
+    bytes: &'a [u8],
+    limits: &Limits,
+    expects: impl Fn(MessageType) -> bool,
+) -> Result<Decoded<'a>, DecodeError> {
     let Some(&first) = bytes.first() else {
         return Ok(Decoded::Incomplete { need: 1, message_type: None });
     };
     let message_type = message_type(first).ok_or(DecodeError::UnknownType { found: first })?;
     let mut fields = Fields { reader: Reader::new(bytes), message_type, limits };
-    match fields.message() {
+    match fields.message(expects) {
         Ok(message) => Ok(Decoded::Complete { message, len: fields.reader.at() }),
         Err(Stop::Short(Short { need })) => Ok(Decoded::Incomplete { need, message_type: Some(message_type) }),
         Err(Stop::Wrong(error)) => Err(error),
@@ -95,23 +108,15 @@ struct Fields<'a, 'l> {
 }
 
 impl<'a> Fields<'a, '_> {
-    fn message(&mut self) -> Result<Message<'a>, Stop> {
+    fn message(&mut self, expects: impl Fn(MessageType) -> bool) -> Result<Message<'a>, Stop> {
         // Then all fields of a fixed length are there.
         self.reader.require(fixed_bytes(self.message_type))?;
         self.reader.u8();
         let reader = &mut self.reader;
         Ok(match self.message_type {
             MessageType::Reject => Message::Reject(RejectCode::from_byte(reader.u8())),
-            MessageType::FedIds => {
-                let (federate, federation_id) = self.ids()?;
-                Message::FedIds { federate, federation_id }
-            }
             MessageType::Timestamp => Message::Timestamp(reader.i64()),
             MessageType::Resign => Message::Resign,
-            MessageType::TaggedMessage => {
-                let (port, federate, tag, payload) = self.tagged()?;
-                Message::TaggedMessage { port, federate, tag, payload }
-            }
             MessageType::NextEventTag => Message::NextEventTag(reader.tag()),
             MessageType::TagGrant => Message::TagGrant(reader.tag()),
             MessageType::ProvisionalTagGrant => Message::ProvisionalTagGrant(reader.tag()),
@@ -124,33 +129,58 @@ impl<'a> Fields<'a, '_> {
                 Message::AddressQueryReply { port: reader.i32(), address: reader.array() }
             }
             MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32() },
-            MessageType::P2pSendingFedId => {
-                let (federate, federation_id) = self.ids()?;
-                Message::P2pSendingFedId { federate, federation_id }
-            }
-            MessageType::P2pMessage => {
-                let (port, federate, length) = (reader.u16(), reader.u16(), self.payload_length()?);
-                Message::P2pMessage { port, federate, payload: self.reader.take(length)? }
-            }
-            MessageType::P2pTaggedMessage => {
-                let (port, federate, tag, payload) = self.tagged()?;
-                Message::P2pTaggedMessage { port, federate, tag, payload }
-            }
             MessageType::T1 => Message::T1(reader.i64()),
             MessageType::T3 => Message::T3 { federate: reader.u16() },
             MessageType::T4 => Message::T4(reader.i64()),
             MessageType::CodedProbe => Message::CodedProbe(reader.i64()),
-            MessageType::PortAbsent => {
-                Message::PortAbsent { port: reader.u16(), federate: reader.u16(), tag: reader.tag() }
-            }
-            MessageType::NeighborStructure => Message::NeighborStructure(self.neighbors()?),
             MessageType::Failed => Message::Failed,
             MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()),
-            MessageType::FedNonce => Message::FedNonce { federate: reader.u16(), nonce: reader.array() },
-            MessageType::RtiResponse => Message::RtiResponse { nonce: reader.array(), hmac: reader.array() },
-            MessageType::FedResponse => Message::FedResponse { hmac: reader.array() },
             MessageType::UdpPort => Message::UdpPort(reader.u16()),
             MessageType::Ack => Message::Ack,
+            _ => self.long_message(expects)?,
+        })
+    }
+
+    /// A message with more than a tag, a time or an address.
+    fn long_message(&mut self, expects: impl Fn(MessageType) -> bool) -> Result<Message<'a>, Stop> {
+        let reader = &mut self.reader;
+        Ok(match self.message_type {
+            MessageType::FedIds if expects(MessageType::FedIds) => {
+                let (federate, federation_id) = self.ids()?;
+                Message::FedIds { federate, federation_id }
+            }
+            MessageType::TaggedMessage if expects(MessageType::TaggedMessage) => {
+                let (port, federate, tag, payload) = self.tagged()?;
+                Message::TaggedMessage { port, federate, tag, payload }
+            }
+            MessageType::P2pSendingFedId if expects(MessageType::P2pSendingFedId) => {
+                let (federate, federation_id) = self.ids()?;
+                Message::P2pSendingFedId { federate, federation_id }
+            }
+            MessageType::P2pMessage if expects(MessageType::P2pMessage) => {
+                let (port, federate, length) = (reader.u16(), reader.u16(), self.payload_length()?);
+                Message::P2pMessage { port, federate, payload: self.reader.take(length)? }
+            }
+            MessageType::P2pTaggedMessage if expects(MessageType::P2pTaggedMessage) => {
+                let (port, federate, tag, payload) = self.tagged()?;
+                Message::P2pTaggedMessage { port, federate, tag, payload }
+            }
+            MessageType::PortAbsent if expects(MessageType::PortAbsent) => {
+                Message::PortAbsent { port: reader.u16(), federate: reader.u16(), tag: reader.tag() }
+            }
+            MessageType::NeighborStructure if expects(MessageType::NeighborStructure) => {
+                Message::NeighborStructure(self.neighbors()?)
+            }
+            MessageType::FedNonce if expects(MessageType::FedNonce) => {
+                Message::FedNonce { federate: reader.u16(), nonce: reader.array() }
+            }
+            MessageType::RtiResponse if expects(MessageType::RtiResponse) => {
+                Message::RtiResponse { nonce: reader.array(), hmac: reader.array() }
+            }
+            MessageType::FedResponse if expects(MessageType::FedResponse) => {
+                Message::FedResponse { hmac: reader.array() }
+            }
+            message => return Err(Stop::Wrong(DecodeError::Unexpected { message })),
         })
     }
 

@@ -7,6 +7,7 @@ use lf_model::time::Microstep;
 use proptest::prelude::*;
 
 use super::*;
+use crate::federate::All;
 
 const START: Instant = Instant(1_000);
 
@@ -14,14 +15,14 @@ fn tag(time: i64, microstep: u32) -> Tag {
     Tag::new(START + Interval(time), Microstep(microstep))
 }
 
-fn started() -> Tags {
+fn started() -> Tags<All> {
     let mut tags = Tags::new(true, true);
     tags.start(START);
     tags
 }
 
 /// Announces without physical actions.
-fn announce(tags: &mut Tags, next: Tag) {
+fn announce(tags: &mut Tags<All>, next: Tag) {
     assert!(tags.next_event(next));
     tags.announce(START, None, |_| unreachable!("nothing bounds the next event"));
 }
@@ -90,7 +91,7 @@ fn a_bound_is_told_once_until_it_is_renewed() {
     let mut tags = started();
     assert!(tags.next_event(Tag::FOREVER));
     let at = |time: i64| START + Interval(time);
-    let bound = |tags: &mut Tags, now: i64| tags.announce(at(now), Some(at(now + 2)), |_| at(now + 10));
+    let bound = |tags: &mut Tags<All>, now: i64| tags.announce(at(now), Some(at(now + 2)), |_| at(now + 10));
     bound(&mut tags, 0);
     assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(1, 0)), Deadline::At(at(10))));
     tags.net_transmitted();

@@ -76,6 +76,9 @@ impl Module<'_> {
             fields.set_if(!ids.is_empty(), name, format_args!("&{ids:?}"));
         }
         fields.set_if(!awaited.is_empty(), "awaited", format_args!("&[{}]", awaited.join(", ")));
+        // Who has inputs from a cycle without delay waits there for word from others.
+        let cycles = self.plan.federates.iter().flat_map(|federate| &federate.inputs).any(|input| input.awaited);
+        fields.set_if(cycles && !decentralized, "cycles", true);
         self.options(&mut fields, uses);
         fields
     }
