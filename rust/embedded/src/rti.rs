@@ -136,7 +136,7 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
             self.listening.take().ok_or(RtiError::Order)?;
         let storage = self.storage.take().ok_or(RtiError::Order)?;
         let setup = storage.setup(description.config(federation_id), *datagrams);
-        match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Run)? {
+        match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Setup)? {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }

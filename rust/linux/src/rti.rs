@@ -6,11 +6,11 @@ use std::path::PathBuf;
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::heap::{Growing, Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, Config, START_REPORT};
+use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, RunError, log_notice, run_rti};
+use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
 
 use crate::platform::Linux;
 use crate::trace::Traced;
@@ -113,8 +113,8 @@ pub enum RtiError {
         /// Why not.
         error: std::io::Error,
     },
-    /// The event loop ended early.
-    Run(RunError),
+    /// Its configuration and memory do not go together.
+    Setup(SetupError),
 }
 
 impl fmt::Display for RtiError {
@@ -126,7 +126,7 @@ impl fmt::Display for RtiError {
             }
             Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
             Self::Trace { file, error } => write!(f, "the trace {} cannot be written: {error}", file.display()),
-            Self::Run(error) => error.fmt(f),
+            Self::Setup(error) => error.fmt(f),
         }
     }
 }
@@ -172,7 +172,7 @@ fn serve_on(mut host: impl Platform, options: &Options, listening: impl FnOnce(u
     let mut memory = Memory::new(Sizes { federates: count, connections, upstream: count, in_transit });
     let (inlets, outgoings) = (&mut inlets[..], &mut outgoings[..]);
     let setup = RtiSetup { config, storage: memory.storage(), inlets, outgoings, datagrams };
-    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Run)
+    run_rti(&mut host, setup, listener, &mut log_notice).map_err(RtiError::Setup)
 }
 
 /// Opens a UDP port for clock synchronization, if it goes on while the federation runs. Federates answer to where the

@@ -4,8 +4,7 @@
 use core::fmt;
 use core::net::SocketAddrV4;
 
-use lf_coordination::federate::{ConfigError, FederateError, Phase};
-use lf_coordination::rti::SetupError;
+use lf_coordination::federate::{ConfigError, FederateError, Phase, before_start, late};
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
 use lf_wire::{DecodeError, MessageType, RejectCode};
@@ -105,8 +104,6 @@ pub enum RunError {
         /// Bytes that it holds.
         found: usize,
     },
-    /// The RTI's configuration and memory do not go together.
-    Setup(SetupError),
 }
 
 impl fmt::Display for RunError {
@@ -140,18 +137,8 @@ impl fmt::Display for RunError {
                 "the queue of {input} and the receive buffer are full, and the grant that would empty them lies behind \
                  still more messages: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
             ),
-            Self::Late { input, tag, current } => write!(
-                f,
-                "a message over {input} came with tag {tag}, but this federate is at {current} already: check that all \
-                 federates are built from the same program, so that the RTI knows all connections",
-            ),
-            Self::BeforeStart { input, by } => write!(
-                f,
-                "a message over {input} came with a tag that is {} ns = {} ms before the start of the federation: \
-                 check that all federates are built from the same program",
-                by.as_nanos(),
-                by.as_nanos() / 1_000_000,
-            ),
+            Self::Late { input, tag, current } => late(f, input, *tag, *current),
+            Self::BeforeStart { input, by } => before_start(f, input, *by),
             Self::TooLong { input, bytes, max } => write!(
                 f,
                 "a message over {input} has {bytes} bytes, but its type holds {max} at most: give the ports of this \
@@ -174,7 +161,6 @@ impl fmt::Display for RunError {
                     "the {buffer} buffer has {found} bytes, but has to have {needed} at least: make it that large"
                 )
             }
-            Self::Setup(error) => error.fmt(f),
         }
     }
 }

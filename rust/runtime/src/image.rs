@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use lf_coordination::rti::Outcome;
+use lf_coordination::rti::{Outcome, SetupError};
 
 use crate::error::RunError;
 use crate::platform::NetError;
@@ -74,8 +74,8 @@ pub enum RtiError {
     },
     /// No UDP port can be opened for clock synchronization.
     Bind(NetError),
-    /// The event loop ended early.
-    Run(RunError),
+    /// Its configuration and memory do not go together.
+    Setup(SetupError),
     /// The federation did not end as it should.
     Ended(Outcome),
     /// A step was taken before the other, or a second time.
@@ -90,7 +90,7 @@ impl fmt::Display for RtiError {
                 write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
             }
             Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
-            Self::Run(error) => error.fmt(f),
+            Self::Setup(error) => error.fmt(f),
             Self::Ended(outcome) => outcome.fmt(f),
             Self::Order => f.write_str("lf_rti_listen() and lf_rti_main() can be called only once, in this order"),
         }

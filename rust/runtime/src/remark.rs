@@ -259,14 +259,13 @@ coded!(RunError {
     Bytes { error, phase }, Deliver(error), Interrupted, InputFull { input }, Late { input, tag, current },
     BeforeStart { input, by }, TooLong { input, bytes, max }, KnownTooShort { needed, found }, Bind(error),
     Listen(error), Peer { federate, fault }, TagFull { input }, BufferTooSmall { buffer, needed, found },
-    Setup(error),
 });
 coded!(Reason {
     Rti, Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate),
 });
 coded!(SettingsError { RtiAddress, RtiPort(port) });
 coded!(ImageError { Platform(error), Settings(error), Run(error), Running });
-coded!(RtiError { Settings(error), Listen { port, error }, Bind(error), Run(error), Ended(outcome), Order });
+coded!(RtiError { Settings(error), Listen { port, error }, Bind(error), Setup(error), Ended(outcome), Order });
 
 impl Encode for RandomError {
     fn encode(&self, to: &mut Writer<'_>) {

@@ -39,6 +39,9 @@ impl fmt::Display for ConfigError {
 
 impl core::error::Error for ConfigError {}
 
+/// What to do about messages that do not fit the program of who gets them.
+pub const SAME_PROGRAM: &str = "check that all federates are built from the same program";
+
 /// Why a federate cannot go on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FederateError {
@@ -146,23 +149,11 @@ impl fmt::Display for FederateError {
                 f,
                 "the RTI sent {message} {phase}: check that the RTI is one of the same release as this federate",
             ),
-            Self::WrongDestination { federate } => write!(
-                f,
-                "the RTI delivered a message for federate {federate}: check that all federates are built from the \
-                 same program",
-            ),
-            Self::LateMessage { port, tag, current } => write!(
-                f,
-                "a message for input {port} came with tag {tag}, but this federate is at {current} already: check that \
-                 all federates are built from the same program, so that the RTI knows all connections",
-            ),
-            Self::BeforeStart { port, by } => write!(
-                f,
-                "a message for input {port} came with a tag that is {} ns = {} ms before the start of the federation: \
-                 check that all federates are built from the same program",
-                by.as_nanos(),
-                by.as_nanos() / 1_000_000,
-            ),
+            Self::WrongDestination { federate } => {
+                write!(f, "the RTI delivered a message for federate {federate}: {SAME_PROGRAM}")
+            }
+            Self::LateMessage { port, tag, current } => late(f, &format_args!("input {port}"), *tag, *current),
+            Self::BeforeStart { port, by } => before_start(f, &format_args!("input {port}"), *by),
             Self::RtiFailed => f.write_str("the RTI or another federate failed: see its output for the reason"),
             Self::RtiLost { phase } => write!(
                 f,
@@ -178,6 +169,32 @@ impl fmt::Display for FederateError {
 }
 
 impl core::error::Error for FederateError {}
+
+/// A message came too late for this input: its number or the name of its connection.
+///
+/// # Errors
+/// Those of the formatter.
+pub fn late(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, tag: EventTag, current: EventTag) -> fmt::Result {
+    write!(
+        f,
+        "a message over {input} came with tag {tag}, but this federate is at {current} already: {SAME_PROGRAM}, so \
+         that the RTI knows all connections",
+    )
+}
+
+/// A message came so long before the start for this input.
+///
+/// # Errors
+/// Those of the formatter.
+pub fn before_start(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, by: Interval) -> fmt::Result {
+    let ns = by.as_nanos();
+    write!(
+        f,
+        "a message over {input} came with a tag that is {ns} ns = {} ms before the start of the federation: \
+         {SAME_PROGRAM}",
+        ns / 1_000_000,
+    )
+}
 
 /// What to do about a rejection.
 fn advice(code: RejectCode) -> &'static str {

@@ -75,7 +75,7 @@ pub use config::{
 };
 pub use connect::{ConnectRetry, ConnectStep};
 pub use decentralized::Pause;
-pub use error::{ConfigError, FederateError};
+pub use error::{ConfigError, FederateError, SAME_PROGRAM, before_start, late};
 pub use event::{Disconnected, Event};
 pub use machine::Federate;
 pub use needs::{All, Needs};

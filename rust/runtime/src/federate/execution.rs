@@ -31,8 +31,8 @@ pub(super) enum Advance {
     Done,
 }
 
-/// This federate cannot go on: why is told by [`Execution::fail`]. An error is large, and is not handed on from function
-/// to function.
+/// This federate cannot go on: [`Execution::fail`] was told why. An error is large, and is not handed from function to
+/// function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Failed;
 

@@ -5,14 +5,15 @@ use core::fmt;
 
 use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
-use lf_coordination::rti::{Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, Status, Verdict, Waits};
+use lf_coordination::rti::{
+    Config, ConnectionId, Notice, Outcome, Rti, RtiStorage, SetupError, Status, Verdict, Waits,
+};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::Storage;
 
 use super::connections::{Awaited, Inlet, Outgoing, State};
 use super::table::{Outgoings, Table};
 use crate::datagram::{DatagramPort, send};
-use crate::error::RunError;
 use crate::listener::Listener;
 use crate::platform::{Platform, SocketId};
 use crate::remark::{ConnectionRemark, tell};
@@ -42,14 +43,14 @@ pub struct RtiSetup<'s, B = &'s mut [u8]> {
 /// `notices` is told what people may want to know.
 ///
 /// # Errors
-/// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a buffer
-/// cannot hold the longest message. The listening socket is closed in any case.
+/// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening socket
+/// is closed in any case.
 pub fn run_rti<P: Platform, B: Storage>(
     platform: &mut P,
     setup: RtiSetup<'_, B>,
     listener: SocketId,
     notices: &mut impl FnMut(Notice<'_>),
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, SetupError> {
     let mut rti = RtiLoop::new(platform, setup, listener, notices)?;
     loop {
         match rti.turn() {
@@ -88,14 +89,14 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     /// An RTI whose federates may come now.
     ///
     /// # Errors
-    /// [`RunError::Setup`] when configuration and storage do not go together, [`RunError::BufferTooSmall`] when a
-    /// buffer cannot hold the longest message. The listening socket is then closed.
+    /// When configuration and storage do not go together, or a buffer cannot hold the longest message. The listening
+    /// socket is then closed.
     pub fn new(
         platform: &'a mut P,
         setup: RtiSetup<'s, B>,
         listener: SocketId,
         notices: &'a mut N,
-    ) -> Result<Self, RunError>
+    ) -> Result<Self, SetupError>
     where
         's: 'a,
     {
@@ -103,7 +104,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         let mut port = DatagramPort::new(platform, datagrams);
         let authentication = config.authentication.is_some();
         let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
-        let rti = Rti::new(config, storage).map_err(RunError::Setup).and_then(|rti| {
+        let rti = Rti::new(config, storage).and_then(|rti| {
             let table = Table::new(inlets, outgoings, rti.message_bytes_max())?;
             Ok((rti, table))
         });

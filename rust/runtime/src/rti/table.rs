@@ -3,12 +3,11 @@
 //! silent costs nothing.
 
 use lf_coordination::Deadline;
-use lf_coordination::rti::{ConnectionId, Notice, Outlet};
+use lf_coordination::rti::{ConnectionId, Notice, Outlet, SetupError};
 use lf_model::time::Instant;
 use lf_wire::{Message, Storage};
 
 use super::connections::{Awaited, Inlet, Outgoing, State};
-use crate::error::RunError;
 use crate::platform::{Interest, SocketId};
 
 /// The connections: what comes in on one side, what goes out on the other.
@@ -32,11 +31,11 @@ impl<'a, B: Storage> Table<'a, B> {
         inlets: &'a mut [Inlet<B>],
         outgoings: &'a mut [Outgoing<B>],
         needed: usize,
-    ) -> Result<Self, RunError> {
-        let receive = inlets.iter().map(|inlet| ("receive", inlet.buffer.capacity_max()));
-        let send = outgoings.iter().map(|outgoing| ("send", outgoing.buffer.capacity_max()));
-        if let Some((buffer, found)) = receive.chain(send).find(|(_, found)| *found < needed) {
-            return Err(RunError::BufferTooSmall { buffer, needed, found });
+    ) -> Result<Self, SetupError> {
+        let receive = inlets.iter().map(|inlet| ("received bytes", inlet.buffer.capacity_max()));
+        let send = outgoings.iter().map(|outgoing| ("bytes to be sent", outgoing.buffer.capacity_max()));
+        if let Some((part, found)) = receive.chain(send).find(|(_, found)| *found < needed) {
+            return Err(SetupError::Storage { part, needed, found });
         }
         let count = inlets.len().min(outgoings.len()).min(u16::MAX.into());
         let (inlets, outgoings) = (&mut inlets[..count], &mut outgoings[..count]);

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Growing, Memory, Sizes};
-use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT};
+use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::{Interest, Platform as _, Transfer};
@@ -180,7 +180,7 @@ impl Plan {
 /// How a federation went.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    pub outcome: Option<Result<Outcome, RunError>>,
+    pub outcome: Option<Result<Outcome, SetupError>>,
     pub results: Vec<Result<(), RunError>>,
     /// What each federate has noted.
     pub logs: Vec<Log>,
@@ -203,7 +203,7 @@ pub struct Report {
 
 #[derive(Default)]
 struct Results {
-    outcome: Option<Result<Outcome, RunError>>,
+    outcome: Option<Result<Outcome, SetupError>>,
     notices: Vec<String>,
     federates: BTreeMap<u16, (Ran, Interval)>,
 }
@@ -339,7 +339,7 @@ impl Storage for Scarce {
     }
 }
 
-fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<String>) -> Result<Outcome, RunError> {
+fn run_the_rti(plan: &Plan, platform: &mut VirtualPlatform, notices: &mut Vec<String>) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let count = plan.nodes.len();
     let connections = count + 2;

@@ -6,10 +6,10 @@ use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Memory, Sizes};
-use lf_coordination::rti::{ClockSync, Config, Outcome};
+use lf_coordination::rti::{ClockSync, Config, Outcome, SetupError};
 use lf_model::time::{Instant, Interval};
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
-use lf_runtime::{Inlet, Outgoing, RtiSetup, RunError, run_rti};
+use lf_runtime::{Inlet, Outgoing, RtiSetup, run_rti};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
 use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, Tag, UDP_PORT_CLOCK_SYNC_OFF, decode};
@@ -32,7 +32,7 @@ pub fn config() -> Config<'static> {
 /// How the RTI ended, and what it said meanwhile.
 #[derive(Debug)]
 pub struct Ended {
-    pub outcome: Result<Outcome, RunError>,
+    pub outcome: Result<Outcome, SetupError>,
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
     /// What the RTI has said and heard, in order.
@@ -82,7 +82,7 @@ fn run(
     config: Config<'static>,
     federates: usize,
     notices: &Mutex<Vec<String>>,
-) -> Result<Outcome, RunError> {
+) -> Result<Outcome, SetupError> {
     let listener = platform.listen(PORT).unwrap();
     let (connections, bytes) = (federates + 2, config.message_bytes_max(federates));
     let mut buffers: Vec<_> = (0..connections).map(|_| (vec![0; bytes], vec![0; bytes])).collect();

@@ -95,6 +95,7 @@ impl<'a> RtiMemory<'a> {
             outgoings: &mut self.outgoings,
             datagrams,
         };
-        RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices)
+        let centre = RtiLoop::new(&mut self.platform, setup, listener, &mut self.notices);
+        Ok(centre.expect("the memory is made for the configuration"))
     }
 }
