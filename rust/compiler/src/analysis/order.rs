@@ -8,7 +8,7 @@ use super::graph::{Graph, Node, Work};
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
-use crate::resolve::{Class, Reaction, Variable};
+use crate::resolve::Class;
 
 /// The levels of all that runs.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ pub(super) fn order(
     classes: &[Class<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Option<Levels> {
-    let followers = collect_followers(graph, tree, classes);
+    let followers = collect_followers(graph, tree);
     let count = followers.len();
     let mut missing = vec![0_usize; count];
     for (follower, _) in followers.iter().flatten() {
@@ -77,18 +77,17 @@ pub(super) fn order(
     Some(Levels { steps, sends })
 }
 
-fn collect_followers(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Followers {
+fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
     let sends = graph.steps.len();
     let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
-    let modes: Vec<_> = (0..sends).map(|step| excluding_mode(step, graph, tree, classes)).collect();
-    declared_order(graph, tree, &modes, &mut followers);
+    declared_order(graph, tree, &mut followers);
     // What reads or sends each storing port.
     let mut behind: Vec<Vec<Vertex>> =
         graph.readers.iter().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         behind[graph.root[link.from]].push(sends + position);
     }
-    let mode = |vertex: Vertex| modes.get(vertex).copied().flatten();
+    let mode = |vertex: Vertex| graph.steps.get(vertex).and_then(|step| step.mode);
     let mut follow = |vertex: Vertex, node: Node| {
         // Those that exclude each other never wait for each other.
         let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
@@ -105,26 +104,19 @@ fn collect_followers(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Follo
     followers
 }
 
-/// The mode that a step is in, if it never runs when others of that reactor are active: what ends a mode may.
-fn excluding_mode(step: usize, graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Option<usize> {
-    let ends =
-        |reaction: &Reaction<'_>| reaction.parameters.iter().any(|it| it.triggers && it.variable == Variable::Shutdown);
-    graph.steps[step].mode.filter(|_| !graph.reaction(step, tree, classes).is_some_and(ends))
-}
-
 /// The reactions of an instance follow each other as they are declared, as far as they are not in different modes.
-fn declared_order(graph: &Graph, tree: &Tree, modes: &[Option<usize>], followers: &mut Followers) {
+fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
     // The last reactions of the instance so far: any other one is before one of them.
     let mut last: Vec<usize> = Vec::new();
     let reactions = graph.steps.iter().enumerate().filter(|(_, step)| matches!(step.work, Work::Reaction(_)));
     for (position, step) in reactions {
         last.retain(|before| graph.steps[*before].instance == step.instance);
-        let apart = |before: &usize| tree.exclude(modes[*before], modes[position]);
+        let apart = |before: &usize| tree.exclude(graph.steps[*before].mode, step.mode);
         last.iter().filter(|before| !apart(before)).for_each(|before| {
             followers[*before].push((position, Reason::Declared));
         });
-        let in_mode = modes[position].is_some() && step.mode != tree.instances[step.instance].mode;
-        last.retain(|before| in_mode && modes[*before] != modes[position]);
+        let in_mode = step.mode != tree.instances[step.instance].mode;
+        last.retain(|before| in_mode && graph.steps[*before].mode != step.mode);
         last.push(position);
     }
 }
