@@ -30,6 +30,12 @@ fn the_first_rich_seeds_violate_nothing() {
     }
 }
 
+/// Side by side, an action of a mode that was not active was put back into the event queue.
+#[test]
+fn what_stands_still_with_its_mode_stays_so_side_by_side() {
+    hold(Coordination::Centralized, &[RICH + 30540]);
+}
+
 /// A federate that had left still had messages that waited for room, and its other inputs were waited for for ever; and
 /// the rest of a message was waited for that had no room behind such messages.
 #[test]

@@ -54,7 +54,10 @@ impl Engine<'_> {
             self.tardy.reactions.insert_all(&notes.tardy);
             while let Some(action) = notes.actions.pop_first() {
                 let action = TriggerId(action);
-                self.events.set(action, program.trigger(action).and_then(|cell| cell.pending()));
+                // Reactions in other modes share the job, and what those could have scheduled stands still.
+                if self.is_active(action) {
+                    self.events.set(action, program.trigger(action).and_then(|cell| cell.pending()));
+                }
             }
         }
     }
