@@ -13,7 +13,7 @@ const COUNT: usize = 4;
 
 /// Three reactors that meet, and one with a deadline that is always missed, all triggered by one timer; and one that
 /// sees what they have set, at the next level.
-const ROWS: Tables = Tables {
+const TABLES: Tables = Tables {
     reactions: &[
         ReactionInfo { name: "one", ..ReactionInfo::DEFAULT },
         ReactionInfo { name: "two", ..ReactionInfo::DEFAULT },
@@ -35,10 +35,9 @@ const ROWS: Tables = Tables {
         PortInfo { name: "two", reactions: &[ReactionId(4)], delays: &[] },
         PortInfo { name: "three", reactions: &[ReactionId(4)], delays: &[] },
     ],
+    workers: 4,
     ..Tables::DEFAULT
 };
-const WORKERS: Workers = Workers::new::<COUNT, { Workers::words(&ROWS) }>(&Threads::<COUNT>, &ROWS);
-const TABLES: Tables = Tables { workers: Some(&WORKERS), ..ROWS };
 const _: () = TABLES.check();
 
 /// All who run at the first level.
@@ -77,34 +76,37 @@ impl Program for Shared {
         }
     }
 
-    fn share(&mut self, number: u16, level: &mut Level<'_, '_>) {
+    fn share(&mut self, number: u16, level: &mut Level<'_>) {
         let [first, second, third, fourth] = &mut self.threads;
         if number != 0 {
             return;
         }
-        level.run(&mut [
-            Job::new(&[ReactionId(0)], &[TriggerId(1)], &mut |_, part, ctx| {
-                meet(first);
-                assert_eq!(part, Part::Body);
-                self.workers = ctx.num_workers();
-                ctx.set(&mut self.one, 1);
-                let again: &mut LogicalAction<u32> = &mut self.again;
-                ctx.schedule(again, Offset::Asap);
-            }),
-            Job::new(&[ReactionId(1)], &[], &mut |_, _, ctx| {
-                meet(second);
-                ctx.set(&mut self.two, 20);
-            }),
-            Job::new(&[ReactionId(2)], &[], &mut |_, _, ctx| {
-                meet(third);
-                ctx.set(&mut self.three, 300);
-                ctx.request_stop(Offset::After(std::time::Duration::ZERO));
-            }),
-            Job::new(&[ReactionId(3)], &[], &mut |_, part, _| {
-                meet(fourth);
-                assert_eq!(part, Part::MissedDeadline);
-            }),
-        ]);
+        level.run::<COUNT, { TABLES.note_words() }>(
+            &Threads::<COUNT>,
+            &mut [
+                Job::new(&[ReactionId(0)], &[TriggerId(1)], &mut |_, part, ctx| {
+                    meet(first);
+                    assert_eq!(part, Part::Body);
+                    self.workers = ctx.num_workers();
+                    ctx.set(&mut self.one, 1);
+                    let again: &mut LogicalAction<u32> = &mut self.again;
+                    ctx.schedule(again, Offset::Asap);
+                }),
+                Job::new(&[ReactionId(1)], &[], &mut |_, _, ctx| {
+                    meet(second);
+                    ctx.set(&mut self.two, 20);
+                }),
+                Job::new(&[ReactionId(2)], &[], &mut |_, _, ctx| {
+                    meet(third);
+                    ctx.set(&mut self.three, 300);
+                    ctx.request_stop(Offset::After(std::time::Duration::ZERO));
+                }),
+                Job::new(&[ReactionId(3)], &[], &mut |_, part, _| {
+                    meet(fourth);
+                    assert_eq!(part, Part::MissedDeadline);
+                }),
+            ],
+        );
     }
 
     fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {

@@ -191,10 +191,10 @@ impl ReactionContext<'_> {
     /// How many threads run reactions: the event loop does, and the others that the program has asked for.
     pub fn num_workers(&self) -> usize {
         #[cfg(feature = "workers")]
-        if let Some(workers) = self.tables.workers {
-            return workers.count;
-        }
-        1
+        let workers = self.tables.workers;
+        #[cfg(not(feature = "workers"))]
+        let workers = 1u16;
+        usize::from(workers)
     }
 
     /// What a physical thread is given. `spawn_physical_thread`, from the platform's prelude, is built on it.

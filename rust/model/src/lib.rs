@@ -37,6 +37,7 @@ mod macros;
 mod modes;
 mod multiport;
 mod outside;
+mod part;
 mod payload;
 mod physical;
 mod port;
@@ -65,6 +66,7 @@ pub use macros::__private;
 pub use modes::{ModeCell, ModeCells, ModeEvents, ModeInfo, ModeTrigger, Modes, Transition};
 pub use multiport::{Multiport, MultiportMut};
 pub use outside::{Mailbox, Outside};
+pub use part::Part;
 #[cfg(feature = "postcard")]
 pub use payload::{Bounded, Postcard};
 pub use payload::{FixedPayload, Native, Payload, PayloadError, Serializer, layout};
@@ -74,7 +76,7 @@ pub use physical::{
     Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
 };
 pub use port::{Port, QueuedPort, QueuedPortInner};
-pub use program::{Part, Program};
+pub use program::Program;
 pub use queue::{Event, Full, Owned, View};
 pub use state::Settings;
 pub use storage::{EngineStorage, Storage, StorageParts};
@@ -86,7 +88,7 @@ pub use tardy::{Meant, TardyInput, TardyInputInner};
 pub use time::{EventTag, Instant, Interval, Microstep, Offset, Tag};
 pub use watchdog::Watchdog;
 #[cfg(feature = "workers")]
-pub use workers::{Crew, Job, Level, Worker, Workers};
+pub use workers::{Crew, Job, Level, Worker};
 #[cfg(feature = "workers")]
 #[doc(hidden)]
 pub use workers::{moves_between_threads, seen_by_threads};

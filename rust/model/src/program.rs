@@ -8,17 +8,6 @@ use crate::queue::Full;
 use crate::tables::{InputId, OutputId, PortId, ReactionId, Tables, TriggerId};
 use crate::time::Tag;
 
-/// What runs of a reaction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
-    /// The body.
-    Body,
-    /// The deadline's handler.
-    MissedDeadline,
-    /// The handler of a tardy input.
-    Tardy,
-}
-
 /// A federate's program, as the compiler generates it: one struct that owns all state, ports and queues.
 ///
 /// Each method is one `match` over the ids that it concerns; ids it does not know are answered as the methods here do,
@@ -37,9 +26,14 @@ pub trait Program {
     fn handle_tardy(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     /// Lends the reactions of a level that can run side by side, each with a closure over what it uses:
-    /// `level.run(&mut [Job::new(&[ReactionId(0)], &[], &mut |reaction, part, ctx| …), …])`.
+    ///
+    /// ```ignore
+    /// level.run::<4, { TABLES.note_words() }>(&lf::Threads::<4>, &mut [
+    ///     Job::new(&[ReactionId(0)], &[TriggerId(1)], &mut |id, part, ctx| self.sensor.reaction_1(ctx, &mut self.y)),
+    /// ])
+    /// ```
     #[cfg(feature = "workers")]
-    fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_, '_>) {}
+    fn share(&mut self, _number: u16, _level: &mut crate::workers::Level<'_>) {}
 
     /// The port, to clear it at the end of a tag.
     fn port(&mut self, _port: PortId) -> Option<&mut dyn PortCell> {

@@ -24,9 +24,9 @@ pub struct Tables {
     pub absence: &'static [ReactionId],
     /// The modes, and what is in them, where there are any.
     pub modes: Option<&'static Modes>,
-    /// How reactions of one level run side by side, where they do.
+    /// How many threads run reactions: more than one run those of a level side by side.
     #[cfg(feature = "workers")]
-    pub workers: Option<&'static crate::workers::Workers>,
+    pub workers: u16,
 }
 
 impl Tables {
@@ -40,7 +40,7 @@ impl Tables {
         absence: &[],
         modes: None,
         #[cfg(feature = "workers")]
-        workers: None,
+        workers: 1,
     };
 }
 
@@ -303,6 +303,12 @@ impl Tables {
             Some(modes) => modes.triggers.len(),
             None => 0,
         }
+    }
+
+    /// How many words of memory a worker needs for its notes.
+    #[cfg(feature = "workers")]
+    pub const fn note_words(&self) -> usize {
+        words(self.reactions.len()) + words(self.tardy_reactions()) + words(self.ports.len())
     }
 
     /// Checks that ids are in range, levels rise with the order of execution, and the parts agree with each other.

@@ -9,53 +9,19 @@ use core::fmt;
 
 use crate::bits::Bits;
 use crate::context::ReactionContext;
-use crate::engine::{Engine, part_of};
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
 use crate::ids::{ReactionId, TriggerId};
 use crate::modes::{ModeState, Modes, Transition};
 use crate::outside::Outside;
-use crate::program::{Part, Program};
+use crate::part::Part;
 use crate::state::{Settings, State, Tardy};
 use crate::tables::{Tables, words};
 use crate::time::Tag;
 
-/// How the reactions of a program run side by side.
-#[derive(Clone, Copy)]
-pub struct Workers {
-    pub(crate) count: usize,
-    pub(crate) crew: &'static dyn Crew,
-    pub(crate) run: Run,
-}
-
-impl Workers {
-    /// `COUNT` workers, the event loop's own thread included, each with `WORDS` of memory for its notes:
-    /// [`words`](Self::words) says how many it needs.
-    ///
-    /// # Panics
-    /// When that is less than the tables ask for. Generated code makes the workers in a constant.
-    pub const fn new<const COUNT: usize, const WORDS: usize>(crew: &'static dyn Crew, tables: &Tables) -> Self {
-        assert!(Self::words(tables) <= WORDS, "a worker needs a bit for all that it may have to note");
-        let run: Run = |engine, program, env, crew, level| engine.run_level::<COUNT, WORDS>(program, env, crew, level);
-        Self { count: COUNT, crew, run }
-    }
-
-    /// How many words of memory a worker needs for its notes.
-    pub const fn words(tables: &Tables) -> usize {
-        let reactions = words(tables.reactions.len()) + words(tables.tardy_reactions());
-        reactions + words(tables.ports.len()) + words(tables.triggers.len())
-    }
-}
-
-impl fmt::Debug for Workers {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Workers").field("count", &self.count).finish_non_exhaustive()
-    }
-}
-
-/// Runs a level of a program's open tag.
-type Run = fn(&mut Engine<'_>, &mut dyn Program, &dyn Env, &'static dyn Crew, u16);
+/// The next tag of an action that may have been scheduled: before all others, until the engine has asked the action.
+pub(crate) const ASKED: Tag = Tag::NEVER;
 
 /// Threads that share work.
 pub trait Crew: Sync {
@@ -106,40 +72,34 @@ impl fmt::Debug for Job<'_> {
 /// What one thread needs to run jobs, and its notes of what they did.
 pub struct Worker<'a> {
     seen: Seen<'a>,
-    pub(crate) notes: Notes<'a>,
+    notes: Notes<'a>,
 }
 
 /// What the reactions of a level see of the engine: it is as it was before any of them ran.
 #[derive(Clone, Copy)]
-pub(crate) struct Seen<'a> {
-    pub(crate) tables: &'static Tables,
-    pub(crate) settings: &'a Settings,
-    pub(crate) state: State,
-    pub(crate) intended: &'a [Tag],
-    pub(crate) outside: &'static dyn Outside,
+struct Seen<'a> {
+    tables: &'static Tables,
+    settings: &'a Settings,
+    state: State,
+    intended: &'a [Tag],
+    outside: &'static dyn Outside,
 }
 
 /// Sets, which are the same in whatever order they are put together.
-pub(crate) struct Notes<'a> {
+struct Notes<'a> {
     /// Reactions that were triggered, and of those the ones that are tardy.
-    pub(crate) ready: Bits<'a>,
-    pub(crate) tardy: Bits<'a>,
+    ready: Bits<'a>,
+    tardy: Bits<'a>,
     /// Ports that were set.
-    pub(crate) ports: Bits<'a>,
-    /// Actions that may have been scheduled.
-    pub(crate) actions: Bits<'a>,
+    ports: Bits<'a>,
 }
 
 impl<'a> Worker<'a> {
-    /// With [`Workers::words`] of memory, which is clear.
-    pub(crate) fn new(seen: Seen<'a>, memory: &'a mut [u32]) -> Self {
+    /// With [`Tables::note_words`] of memory, which is clear.
+    fn new(seen: Seen<'a>, memory: &'a mut [u32]) -> Self {
         let (ready, memory) = memory.split_at_mut(words(seen.tables.reactions.len()));
-        let (tardy, memory) = memory.split_at_mut(words(seen.tables.tardy_reactions()));
-        let (ports, actions) = memory.split_at_mut(words(seen.tables.ports.len()));
-        Self {
-            seen,
-            notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports), actions: Bits(actions) },
-        }
+        let (tardy, ports) = memory.split_at_mut(words(seen.tables.tardy_reactions()));
+        Self { seen, notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports) } }
     }
 
     /// Runs a job.
@@ -147,7 +107,7 @@ impl<'a> Worker<'a> {
         let Self { seen, notes } = self;
         let info = &seen.tables.reactions[usize::from(job.reaction.0)];
         let (mut state, mut env) = (seen.state, Elsewhere(seen.outside));
-        let part = part_of(info, job.tardy, state.current.time, &env);
+        let part = Part::of(info, job.tardy, state.current.time, &env);
         let mut ctx = ReactionContext {
             tables: seen.tables,
             settings: seen.settings,
@@ -164,9 +124,6 @@ impl<'a> Worker<'a> {
         };
         (job.body)(job.reaction, part, &mut ctx);
         let mode = ctx.mode;
-        for action in job.actions {
-            notes.actions.insert(action.0);
-        }
         let stop = Some(state.stop).filter(|stop| *stop < seen.state.stop);
         job.outcome = Outcome { stop, stop_request: state.stop_request, error: state.error, mode };
     }
@@ -191,21 +148,26 @@ impl Env for Elsewhere {
     }
 }
 
-/// A level of the open tag, and those who run it.
-pub struct Level<'a, 'w> {
+/// A level of the open tag, several reactions of which may be ready.
+pub struct Level<'a> {
     pub(crate) tables: &'static Tables,
+    pub(crate) settings: &'a Settings,
     pub(crate) state: &'a mut State,
+    pub(crate) events: Events<'a>,
     pub(crate) ready: Bits<'a>,
-    pub(crate) tardy: &'a Tardy<'a>,
+    pub(crate) ports: Bits<'a>,
+    pub(crate) tardy: Tardy<'a>,
     pub(crate) modes: &'a mut [ModeState],
-    pub(crate) crew: &'static dyn Crew,
-    pub(crate) workers: &'a mut [Worker<'w>],
+    pub(crate) outside: &'static dyn Outside,
 }
 
-impl Level<'_, '_> {
-    /// Runs those jobs whose reactions are ready, if they are several. One alone is left to the engine. The jobs stand
-    /// in the order of their reactions.
-    pub fn run(&mut self, jobs: &mut [Job<'_>]) {
+impl Level<'_> {
+    /// Has `COUNT` workers, with `WORDS` of memory each, run those jobs whose reactions are ready, if they are several.
+    /// One alone is left to the engine. The jobs stand in the order of their reactions.
+    ///
+    /// # Panics
+    /// When the memory is less than [`Tables::note_words`].
+    pub fn run<const COUNT: usize, const WORDS: usize>(&mut self, crew: &dyn Crew, jobs: &mut [Job<'_>]) {
         let mut count = 0;
         for index in 0..jobs.len() {
             let ready = jobs[index].reactions.iter().find(|reaction| self.is_ready(**reaction));
@@ -223,10 +185,26 @@ impl Level<'_, '_> {
             self.ready.remove(job.reaction.0);
             job.tardy = self.tardy.contains(job.reaction);
         }
-        let workers = self.workers.len().min(count);
-        self.crew.run(&mut self.workers[..workers], jobs);
+        let mut memory = [[0; WORDS]; COUNT];
+        let seen = Seen {
+            tables: self.tables,
+            settings: self.settings,
+            state: *self.state,
+            intended: self.tardy.intended,
+            outside: self.outside,
+        };
+        let mut workers = memory.each_mut().map(|memory| Worker::new(seen, memory));
+        crew.run(&mut workers[..COUNT.min(count)], jobs);
+        for Worker { notes, .. } in workers {
+            self.ready.insert_all(&notes.ready);
+            self.ports.insert_all(&notes.ports);
+            self.tardy.reactions.insert_all(&notes.tardy);
+        }
         for job in jobs {
             self.take(&job.outcome);
+            for action in job.actions {
+                self.events.set(*action, Some(ASKED));
+            }
         }
     }
 
@@ -250,9 +228,9 @@ impl Level<'_, '_> {
     }
 }
 
-impl fmt::Debug for Level<'_, '_> {
+impl fmt::Debug for Level<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Level").field("workers", &self.workers).finish_non_exhaustive()
+        f.debug_struct("Level").field("state", &self.state).finish_non_exhaustive()
     }
 }
 

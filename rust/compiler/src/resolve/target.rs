@@ -86,8 +86,8 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
         "go on while there are no events, if there are other federates or threads that can make one",
     ),
     property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
-    property("threading", SWITCH, "no effect: `workers` alone says how many threads run reactions"),
-    property("single-threaded", SWITCH, "no effect, for the same reason"),
+    property("threading", SWITCH, "with `false`, one thread runs all reactions, whatever `workers` says"),
+    property("single-threaded", SWITCH, "with `true`, the same"),
     property(
         "workers",
         &["1", "4"],
@@ -250,8 +250,7 @@ impl Reader<'_> {
             "rust-include" => self.modules(key, value),
             "build-type" => self.build_type(key, value),
             "edition" => self.edition(key, value),
-            // One event loop without worker threads is what both values allow; and nobody looks for what other compilers
-            // write beside the program.
+            // Nobody looks for what other compilers write beside the program; `workers` asks for the first two.
             "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
             }

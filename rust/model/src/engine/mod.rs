@@ -21,8 +21,6 @@ use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
 use crate::tables::{InputId, OutputId, Tables, TriggerId, TriggerKind};
 use crate::time::{Instant, Interval, Tag};
-#[cfg(feature = "workers")]
-pub(crate) use tag::part_of;
 pub use tardy::Delivery;
 
 /// How far [`Engine::advance`] came.

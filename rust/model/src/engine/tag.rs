@@ -7,11 +7,12 @@ use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
 use crate::modes::Moment;
-use crate::program::{Part, Program};
+use crate::part::Part;
+use crate::program::Program;
 use crate::queue::Full;
 use crate::state::Phase;
-use crate::tables::{OutputId, PortId, ReactionId, ReactionInfo, ReactionKind, TriggerId, TriggerKind};
-use crate::time::{Instant, Interval, Tag};
+use crate::tables::{OutputId, PortId, ReactionId, ReactionKind, TriggerId, TriggerKind};
+use crate::time::{Interval, Tag};
 
 impl Engine<'_> {
     /// Opens a tag: its events take effect, and trigger reactions, which [`advance`](Self::advance) runs. It need not
@@ -142,7 +143,7 @@ impl Engine<'_> {
     fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
         let info = &self.tables.reactions[usize::from(id.0)];
         let tardy = self.tardy.contains(id);
-        let part = part_of(info, tardy, self.state.current.time, env);
+        let part = Part::of(info, tardy, self.state.current.time, env);
         let mut ctx = ReactionContext {
             tables: self.tables,
             settings: &self.settings,
@@ -232,15 +233,4 @@ impl Engine<'_> {
         }
         self.events.set(id, program.trigger(id).and_then(|cell| cell.pending()));
     }
-}
-
-/// What runs of a reaction that is ready: who handles what is tardy has no deadline.
-pub(crate) fn part_of(info: &ReactionInfo, tardy: bool, time: Instant, env: &dyn Env) -> Part {
-    if tardy && info.tardy {
-        return Part::Tardy;
-    }
-    // A deadline of zero is always missed, as in the C runtime.
-    let missed =
-        info.deadline.is_some_and(|deadline| deadline <= Interval::ZERO || env.physical_time() > time + deadline);
-    if missed { Part::MissedDeadline } else { Part::Body }
 }

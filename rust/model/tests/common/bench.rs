@@ -291,7 +291,7 @@ impl Builder {
             }]),
             absence,
             modes: (!self.modes.is_empty()).then(|| self.leak_modes(&reactions)),
-            workers: None,
+            workers: 1,
         }));
         tables.check();
         let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));

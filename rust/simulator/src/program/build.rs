@@ -10,11 +10,11 @@ use lf_model::time::Tag;
 use lf_model::{ModeId, Port, PortId, Timer, Transition, TriggerId, Watchdog};
 use lf_testkit::random::mix;
 
+use super::Scripted;
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::lent::{Body, Effect, Group, Variable};
+use super::lent::{Body, Effect, Group, InstanceId, Memory, Place, Variable};
 use super::tables::{Runs, tables};
 use super::value::{Shape, Value};
-use super::{InstanceId, Memory, Place, Scripted};
 use crate::scenario::{Scenario, Script};
 use crate::world::Side;
 

@@ -3,7 +3,6 @@
 //! can run side by side, and one alone runs no differently.
 
 use std::collections::BTreeMap;
-use std::mem;
 use std::time::Duration;
 
 use lf_model::prelude::{After, Asap};
@@ -14,9 +13,49 @@ use lf_testkit::random::combine;
 use super::cells::Cell;
 use super::tables::keep;
 use super::value::{Shape, Value};
-use super::{InstanceId, Memory, Place, Record, Scripted};
 use crate::scenario::Script;
-use crate::world::Thread;
+use crate::world::{Side, Thread};
+
+/// An instance of a reactor, the same one whether federated or not.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) struct InstanceId {
+    pub(crate) federate: usize,
+    /// A hash of its path.
+    pub(crate) path: u64,
+}
+
+/// What a reaction saw, when and in which state.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Record {
+    pub(crate) tag: Tag,
+    pub(crate) instance: InstanceId,
+    /// The reaction's number in its reactor, from 1.
+    pub(crate) reaction: u16,
+    /// All that it saw, and the state.
+    pub(crate) digest: u64,
+    /// Whether its federate's last tag was running.
+    pub(crate) last_tag: bool,
+    /// How long it took.
+    pub(crate) work_ns: u64,
+}
+
+/// What reactions share.
+pub(super) struct Memory {
+    pub(super) cells: Vec<Cell>,
+    pub(super) ports: Vec<Place>,
+    pub(super) side: &'static Side,
+    /// Whether stops and physical events are known beforehand, and reactions do not cause them.
+    pub(super) replayed: bool,
+}
+
+/// Where a port's value lies.
+pub(super) enum Place {
+    Own(Port<Value>),
+    /// In the cell of this trigger.
+    Queue(usize),
+    /// With a body that runs.
+    Lent,
+}
 
 /// A reaction with a body.
 pub(super) struct Body {
@@ -48,7 +87,7 @@ pub(super) struct Effect {
 }
 
 /// What a body has taken out of the memory for as long as it runs.
-enum Own {
+pub(super) enum Own {
     Port(Place),
     Trigger(Cell),
 }
@@ -85,54 +124,11 @@ impl Group {
 
 /// Bodies of one instance with what they change.
 pub(super) struct Lent {
-    bodies: Vec<(ReactionId, Body)>,
-    state: u64,
-    own: Vec<(Variable, Own)>,
-    record: Option<Record>,
-    stop: Option<Tag>,
-}
-
-impl Scripted {
-    /// Takes the bodies of reactions of one instance out of the program; those without one are left out.
-    pub(super) fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
-        let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
-        let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
-        let (memory, mut own) = (&mut self.memory, Vec::<(Variable, Own)>::new());
-        for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
-            match *variable {
-                _ if own.iter().any(|(taken, _)| taken == variable) => {}
-                Variable::Port(port) => {
-                    let place = mem::replace(&mut memory.ports[port], Place::Lent);
-                    own.push((*variable, Own::Port(place)));
-                }
-                Variable::Trigger(trigger) => {
-                    let cell = mem::replace(&mut memory.cells[trigger], Cell::None);
-                    own.push((*variable, Own::Trigger(cell)));
-                }
-                Variable::Mode(_) => {}
-            }
-        }
-        let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
-        Lent { bodies, state, own, record: None, stop: None }
-    }
-
-    /// Puts them back, and what one of them saw into the trace.
-    pub(super) fn take_back(&mut self, lent: Lent) {
-        let Lent { bodies, state, own, record, stop } = lent;
-        for (variable, own) in own {
-            match (variable, own) {
-                (Variable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
-                (Variable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
-                _ => {}
-            }
-        }
-        self.trace.extend(record);
-        self.stops.extend(stop);
-        for (reaction, body) in bodies {
-            self.states[body.instance] = state;
-            self.bodies[usize::from(reaction.0)] = Some(body);
-        }
-    }
+    pub(super) bodies: Vec<(ReactionId, Body)>,
+    pub(super) state: u64,
+    pub(super) own: Vec<(Variable, Own)>,
+    pub(super) record: Option<Record>,
+    pub(super) stop: Option<Tag>,
 }
 
 impl Lent {

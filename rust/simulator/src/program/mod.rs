@@ -11,43 +11,23 @@ mod lent;
 mod tables;
 mod value;
 
+use std::mem;
+
 use lf_model::time::Tag;
 use lf_model::{
-    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, PayloadError, Placed, Port, PortCell, PortId,
-    Program, ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
+    Full, InputId, Job, Level, ModeCell, ModeCells, OutputId, Part, PayloadError, Placed, PortCell, PortId, Program,
+    ReactionContext, ReactionId, Readable, Tables, TriggerCell, TriggerId, Undelivered,
 };
 
 pub(crate) use build::{BuildError, Played};
 pub(crate) use tables::Runs;
+use tables::Shuffled;
 pub(crate) use value::{Shape, Value};
 
-use crate::world::Side;
 pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};
-use lent::{Body, Group, Variable, current_tag};
-
-/// An instance of a reactor, the same one whether federated or not.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
-pub(crate) struct InstanceId {
-    pub(crate) federate: usize,
-    /// A hash of its path.
-    pub(crate) path: u64,
-}
-
-/// What a reaction saw, when and in which state.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Record {
-    pub(crate) tag: Tag,
-    pub(crate) instance: InstanceId,
-    /// The reaction's number in its reactor, from 1.
-    pub(crate) reaction: u16,
-    /// All that it saw, and the state.
-    pub(crate) digest: u64,
-    /// Whether its federate's last tag was running.
-    pub(crate) last_tag: bool,
-    /// How long it took.
-    pub(crate) work_ns: u64,
-}
+use lent::{Body, Effect, Group, Lent, Memory, Own, Place, Variable, current_tag};
+pub(crate) use lent::{InstanceId, Record};
 
 /// A program with its memory.
 pub(crate) struct Scripted {
@@ -72,22 +52,47 @@ pub(crate) struct Scripted {
     pub(crate) mishandled: Option<Tag>,
 }
 
-/// What reactions share.
-struct Memory {
-    cells: Vec<Cell>,
-    ports: Vec<Place>,
-    side: &'static Side,
-    /// Whether stops and physical events are known beforehand, and reactions do not cause them.
-    replayed: bool,
-}
+impl Scripted {
+    /// Takes the bodies of reactions of one instance out of the program; those without one are left out.
+    fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
+        let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
+        let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
+        let (memory, mut own) = (&mut self.memory, Vec::<(Variable, Own)>::new());
+        for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
+            match *variable {
+                _ if own.iter().any(|(taken, _)| taken == variable) => {}
+                Variable::Port(port) => {
+                    let place = mem::replace(&mut memory.ports[port], Place::Lent);
+                    own.push((*variable, Own::Port(place)));
+                }
+                Variable::Trigger(trigger) => {
+                    let cell = mem::replace(&mut memory.cells[trigger], Cell::None);
+                    own.push((*variable, Own::Trigger(cell)));
+                }
+                Variable::Mode(_) => {}
+            }
+        }
+        let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
+        Lent { bodies, state, own, record: None, stop: None }
+    }
 
-/// Where a port's value lies.
-enum Place {
-    Own(Port<Value>),
-    /// In the cell of this trigger.
-    Queue(usize),
-    /// With a body that runs.
-    Lent,
+    /// Puts them back, and what one of them saw into the trace.
+    fn take_back(&mut self, lent: Lent) {
+        let Lent { bodies, state, own, record, stop } = lent;
+        for (variable, own) in own {
+            match (variable, own) {
+                (Variable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
+                (Variable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
+                _ => {}
+            }
+        }
+        self.trace.extend(record);
+        self.stops.extend(stop);
+        for (reaction, body) in bodies {
+            self.states[body.instance] = state;
+            self.bodies[usize::from(reaction.0)] = Some(body);
+        }
+    }
 }
 
 impl Scripted {
@@ -171,7 +176,7 @@ impl Program for Scripted {
         self.react(reaction, ctx);
     }
 
-    fn share(&mut self, number: u16, level: &mut Level<'_, '_>) {
+    fn share(&mut self, number: u16, level: &mut Level<'_>) {
         let groups: Vec<_> = self.groups.iter().filter(|group| group.level == number).copied().collect();
         let mut lent: Vec<_> = groups.iter().map(|group| self.lend(group.reactions)).collect();
         let memory = &self.memory;
@@ -180,7 +185,11 @@ impl Program for Scripted {
             bodies.push(move |id: ReactionId, _: Part, ctx: &mut ReactionContext<'_>| lent.run(id, memory, ctx));
         }
         let jobs = groups.iter().zip(&mut bodies).map(|(group, run)| Job::new(group.reactions, group.actions, run));
-        level.run(&mut jobs.collect::<Vec<_>>());
+        let mut jobs: Vec<_> = jobs.collect();
+        match self.tables.note_words() {
+            0..=16 => level.run::<3, 16>(&Shuffled, &mut jobs),
+            _ => level.run::<3, 256>(&Shuffled, &mut jobs),
+        }
         for lent in lent {
             self.take_back(lent);
         }

@@ -4,7 +4,7 @@
 use lf_compiler::tables::{self, InputRow, OutputRow};
 use lf_model::{
     Crew, Job, ModeEvents, ModeInfo, Modes, NetworkInput, NetworkOutput, PortInfo, ReactionInfo, Tables, TriggerInfo,
-    Worker, Workers,
+    Worker,
 };
 use lf_testkit::random::mix;
 
@@ -50,16 +50,10 @@ pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Table
         inputs: keep(planned.inputs.iter().map(input).collect()),
         absence: keep(planned.absence.clone()),
         modes: (!planned.modes.is_empty()).then(|| modes(planned)),
-        workers: None,
+        workers: if runs == Runs::OneByOne { 1 } else { 3 },
     };
     tables.check();
-    let workers = match Workers::words(&tables) {
-        _ if runs == Runs::OneByOne => None,
-        0..=16 => Some(Workers::new::<WORKERS, 16>(&Shuffled, &tables)),
-        _ => Some(Workers::new::<WORKERS, 256>(&Shuffled, &tables)),
-    };
-    let workers = workers.map(|workers| &*Box::leak(Box::new(workers)));
-    Box::leak(Box::new(Tables { workers, ..tables }))
+    Box::leak(Box::new(tables))
 }
 
 /// How the reactions of a level run.
@@ -70,11 +64,9 @@ pub(crate) enum Runs {
     Shuffled,
 }
 
-const WORKERS: usize = 3;
-
 /// Runs jobs one by one, but each by some worker and in another order than they have. As they are closures that share
 /// nothing that one of them changes, threads could do no more to them.
-struct Shuffled;
+pub(super) struct Shuffled;
 
 impl Crew for Shuffled {
     fn run(&self, workers: &mut [Worker<'_>], jobs: &mut [Job<'_>]) {

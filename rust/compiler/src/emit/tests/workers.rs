@@ -45,7 +45,7 @@ fn the_reactions_of_a_level_are_lent_with_what_they_use() {
     };
     let shown = [
         between(text("P/Cargo.toml"), "[dependencies]", "}"),
-        between(text("federate.rs"), "/// The threads", "..ROWS };"),
+        between(text("federate.rs"), "    workers: ", "};"),
         between(text("federate.rs"), "    fn share(", "\n    }\n"),
         between(text("filter.rs"), "const _", "/// An instance"),
     ];

@@ -23,7 +23,7 @@ const MISS: [&str; 3] =
     ["miss_deadline(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
 const TARDY: [&str; 3] =
     ["handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>)", "reaction", "{}"];
-const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_, '_>)", "number", "{}"];
+const SHARE: [&str; 3] = ["share(&mut self, number: u16, level: &mut Level<'_>)", "number", "{}"];
 const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortCell>", "port", "None,"];
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
@@ -172,8 +172,8 @@ impl Module<'_> {
         Some(format!("self.{field}.{method}(ctx{})", arguments.collect::<String>()))
     }
 
-    /// One arm per level at which several instances have reactions, where there are threads for them. Copies are left to
-    /// the engine: two of different modes have one port to set.
+    /// One arm per level at which several instances have reactions, where there are threads for them. Copies are left
+    /// to the engine: two of different modes have one port to set.
     fn shares(&self) -> Vec<String> {
         if self.layout.workers() < 2 {
             return Vec::new();
@@ -189,8 +189,9 @@ impl Module<'_> {
             let mut groups: Vec<_> = instances.into_values().collect();
             groups.sort_by_key(|reactions| reactions[0].0);
             let jobs: Vec<String> = groups.iter().map(|reactions| self.job(reactions)).collect();
-            let jobs = jobs.join(",\n                ");
-            (groups.len() > 1).then(|| format!("{level} => level.run(&mut [\n                {jobs},\n            ])"))
+            let (jobs, workers) = (jobs.join(",\n                "), self.layout.workers());
+            let run = format!("level.run::<{workers}, {{ TABLES.note_words() }}>(&lf::Threads::<{workers}>, ");
+            (groups.len() > 1).then(|| format!("{level} => {run}&mut [\n                {jobs},\n            ])"))
         };
         levels.into_iter().filter_map(arm).collect()
     }

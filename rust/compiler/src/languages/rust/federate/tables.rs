@@ -15,12 +15,7 @@ impl Module<'_> {
     /// The tables, checked when they are compiled.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
-        let workers = self.layout.workers();
-        text.push_str(if workers > 1 {
-            "/// What the engine knows of this program, but for its workers.\nconst ROWS: Tables = Tables {\n"
-        } else {
-            "/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n"
-        });
+        text.push_str("/// What the engine knows of this program.\npub const TABLES: Tables = Tables {\n");
         let tables = [
             ("reactions", self.reaction_rows()),
             ("triggers", self.trigger_rows()),
@@ -28,7 +23,8 @@ impl Module<'_> {
             ("outputs", self.output_rows()?),
             ("inputs", self.input_rows()?),
         ];
-        let mut omits = workers > 1 || self.tables.absence.is_empty() || self.tables.modes.is_empty();
+        let workers = self.layout.workers();
+        let mut omits = self.tables.absence.is_empty() || self.tables.modes.is_empty();
         for (name, rows) in tables {
             if rows.is_empty() {
                 omits = true;
@@ -46,10 +42,10 @@ impl Module<'_> {
         if !self.tables.modes.is_empty() {
             text.push_str("    modes: Some(&MODES),\n");
         }
-        text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
         if workers > 1 {
-            text.push_str(&workers_text(workers));
+            text = text + "    workers: " + &workers.to_string() + ",\n";
         }
+        text.push_str(if omits { "    ..Tables::DEFAULT\n};\n" } else { "};\n" });
         text.push_str("const _: () = TABLES.check();\n\n/// The memory that the engine needs for it.\n");
         text.push_str("pub type Storage = lf::model::storage_for!(TABLES);\n");
         Ok(text)
@@ -148,17 +144,6 @@ impl Module<'_> {
     fn max_len(&self, port: PortId, serializer: Option<&Serializer>) -> Result<String, EmitError> {
         Ok(max_len(serializer, &self.port_type(port)?))
     }
-}
-
-/// The threads that run reactions side by side.
-fn workers_text(workers: u16) -> String {
-    format!(
-        "\n/// The threads that run its reactions.\n\
-         const WORKERS: Workers =\n    \
-         Workers::new::<{workers}, {{ Workers::words(&ROWS) }}>(&lf::Threads::<{workers}>, &ROWS);\n\n\
-         /// What the engine knows of this program.\n\
-         pub const TABLES: Tables = Tables {{ workers: Some(&WORKERS), ..ROWS }};\n"
-    )
 }
 
 fn trigger_kind(kind: &TriggerKind) -> String {

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What runs of a reaction that is ready.
+use crate::env::Env;
+use crate::tables::ReactionInfo;
+use crate::time::{Instant, Interval};
+
+/// What runs of a reaction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The body.
+    Body,
+    /// The deadline's handler.
+    MissedDeadline,
+    /// The handler of a tardy input.
+    Tardy,
+}
+
+impl Part {
+    /// What runs at this time: who handles what is tardy has no deadline.
+    pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, env: &dyn Env) -> Self {
+        if tardy && info.tardy {
+            return Self::Tardy;
+        }
+        // A deadline of zero is always missed, as in the C runtime.
+        let missed =
+            info.deadline.is_some_and(|deadline| deadline <= Interval::ZERO || env.physical_time() > time + deadline);
+        if missed { Self::MissedDeadline } else { Self::Body }
+    }
+}
