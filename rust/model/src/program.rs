@@ -27,7 +27,7 @@ pub trait Program {
 
     /// Lends the reactions of a level that can run side by side, each with a closure over what it uses:
     ///
-    /// ```ignore
+    /// ```text
     /// level.run::<4, { TABLES.note_words() }>(&lf::Threads::<4>, &mut [
     ///     Job::new(&[ReactionId(0)], &[TriggerId(1)], &mut |id, part, ctx| self.sensor.reaction_1(ctx, &mut self.y)),
     /// ])
