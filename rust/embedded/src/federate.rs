@@ -27,7 +27,7 @@ macro_rules! run {
         struct Needs;
         impl $crate::federate::Needs for Needs {
             const INPUTS: bool = PART.has_inputs();
-            const CYCLES: bool = PART.cycles || !PART.awaited.is_empty();
+            const CYCLES: bool = PART.cycles || PART.has_inputs();
             const AUTHENTICATION: bool = PART.authentication.is_some();
             const PEERS: bool = !PART.peers_out.is_empty();
             const PHYSICAL: bool = PART.physical_delay.is_some();

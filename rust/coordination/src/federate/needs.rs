@@ -8,7 +8,8 @@ use core::fmt::Debug;
 pub trait Needs: Copy + Debug + 'static {
     /// Other federates send to it.
     const INPUTS: bool = true;
-    /// Some federates of the program are in a cycle without delay, so the RTI may grant tags provisionally.
+    /// The RTI may grant tags provisionally: where federates are in a cycle without delay, and to take back at a stop
+    /// what it has granted to a federate with inputs.
     const CYCLES: bool = true;
     /// The federate and the RTI prove to each other that they know the federation's id.
     const AUTHENTICATION: bool = true;
