@@ -185,7 +185,7 @@ impl ReactionContext<'_> {
 
     /// Whether this is the last tag.
     pub fn is_shutdown(&self) -> bool {
-        self.state.current == self.state.stop
+        self.state.is_last()
     }
 
     /// How many threads run reactions: the event loop does, and the others that the program has asked for.

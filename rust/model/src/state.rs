@@ -58,6 +58,11 @@ impl State {
         Bounds { start: self.start, current: self.current, stop: self.stop }
     }
 
+    /// Whether the open tag is the last one.
+    pub(crate) fn is_last(&self) -> bool {
+        self.current == self.stop
+    }
+
     /// Remembers the first error, which ends the program after the reaction.
     pub(crate) fn fail(&mut self, error: ModelError) {
         self.error.get_or_insert(error);

@@ -4,7 +4,7 @@
 //! The generator writes one `const TABLES: Tables` per federate, and `const _: () = TABLES.check();` beside it, so
 //! that a table that contradicts itself does not compile. The engine then trusts the tables.
 pub(crate) use crate::ids::{InputId, OutputId, PortId, ReactionId, TriggerId};
-use crate::modes::Modes;
+use crate::modes::{ModeState, Modes, Transition};
 use crate::time::Interval;
 
 /// Everything about a program that does not change while it runs.
@@ -302,6 +302,18 @@ impl Tables {
         match self.modes {
             Some(modes) => modes.triggers.len(),
             None => 0,
+        }
+    }
+
+    /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
+    pub(crate) fn runs(&self, modes: &[ModeState], reaction: ReactionId, is_last: bool) -> bool {
+        self.modes.is_none_or(|known| (known.hooks.runs)(known, modes, reaction, is_last))
+    }
+
+    /// Notes the mode that a reaction has asked for, if it has.
+    pub(crate) fn request_mode(&self, modes: &mut [ModeState], wanted: Option<Transition>) {
+        if let Some((known, wanted)) = self.modes.zip(wanted) {
+            (known.hooks.request)(known, modes, wanted);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
 use crate::ids::{ReactionId, TriggerId};
-use crate::modes::{ModeState, Modes, Transition};
+use crate::modes::{ModeState, Transition};
 use crate::outside::Outside;
 use crate::part::Part;
 use crate::state::{Settings, State, Tardy};
@@ -57,9 +57,9 @@ struct Outcome {
 impl<'a> Job<'a> {
     /// The job of a reaction, or of some that share what they change, in their order; with the actions that they can
     /// schedule, and a closure that calls their methods.
-    pub const fn new(reactions: &'static [ReactionId], actions: &'static [TriggerId], body: &'a mut Body<'a>) -> Self {
-        let outcome = Outcome { stop: None, stop_request: None, error: None, mode: None };
-        Self { reactions, reaction: ReactionId(u16::MAX), actions, body, tardy: false, outcome }
+    pub fn new(reactions: &'static [ReactionId], actions: &'static [TriggerId], body: &'a mut Body<'a>) -> Self {
+        let (reaction, outcome) = (ReactionId(u16::MAX), Outcome::default());
+        Self { reactions, reaction, actions, body, tardy: false, outcome }
     }
 }
 
@@ -209,22 +209,20 @@ impl Level<'_> {
     }
 
     fn is_ready(&self, reaction: ReactionId) -> bool {
-        let is_last = self.state.current == self.state.stop;
-        let runs = |modes: &'static Modes| (modes.hooks.runs)(modes, self.modes, reaction, is_last);
-        self.ready.contains(reaction.0) && self.tables.modes.is_none_or(runs)
+        self.ready.contains(reaction.0) && self.tables.runs(self.modes, reaction, self.state.is_last())
     }
 
     /// What a reaction has asked for, after those before it.
     fn take(&mut self, outcome: &Outcome) {
-        let State { stop, stop_request, .. } = self.state;
-        *stop = outcome.stop.map_or(*stop, |asked| asked.min(*stop));
-        *stop_request = outcome.stop_request.into_iter().chain(*stop_request).min();
+        for (asked, is_federated) in [(outcome.stop, false), (outcome.stop_request, true)] {
+            if let Some(tag) = asked {
+                self.state.request_stop(tag, is_federated);
+            }
+        }
         if let Some(error) = outcome.error {
             self.state.fail(error);
         }
-        if let Some((modes, wanted)) = self.tables.modes.zip(outcome.mode) {
-            (modes.hooks.request)(modes, self.modes, wanted);
-        }
+        self.tables.request_mode(self.modes, outcome.mode);
     }
 }
 

@@ -467,8 +467,7 @@ impl Reader<'_> {
                 .is_some_and(|it| matches!(it.value.kind, PropertyKind::Literal(Literal::Bool(value)) if value == what))
         };
         let Some(workers) = given("workers").filter(|_| self.target.workers > 1) else { return };
-        let is_old = |edition: &String| edition == "2018" || edition == "2015";
-        if self.target.cargo.edition.as_ref().is_some_and(is_old) {
+        if self.target.cargo.edition.as_deref() == Some("2018") {
             let message = "`workers` needs closures of edition 2021, which capture fields by themselves";
             let diagnostic = Diagnostic::new(Code::UnsupportedProperty, workers.key.span, message);
             self.found.push(diagnostic.hint("write `edition: \"2021\"` or a later one, or remove `workers`"));

@@ -8,8 +8,7 @@ use crate::tables::{ReactionId, TriggerId};
 
 impl Engine<'_> {
     pub(super) fn runs(&self, reaction: ReactionId) -> bool {
-        let is_last = self.state.current == self.state.stop;
-        self.tables.modes.is_none_or(|modes| (modes.hooks.runs)(modes, self.modes, reaction, is_last))
+        self.tables.runs(self.modes, reaction, self.state.is_last())
     }
 
     pub(super) fn is_active(&self, trigger: TriggerId) -> bool {

@@ -163,9 +163,8 @@ impl Engine<'_> {
             Part::MissedDeadline => program.miss_deadline(id, &mut ctx),
             Part::Tardy => program.handle_tardy(id, &mut ctx),
         }
-        if let Some((modes, mode)) = self.tables.modes.zip(ctx.mode) {
-            (modes.hooks.request)(modes, self.modes, mode);
-        }
+        let mode = ctx.mode;
+        self.tables.request_mode(self.modes, mode);
     }
 
     /// Whether the value, or word that there is none, is on its way, or has nowhere to go.
