@@ -38,6 +38,8 @@ codes! {
     NumberTooLarge = "E007-number-too-large",
     /// A name that generated Rust cannot use.
     RustName = "E008-rust-name",
+    /// A name that bodies in another language cannot use.
+    LanguageName = "E064-language-name",
     /// A host name or address that is none.
     BadHost = "E009-bad-host",
 
@@ -115,6 +117,8 @@ codes! {
     /// A code block that is not written in the target language.
     CodeSyntax = "E065-code-syntax",
 
+    /// A type that the target language does not have.
+    BadType = "E066-bad-type",
     /// Connected ports of different types.
     TypeMismatch = "E070-type-mismatch",
     /// Two writers of one port.

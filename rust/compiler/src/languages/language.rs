@@ -3,7 +3,7 @@
 
 use core::fmt::Debug;
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer};
 use crate::syntax::ast::{Expression, Literal, Type};
@@ -13,6 +13,9 @@ pub(crate) trait Language: Debug + Sync {
     /// Its name in the target declaration.
     fn name(&self) -> &'static str;
 
+    /// Other names that the target declaration can have for it.
+    fn aliases(&self) -> &'static [&'static str];
+
     /// Looks for the end of a code block in the text after its `{=`: what strings and comments hide does not count.
     fn block_end(&self, text: &str) -> BlockEnd;
 
@@ -21,6 +24,15 @@ pub(crate) trait Language: Debug + Sync {
 
     /// Why a name of the program cannot be one of generated code, or of the variables of bodies.
     fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str>;
+
+    /// What a name is reported as that the language cannot have.
+    fn name_code(&self) -> Code;
+
+    /// What the body of a reaction calls the port of a contained reactor.
+    fn port_of_child(&self, child: &str, port: &str) -> String;
+
+    /// How a body names a state variable or a parameter.
+    fn member_of_self(&self, name: &str) -> String;
 
     /// A type in the language's spelling.
     fn type_text(&self, ty: &Type) -> String;
@@ -136,6 +148,8 @@ pub(crate) struct CodeProblem {
 /// What kind of literals a simple type takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LiteralKind {
+    /// Any number, character or boolean, which the language converts.
+    Number,
     Signed,
     Unsigned,
     Float,

@@ -3,17 +3,22 @@
 //!
 //! All that the compiler asks of one is in [`Language`]; a new one is a folder here and a place in [`ALL`].
 
+mod c;
 mod language;
+mod lexical;
 mod rust;
 
 pub(crate) use language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
 
 /// Those that there are. The first is the one that texts without a target are read in.
-const ALL: [&dyn Language; 1] = [&rust::Rust];
+const ALL: [&dyn Language; 2] = [&rust::Rust, &c::C];
 
 /// The language that a target declaration names.
 pub(crate) fn named(name: &str) -> Option<&'static dyn Language> {
-    ALL.into_iter().find(|language| language.name().eq_ignore_ascii_case(name))
+    let mut all = ALL.into_iter();
+    all.find(|language| {
+        [&[language.name()], language.aliases()].concat().iter().any(|it| it.eq_ignore_ascii_case(name))
+    })
 }
 
 /// The language of what does not say its target.

@@ -230,11 +230,14 @@ impl<'a> Expander<'a> {
                     *text = replace_word(text, name, &self.language.type_text(by));
                 }
             }
-            TypeKind::Path { segments, arguments, .. } => {
+            TypeKind::Path { segments, arguments, c_suffix } => {
                 if let ([one], []) = (&segments[..], &arguments[..])
                     && let Some((_, by)) = types.iter().find(|(name, _)| name == one)
                 {
-                    ty.kind = by.kind.clone();
+                    ty.kind = match c_suffix {
+                        Some(suffix) => TypeKind::Code(self.language.type_text(by) + &suffix.text),
+                        None => by.kind.clone(),
+                    };
                     return;
                 }
                 for argument in arguments {

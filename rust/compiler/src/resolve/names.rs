@@ -29,11 +29,11 @@ pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mu
     ] {
         unique(&names, diagnostics);
         for (name, what) in names {
-            possible(name, what, language.name_problem(&name.text, in_bodies), diagnostics);
+            possible(name, what, language, in_bodies, diagnostics);
         }
     }
     if let Some(name) = &reactor.name {
-        possible(name, "reactor", language.name_problem(&name.text, false), diagnostics);
+        possible(name, "reactor", language, false, diagnostics);
     }
 }
 
@@ -57,10 +57,10 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-fn possible(name: &Name, what: &str, problem: Option<&str>, diagnostics: &mut Vec<Diagnostic>) {
-    let Some(reason) = problem else { return };
+fn possible(name: &Name, what: &str, language: &dyn Language, in_bodies: bool, diagnostics: &mut Vec<Diagnostic>) {
+    let Some(reason) = language.name_problem(&name.text, in_bodies) else { return };
     let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };
     let message = format!("{article} {what} cannot be called `{}`: {reason}", name.text);
     let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
-    diagnostics.push(Diagnostic::new(Code::RustName, name.span, message).hint(hint));
+    diagnostics.push(Diagnostic::new(language.name_code(), name.span, message).hint(hint));
 }

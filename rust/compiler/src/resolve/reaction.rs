@@ -65,7 +65,7 @@ impl<'p> Checker<'p> {
         }
         let name = match (&reference.alias, &reference.container) {
             (Some(alias), _) => alias.text.clone(),
-            (None, Some(container)) => format!("{}__{}", container.text, reference.name.text),
+            (None, Some(container)) => self.language.port_of_child(&container.text, &reference.name.text),
             (None, None) => reference.name.text.clone(),
         };
         let known = parameters.iter_mut().find(|parameter| parameter.variable == variable);
@@ -165,10 +165,11 @@ impl<'p> Checker<'p> {
 
     fn unknown_dependency(&mut self, reference: &Reference, class: &Class<'p>) {
         let name = reference.name.text.as_str();
+        let member = |name| self.language.member_of_self(name);
         let hint = if class.ast.body.states.iter().any(|state| state.name.text == name) {
-            Some(format!("state variables are not declared with reactions: the body has `self.{name}`"))
+            Some(format!("state variables are not declared with reactions: the body has `{}`", member(name)))
         } else if class.parameters.iter().any(|parameter| parameter.name.text == name) {
-            Some(format!("parameters are not declared with reactions: the body has `self.{name}`"))
+            Some(format!("parameters are not declared with reactions: the body has `{}`", member(name)))
         } else if class.children.iter().any(|child| child.ast.name.text == name) {
             Some(format!("`{name}` is an instance; name one of its ports: `{name}.port`"))
         } else {

@@ -180,7 +180,7 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
     }
     let language = reader.target.language.clone();
     let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
-    for target in targets.filter(|target| !target.name.text.eq_ignore_ascii_case(&language)) {
+    for target in targets.filter(|target| languages::named(&target.name.text).is_none_or(|it| it.name() != language)) {
         reader.wrong_target(target);
     }
     let Reader { target, found, .. } = reader;

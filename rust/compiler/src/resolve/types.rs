@@ -4,7 +4,7 @@
 use super::checker::Checker;
 use super::model::Parameter;
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{Expression, ExpressionKind, Initialiser, Name, Type, TypeKind};
+use crate::syntax::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, Type, TypeKind};
 
 /// The type of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,7 +43,8 @@ impl Checker<'_> {
         // A value that names something unknown has its own diagnostic.
         if !unknown_name {
             let message = format!("`{}` needs a type", name.text);
-            let hint = format!("write it behind the name: `{}: i32`", name.text);
+            let integer = self.language.type_of_literal(&Literal::Int(String::new()));
+            let hint = format!("write it behind the name: `{}: {integer}`", name.text);
             self.report(Diagnostic::new(Code::MissingType, name.span, message).hint(hint));
         }
         Resolved { text: self.language.empty_type().to_owned(), span: name.span, is_time: false }

@@ -34,14 +34,14 @@ impl Checker<'_> {
             }
             ExpressionKind::Time(time) => {
                 self.check_time_literal(time, value.span, place.what);
-                if self.language.literals_of(place.ty).is_some() {
+                if self.converts_nothing(place.ty) {
                     self.wrong_value(value.span, place, "a time");
                 }
             }
             ExpressionKind::Name(name) => match scope.iter().find(|parameter| parameter.name.text == *name) {
                 None => self.unknown_parameter(name, value.span, scope),
-                Some(parameter) if self.language.literals_of(place.ty).is_some() => {
-                    let differs = self.language.literals_of(&parameter.ty).is_some() && parameter.ty != place.ty;
+                Some(parameter) if self.converts_nothing(place.ty) => {
+                    let differs = self.converts_nothing(&parameter.ty) && parameter.ty != place.ty;
                     if differs || parameter.is_time {
                         self.wrong_value(value.span, place, &format!("of type `{}`", parameter.ty));
                     }
@@ -57,6 +57,11 @@ impl Checker<'_> {
         }
     }
 
+    /// Whether a type takes only literals and values of its own kind, as far as is known.
+    fn converts_nothing(&self, ty: &str) -> bool {
+        self.language.literals_of(ty).is_some_and(|kind| kind != LiteralKind::Number)
+    }
+
     fn wrong_value(&mut self, span: Span, place: Destination<'_>, found: &str) {
         let message = format!("{} has type `{}`, but this value is {found}", place.what, place.ty);
         let hint = format!("give a value of that type, or {} code: `{{= … =}}`", self.language.name());
@@ -67,6 +72,9 @@ impl Checker<'_> {
 
 /// What a literal is, if the type does not take it.
 fn mismatch(literal: &Literal, kind: LiteralKind) -> Option<&'static str> {
+    if kind == LiteralKind::Number && !matches!(literal, Literal::Text(_)) {
+        return None;
+    }
     let (fits, found) = match literal {
         Literal::Int(text) if text.starts_with('-') => {
             (matches!(kind, LiteralKind::Signed | LiteralKind::Float), "a negative number")

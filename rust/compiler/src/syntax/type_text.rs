@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Types as they are written.
 
+use super::expression::Name;
 use crate::diagnostics::Span;
 
 /// A type with its place.
@@ -20,7 +21,7 @@ pub(crate) enum TypeKind {
         segments: Vec<String>,
         arguments: Vec<Type>,
         /// `*` and `[n]` behind it, which are C.
-        c_suffix: Option<Span>,
+        c_suffix: Option<Name>,
     },
     /// `{= … =}`
     Code(String),

@@ -1,30 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a block of Rust code ends: at the first `=}` that is not within one of Rust's strings or comments.
-
-use crate::languages::BlockEnd;
-
-/// Looks for the end of a block in the text after its `{=`.
-pub(super) fn find_end(text: &str) -> BlockEnd {
-    let mut hidden = None;
-    let mut at = 0;
-    while at < text.len() {
-        if text[at..].starts_with("=}") {
-            return BlockEnd::Found(at + 2);
-        }
-        let end = skip(text, at);
-        let inside = &text[at..end];
-        if let Some(found) = inside.find("=}") {
-            let first = BlockEnd::Hidden { end: at + found + 2, by: at };
-            // A line that begins so within a string of several lines: the string's own end is missing.
-            if inside.starts_with('"') && inside.lines().skip(1).any(|line| line.trim_start().starts_with("=}")) {
-                return first;
-            }
-            hidden.get_or_insert(first);
-        }
-        at = end;
-    }
-    hidden.unwrap_or(BlockEnd::Missing)
-}
+//! What hides the end of a block of code, and brackets: Rust's strings and comments.
 
 /// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
 /// character.
@@ -113,10 +88,12 @@ fn word_end(bytes: &[u8], at: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::skip;
+    use crate::languages::BlockEnd;
+    use crate::languages::lexical::block_end;
 
     fn end(text: &str) -> Option<&str> {
-        match find_end(text) {
+        match block_end(text, skip) {
             BlockEnd::Found(end) => Some(&text[end..]),
             BlockEnd::Hidden { .. } | BlockEnd::Missing => None,
         }
@@ -135,9 +112,9 @@ mod tests {
 
     #[test]
     fn a_missing_end_is_told_from_a_hidden_one() {
-        assert_eq!(find_end(" x"), BlockEnd::Missing);
-        assert_eq!(find_end(" // =}"), BlockEnd::Hidden { end: 6, by: 1 });
-        assert_eq!(find_end(" \"=} \\"), BlockEnd::Hidden { end: 4, by: 1 });
-        assert_eq!(find_end(" '\\"), BlockEnd::Missing);
+        assert_eq!(block_end(" x", skip), BlockEnd::Missing);
+        assert_eq!(block_end(" // =}", skip), BlockEnd::Hidden { end: 6, by: 1 });
+        assert_eq!(block_end(" \"=} \\", skip), BlockEnd::Hidden { end: 4, by: 1 });
+        assert_eq!(block_end(" '\\", skip), BlockEnd::Missing);
     }
 }

@@ -19,7 +19,8 @@ mod types;
 mod values;
 
 use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
-use crate::diagnostics::Diagnostic;
+use super::lexical;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer};
 use crate::syntax::ast::{Expression, Literal, Type};
@@ -33,8 +34,12 @@ impl Language for Rust {
         "Rust"
     }
 
+    fn aliases(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     fn block_end(&self, text: &str) -> BlockEnd {
-        code_block::find_end(text)
+        lexical::block_end(text, code_block::skip)
     }
 
     fn code_problem(&self, text: &str, kind: CodeKind) -> Option<CodeProblem> {
@@ -43,6 +48,18 @@ impl Language for Rust {
 
     fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
         names::problem(name, in_bodies)
+    }
+
+    fn name_code(&self) -> Code {
+        Code::RustName
+    }
+
+    fn port_of_child(&self, child: &str, port: &str) -> String {
+        format!("{child}__{port}")
+    }
+
+    fn member_of_self(&self, name: &str) -> String {
+        format!("self.{name}")
     }
 
     fn type_text(&self, ty: &Type) -> String {

@@ -52,8 +52,8 @@ pub(super) fn text(ty: &Type) -> String {
 /// What is C in a type.
 pub(super) fn problem(ty: &Type) -> Option<Diagnostic> {
     let TypeKind::Path { segments, c_suffix, .. } = &ty.kind else { return None };
-    if let Some(span) = c_suffix {
-        let diagnostic = Diagnostic::new(Code::Unsupported, *span, "`*` and `[]` behind a type are C, not Rust");
+    if let Some(suffix) = c_suffix {
+        let diagnostic = Diagnostic::new(Code::Unsupported, suffix.span, "`*` and `[]` behind a type are C, not Rust");
         return Some(diagnostic.hint("write a Rust type as code: `{= [i32; 3] =}`"));
     }
     let [one] = &segments[..] else { return None };

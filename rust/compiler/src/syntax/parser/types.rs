@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Types.
 
-use super::super::ast::{Type, TypeKind, Width, WidthTerm};
+use super::super::ast::{Name, Type, TypeKind, Width, WidthTerm};
 use super::super::token::Kind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
-use crate::diagnostics::Span;
 use crate::languages::CodeKind;
 
 impl Parser<'_> {
@@ -49,7 +48,7 @@ impl Parser<'_> {
     }
 
     /// `*` and `[n]`, which other targets have behind a type.
-    fn c_suffix(&mut self) -> Parsed<Option<Span>> {
+    fn c_suffix(&mut self) -> Parsed<Option<Name>> {
         let start = self.here();
         let mut found = false;
         while self.eat(Kind::Star) {
@@ -60,7 +59,9 @@ impl Parser<'_> {
             self.eat(Kind::Int);
             self.expect(Kind::CloseBracket, "`]`")?;
         }
-        Ok(found.then(|| start.to(self.before())))
+        let span = start.to(self.before());
+        let text = || self.slice(span).split_whitespace().collect();
+        Ok(found.then(|| Name { text: text(), span }))
     }
 
     /// `[ … ]` before the name of a port or of an instance's class; terms joined by `+`.

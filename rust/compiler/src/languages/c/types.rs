@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Types as C spells them, and what is known of them without asking a compiler.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::languages::{LiteralKind, Unsendable};
+use crate::syntax::ast::{Literal, Type, TypeKind};
+
+/// C's type for LF's `time`.
+pub(super) const INTERVAL: &str = "interval_t";
+
+/// The type of what has no value.
+pub(super) const VOID: &str = "void";
+
+/// A type as bodies spell it; `*` and `[]` come without spaces.
+pub(super) fn text(ty: &Type) -> String {
+    match &ty.kind {
+        TypeKind::Time => INTERVAL.to_owned(),
+        TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
+        TypeKind::Path { segments, arguments, c_suffix } => {
+            let mut text = segments.join("::");
+            if !arguments.is_empty() {
+                let arguments: Vec<_> = arguments.iter().map(self::text).collect();
+                text = format!("{text}<{}>", arguments.join(", "));
+            }
+            text + c_suffix.as_ref().map_or("", |suffix| &suffix.text)
+        }
+    }
+}
+
+/// Arrays of which there is none in C.
+pub(super) fn problem(ty: &Type) -> Option<Diagnostic> {
+    let TypeKind::Path { segments, c_suffix: Some(suffix), .. } = &ty.kind else { return None };
+    let length = suffix.text.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
+    let (message, hint) = match length {
+        Some(length) if !length.is_empty() && length.bytes().all(|byte| byte == b'0') => {
+            ("an array has at least one element", "write how many it has, or `[]` for as many as a value brings")
+        }
+        Some(_) if suffix.text.starts_with('[') && segments == &[VOID] => {
+            ("there are no arrays of `void`", "name the type of the elements")
+        }
+        _ => return None,
+    };
+    Some(Diagnostic::new(Code::BadType, ty.span, message).hint(hint))
+}
+
+/// The type of a literal that is written without one.
+pub(super) fn of_literal(literal: &Literal) -> &'static str {
+    match literal {
+        Literal::Bool(_) => "bool",
+        Literal::Int(_) => "int",
+        Literal::Float(_) => "double",
+        Literal::Character(_) => "char",
+        Literal::Text(_) => "string",
+    }
+}
+
+/// The types between which C converts numbers.
+const NUMBERS: [&str; 24] = [
+    "bool",
+    "_Bool",
+    "char",
+    "short",
+    "int",
+    "long",
+    "signed",
+    "unsigned",
+    "float",
+    "double",
+    "size_t",
+    "ssize_t",
+    "int8_t",
+    "int16_t",
+    "int32_t",
+    "int64_t",
+    "uint8_t",
+    "uint16_t",
+    "uint32_t",
+    "uint64_t",
+    "intptr_t",
+    "uintptr_t",
+    "intmax_t",
+    "uintmax_t",
+];
+
+/// The literals that a simple type takes.
+pub(super) fn literals(ty: &str) -> Option<LiteralKind> {
+    ty.split(' ').all(|word| NUMBERS.contains(&word)).then_some(LiteralKind::Number)
+}
+
+/// A type without the spaces that make no difference.
+pub(super) fn spelled(ty: &str) -> String {
+    ["*", "[", "]", "<", ">", ","]
+        .into_iter()
+        .fold(ty.to_owned(), |text, mark| text.split(mark).map(str::trim).collect::<Vec<_>>().join(mark))
+}
+
+/// Pointers of which only the receiver's own memory would know what they point to.
+pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
+    let ty = spelled(ty);
+    let element =
+        ty.strip_suffix('*').or_else(|| ty.strip_suffix(']').map(|ty| ty.rsplit('[').nth(1).unwrap_or("")))?;
+    let message = match element {
+        VOID => format!("nothing says how long a value of `{ty}` is, so it cannot go to another federate"),
+        _ if element.ends_with('*') => format!("`{ty}` points to pointers, which mean nothing to another federate"),
+        _ => return None,
+    };
+    Some(Unsendable { message, hint: "send an array of values, or a struct without pointers".into() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spaces_do_not_tell_types_apart() {
+        assert_eq!(spelled("struct foo *"), spelled("struct foo*"));
+        assert_eq!(spelled("int [ 3 ]"), "int[3]");
+        assert_ne!(spelled("unsigned int"), spelled("unsignedint"));
+    }
+
+    #[test]
+    fn pointers_to_pointers_stay_where_they_are() {
+        let is_sent = |ty| unsendable(ty).is_none();
+        assert!(["int", "int*", "char *", "int[]", "int[3]", "struct s*", "string"].into_iter().all(is_sent));
+        assert!(!["int**", "char *[]", "void*", "void []", "int*[3]"].into_iter().any(is_sent));
+    }
+
+    #[test]
+    fn numbers_are_known_by_their_words() {
+        assert_eq!(literals("unsigned long"), Some(LiteralKind::Number));
+        assert_eq!(literals("int*"), None);
+        assert_eq!(literals("foo_t"), None);
+    }
+}
