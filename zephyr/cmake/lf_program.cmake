@@ -21,6 +21,7 @@ cmake_path(SET _lf_program_repository NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
 # too; the settings below them are those of the top of this repository.
 #
 # Cache variables:
+#   LF_PROGRAM      a program in place of FILE, by the application's folder.
 #   LF_FEDERATE     the federate to be built, or the RTI where that is an image; none for a program without federates.
 #   LF_DEPLOYMENT   where each federate runs, by the application's folder. Default: all on the board of this build.
 #   LF_COMPILER     the program lfz. Default: the environment's LFZ, else that of this repository, built if need be;
@@ -30,6 +31,10 @@ cmake_path(SET _lf_program_repository NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
 # EXTRA_DTC_OVERLAY_FILE, for Zephyr. What was generated is described in lf/federation.json of the build folder, which
 # `west lf-fed-run --images` reads.
 function(lf_program file)
+  set(LF_PROGRAM "" CACHE STRING "The program in Lingua Franca, where it is not the application's own")
+  if(LF_PROGRAM)
+    set(file ${LF_PROGRAM})
+  endif()
   set(LF_FEDERATE "" CACHE STRING "The federate of the program that is built")
   set(LF_DEPLOYMENT "" CACHE STRING "The file that says where each federate runs, by the application's folder")
   _lf_compiler(compiler)

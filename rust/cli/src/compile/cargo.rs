@@ -8,6 +8,7 @@ use std::process::Stdio;
 use std::thread;
 
 use super::messages::Message;
+use super::native;
 use super::progress::Progress;
 use super::rustc::Diagnostic;
 use crate::guard;
@@ -62,6 +63,7 @@ impl Job<'_> {
             Ok(())
         })?;
         outcome.success = child.wait()?.success();
+        outcome.diagnostics.extend(native::diagnostics(&outcome.log));
         Ok(outcome)
     }
 

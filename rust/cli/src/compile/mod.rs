@@ -8,6 +8,7 @@ mod files;
 mod hints;
 mod lock;
 mod messages;
+mod native;
 mod origin;
 mod places;
 mod progress;

@@ -42,6 +42,11 @@ impl Origin for LfOrigin<'_> {
         if self.included.contains_key(generated) {
             return Some(Place { path: self.shown(generated).to_owned(), line, column, verbatim: true });
         }
+        // The C compiler has been told where in the program its lines are.
+        let mut sources = self.program.diagnostics.sources().iter();
+        if sources.any(|(_, file)| file.path() == generated) {
+            return Some(Place { path: generated.to_owned(), line, column, verbatim: true });
+        }
         // rustc names files of the workspace relative to it, others by their full path.
         let path = Path::new(generated);
         let path = path.strip_prefix(self.out).unwrap_or(path).to_str()?;

@@ -114,6 +114,30 @@ struct Mapped {
 }
 
 impl Diagnostic {
+    /// What another compiler has said about a place in a file.
+    pub(crate) fn at(level: &str, message: &str, (file, line, column): (&str, usize, usize)) -> Self {
+        let span = Span {
+            file_name: file.to_owned(),
+            line_start: line,
+            line_end: line,
+            column_start: column,
+            column_end: column,
+            is_primary: true,
+            label: None,
+            suggested_replacement: None,
+            expansion: None,
+            text: Vec::new(),
+        };
+        let rendered = Some(format!("{file}:{line}:{column}: {level}: {message}\n"));
+        let (message, level) = (message.to_owned(), level.to_owned());
+        Self { message, level, code: None, spans: vec![span], children: Vec::new(), rendered }
+    }
+
+    /// Adds what explains it.
+    pub(crate) fn add_note(&mut self, note: Self) {
+        self.children.push(note);
+    }
+
     /// Makes the names of files absolute that are relative to the folder in which rustc was run.
     pub(crate) fn resolve(&mut self, folder: &Path) {
         self.spans.iter_mut().for_each(|span| span.resolve(folder));
@@ -285,6 +309,12 @@ fn changed_lines(changes: &[(&Span, &str)], origin: &dyn Origin) -> Option<Vec<S
         line.replace_range(bytes.start - start..bytes.end - start, new);
     }
     Some(lines.into_iter().rev().map(|(_, line)| line.trim().to_owned()).collect())
+}
+
+impl std::fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.rendered.as_deref().unwrap_or(&self.message).trim_end())
+    }
 }
 
 /// A diagnostic that is about the program.

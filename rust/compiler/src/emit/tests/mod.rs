@@ -2,6 +2,7 @@
 //! What is emitted, file by file, and how it maps back to the program.
 
 mod applications;
+mod bodies_in_c;
 mod crates;
 mod deployments;
 mod fixture;

@@ -2,11 +2,13 @@
 //! C: bodies as functions of C, which the same crate calls that a program in Rust is.
 
 mod code_block;
-mod emit;
+pub(in crate::languages) mod emit;
 mod integer;
 mod names;
 mod types;
 mod values;
+
+pub(in crate::languages) use emit::Sizes;
 
 use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
 use super::lexical;
@@ -15,13 +17,16 @@ use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer};
 use crate::syntax::ast::{Expression, Literal, Type};
 
+/// Its name in the target declaration.
+pub(in crate::languages) const NAME: &str = "C";
+
 /// `target C`, and `target CCpp`, whose bodies are compiled as C++
 #[derive(Debug)]
 pub(crate) struct C;
 
 impl Language for C {
     fn name(&self) -> &'static str {
-        "C"
+        NAME
     }
 
     fn aliases(&self) -> &'static [&'static str] {

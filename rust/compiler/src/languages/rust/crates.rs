@@ -4,6 +4,7 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
+use super::federate::Bodies;
 use super::layout::Layout;
 use super::names::ident;
 use super::rti::{self, Payloads};
@@ -23,9 +24,9 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types, job.workers());
     files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job) });
-    let mut generated = vec![root(job, &layout)?];
+    let mut generated = vec![root(job, Some(&layout))?];
     if let Some(federate) = job.federate {
-        generated.push(federate::emit(plan, federate, &layout, deployment, format!("{folder}/src/federate.rs"))?);
+        generated.push(federate::emit(plan, federate, Bodies::Rust(&layout), deployment, format!("{folder}/src/federate.rs"))?);
     }
     if let (Some(payloads), Some(deployed)) = (&payloads, &deployment.rti_of(plan)) {
         generated.push(rti::emit(plan, payloads, &layout, deployed, format!("{folder}/src/rti.rs"))?);
@@ -47,11 +48,18 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     Ok(())
 }
 
-/// `lib.rs`: attributes and modules.
-fn root(job: &Job<'_>, layout: &Layout<'_>) -> Result<(File, FileMap), EmitError> {
+/// `lib.rs`: attributes and modules; without a layout, how large what is C's is.
+pub(in crate::languages) fn root(job: &Job<'_>, layout: Option<&Layout<'_>>) -> Result<(File, FileMap), EmitError> {
     let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan.name);
     let no_std = (job.is_image).then(|| quote!(#![no_std]));
-    let modules = layout.files().map(|(_, module)| {
+    let sizes = layout.is_none().then(|| {
+        quote!(
+            mod sizes {
+                include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
+            }
+        )
+    });
+    let modules = layout.into_iter().flat_map(Layout::files).map(|(_, module)| {
         let module = ident(module);
         quote!(pub mod #module;)
     });
@@ -83,13 +91,14 @@ fn root(job: &Job<'_>, layout: &Layout<'_>) -> Result<(File, FileMap), EmitError
         #rti
         #(#modules)*
         #(#included)*
+        #sizes
         #entry
     };
     Splices::new(job.plan).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
 /// `main.rs` of a program for this computer, which knows where in the LF program its lines stand.
-fn main(job: &Job<'_>, federate: &Federate, generated: &[(File, FileMap)]) -> Result<(File, FileMap), EmitError> {
+pub(in crate::languages) fn main(job: &Job<'_>, federate: &Federate, generated: &[(File, FileMap)]) -> Result<(File, FileMap), EmitError> {
     let about = format!(" Runs `{}` on this computer.", job.name);
     let library = ident(&job.package.replace('-', "_"));
     let owner = federate::type_name(job.plan, federate);

@@ -15,7 +15,7 @@ use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind}
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
 
 /// The modules of one crate.
-pub(super) struct Layout<'p> {
+pub(in crate::languages) struct Layout<'p> {
     files: BTreeMap<FileIndex, String>,
     classes: BTreeMap<ClassIndex, ClassModule>,
     /// Which children of which classes this federate has.

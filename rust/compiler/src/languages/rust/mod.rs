@@ -3,17 +3,17 @@
 
 mod code_block;
 mod code_syntax;
-mod crates;
-mod federate;
+pub(in crate::languages) mod crates;
+pub(in crate::languages) mod federate;
 mod integer;
 mod layout;
-mod manifest;
+pub(in crate::languages) mod manifest;
 mod names;
 mod print;
 mod reactor;
-mod rti;
+pub(in crate::languages) mod rti;
 mod sendable;
-mod sending;
+pub(in crate::languages) mod sending;
 mod splice;
 mod types;
 mod values;

@@ -115,6 +115,16 @@ pub(super) fn emit(
     deployed: &Rti,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
+    emit_with(plan, &payloads.lengths(plan, layout)?, deployed, path)
+}
+
+/// Emits the module of an RTI that passes on payloads of these lengths, which are expressions.
+pub(in crate::languages) fn emit_with(
+    plan: &Plan,
+    lengths: &[String],
+    deployed: &Rti,
+    path: String,
+) -> Result<(File, FileMap), EmitError> {
     let (about, target) = (format!(" The RTI of {}.", plan.name), &plan.target);
     let trials = target.clock_sync_trials;
     let clock_sync = match target.clock_sync {
@@ -130,7 +140,7 @@ pub(super) fn emit(
     rti.set("authentication", if target.authentication { "Some(lf::rti::AUTHENTICATOR)" } else { "None" });
     rti.set("clock_sync", clock_sync).set("dnet", target.dnet).set("log_waits", optional_ns(target.log_waits_ns));
     rti.set("logging", log_level(target.logging));
-    let lengths = payloads.lengths(plan, layout)?.join(", ");
+    let lengths = lengths.join(", ");
     rti.set("payload_bytes_max", format_args!("lf::rti::longest(&[{lengths}])"));
     let mut splices = Splices::new(plan);
     let text = splices.text(format!(

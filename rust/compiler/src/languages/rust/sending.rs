@@ -31,7 +31,7 @@ pub(super) fn max_len(serializer: Option<&Serializer>, ty: &str) -> String {
 
 /// A port at the end of a connection to another federate.
 #[derive(Clone, Debug)]
-pub(super) struct SentPort<'p> {
+pub(in crate::languages) struct SentPort<'p> {
     /// Its name in its reactor.
     pub(super) name: &'p str,
     /// The type as it is written at the source of the connection, where errors are shown.
@@ -40,7 +40,7 @@ pub(super) struct SentPort<'p> {
 }
 
 /// The ports of a federate whose values come from others or go to them, with their storage.
-pub(super) fn sent_ports(federate: &Federate) -> impl Iterator<Item = (PortIndex, SentPort<'_>)> {
+pub(in crate::languages) fn sent_ports(federate: &Federate) -> impl Iterator<Item = (PortIndex, SentPort<'_>)> {
     let outputs = federate.outputs.iter().map(|output| (output.source, &output.ty, output.serializer.as_ref()));
     let inputs = federate
         .inputs

@@ -5,7 +5,7 @@ use lf_model::time::Interval;
 
 use super::module::Module;
 use crate::languages::rust::print::{Fields, grouped, interval, optional_ns};
-use crate::plan::{ClockSync, Coordination, Logging, Rti};
+use crate::plan::{ClockSync, Coordination, Logging, Rti, Trigger, TriggerKind};
 
 impl Module<'_> {
     /// The description, and what it uses of the runtime.
@@ -17,7 +17,11 @@ impl Module<'_> {
         description.set("name", format_args!("{:?}", self.federate.name));
         description.set_if(target.timeout_ns.is_some(), "timeout", optional_ns(target.timeout_ns));
         // Alone, a program that nobody can make an event for has nothing to stay for: lfc's Rust target ends it, too.
-        let keepalive = target.keepalive && self.rti.is_some();
+        // In C anybody may have started a thread, and physical actions are there to be scheduled.
+        let of_c = self.layout().is_none();
+        let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
+        let keepalive = target.keepalive && (of_c || self.rti.is_some())
+            || of_c && self.federate.triggers.iter().any(physical);
         description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
         let federation = self.rti.as_ref().map(|rti| self.federation(rti, &mut uses));

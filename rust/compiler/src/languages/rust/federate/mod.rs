@@ -15,7 +15,6 @@ use std::collections::BTreeSet;
 use proc_macro2::Ident;
 use quote::{format_ident, quote};
 
-use super::layout::Layout;
 use super::names::pascal_case;
 use super::splice::Splices;
 use crate::deployment::{Deployment, RtiHome};
@@ -23,14 +22,15 @@ use crate::emit::{EmitError, File, FileMap};
 use crate::plan::{Federate, Plan};
 use crate::tables::Tables;
 pub(super) use description::log_level;
+pub(in crate::languages) use module::Bodies;
 use module::Module;
 use symbols::Symbols;
 
 /// Emits the module of a federate.
-pub(super) fn emit(
+pub(in crate::languages) fn emit(
     plan: &Plan,
     federate: &Federate,
-    layout: &Layout<'_>,
+    bodies: Bodies<'_>,
     deployment: &Deployment,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
@@ -38,7 +38,7 @@ pub(super) fn emit(
     let symbols = Symbols::new(federate, &tables);
     let (rti, rti_is_image) = (deployment.rti_of(plan), deployment.rti.home != RtiHome::Program);
     let named = RefCell::new(BTreeSet::new());
-    let module = Module { plan, federate, tables, layout, rti, rti_is_image, symbols, named };
+    let module = Module { plan, federate, tables, bodies, rti, rti_is_image, symbols, named };
     let name = type_name(plan, federate);
     let tables = splices.text(module.tables_text()?);
     let (description, uses) = module.description();
@@ -68,7 +68,7 @@ pub(super) fn emit(
 }
 
 /// The name of the struct that owns everything.
-pub(super) fn type_name(plan: &Plan, federate: &Federate) -> Ident {
+pub(in crate::languages) fn type_name(plan: &Plan, federate: &Federate) -> Ident {
     let kind = if plan.is_federated() { "Federate" } else { "Main" };
     format_ident!("{}{kind}", pascal_case(&federate.name))
 }
@@ -80,7 +80,8 @@ fn imports(module: &Module<'_>, uses: &[&str]) -> String {
         _ => format!("{{{}}}", names.join(", ")),
     };
     let mut text = format!("use lf::model::*;\nuse lf::runtime::{};\n", braced(uses));
-    let imported = module.layout.imports(&module.named.borrow());
+    let Some(layout) = module.layout() else { return text + "use lf::c;\n" };
+    let imported = layout.imports(&module.named.borrow());
     let lines = imported.iter().map(|(file, modules)| format!("use crate::{file}::{};\n", braced(modules)));
     text.push('\n');
     text.extend(lines);

@@ -6,6 +6,7 @@ use quote::quote;
 
 use super::module::Module;
 use crate::emit::EmitError;
+use crate::languages::rust::layout::Layout;
 use crate::languages::rust::reactor::child_method;
 use crate::languages::rust::splice::Splices;
 use crate::plan::{ClassIndex, Location, TriggerKind, Type};
@@ -31,11 +32,12 @@ impl Module<'_> {
         for (index, trigger) in self.federate.triggers.iter().enumerate() {
             if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
                 let doc = splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
-                let (name, ty) = (&self.symbols.inboxes[index], tokens(&self.type_of(&trigger.path, ty)?));
-                let capacity = Literal::usize_unsuffixed(trigger.capacity);
+                let (name, ty) = (&self.symbols.inboxes[index], self.type_of(&trigger.path, ty)?);
+                let ty = tokens(&self.cell_type("PhysicalInbox", &ty, Some(trigger.capacity)));
+                let new = tokens(&self.cell_name("PhysicalInbox"));
                 statics.extend(quote! {
                     #doc
-                    static #name: PhysicalInbox<#ty, #capacity> = PhysicalInbox::new();
+                    static #name: #ty = #new::new();
                 });
             }
         }
@@ -51,9 +53,10 @@ impl Module<'_> {
             // A port with a queue lives in the field of the trigger that fills it.
             if row.filled_by.is_none() {
                 let (ty, id) = (self.type_of(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
-                let value = quote!(Port::new(PortId(#id)));
-                let doc = (format!("Port `{}`", port.path), port.at);
-                members.field(splices, doc, &self.symbols.ports[index], &format!("Port<{ty}>"), &value);
+                let name = tokens(&self.cell_name("Port"));
+                let value = quote!(#name::new(PortId(#id)));
+                let (doc, ty) = ((format!("Port `{}`", port.path), port.at), self.cell_type("Port", &ty, None));
+                members.field(splices, doc, &self.symbols.ports[index], &ty, &value);
             }
         }
         for (index, (row, trigger)) in self.tables.triggers.iter().zip(&self.federate.triggers).enumerate() {
@@ -83,14 +86,18 @@ impl Module<'_> {
     /// Makes the instances, containers first, and keeps those that have reactions.
     fn instances(&self, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError> {
         let (federate, main) = (self.federate, &self.symbols.main);
+        let Some(layout) = self.layout() else {
+            members.locals.extend(quote! { c::construct(); });
+            return Ok(());
+        };
         if self.plan.is_federated() {
-            let value = self.new_main()?;
+            let value = self.new_main(layout)?;
             members.locals.extend(quote! { let #main = #value; });
         }
         for (index, instance) in federate.instances.iter().enumerate() {
             let field = &self.symbols.instances[index];
             let value = match self.plan.child(federate, instance) {
-                None => self.new_main()?,
+                None => self.new_main(layout)?,
                 Some(child) => {
                     let container = instance.parent.map_or(main, |parent| &self.symbols.instances[parent.0]);
                     let method = child_method(child);
@@ -108,7 +115,7 @@ impl Module<'_> {
             });
             if is_kept {
                 let doc = splices.doc(&format!("Instance `{}`", instance.path), instance.at);
-                let path = tokens(&self.class(instance.class));
+                let path = tokens(&self.class(layout, instance.class));
                 members.fields.extend(quote! { #doc #field: #path, });
                 members.values.extend(quote! { #field, });
             }
@@ -117,14 +124,14 @@ impl Module<'_> {
     }
 
     /// The main reactor, all of whose parameters have their defaults.
-    fn new_main(&self) -> Result<TokenStream, EmitError> {
+    fn new_main(&self, layout: &Layout<'_>) -> Result<TokenStream, EmitError> {
         let ClassIndex(main) = self.plan.main;
         let class = &self.plan.classes[main];
         if let Some(parameter) = class.parameters.iter().find(|parameter| parameter.default.is_none()) {
             let message = format!("`{}` of the main reactor needs a default value", parameter.name);
             return Err(EmitError::new(self.plan, parameter.at, message));
         }
-        let path = tokens(&self.class(self.plan.main));
+        let path = tokens(&self.class(layout, self.plan.main));
         let arguments = class.parameters.iter().map(|_| quote!(None));
         Ok(quote!(#path::new(#(#arguments),*)))
     }
@@ -138,25 +145,28 @@ impl Module<'_> {
     ) -> Result<Option<(String, TokenStream)>, EmitError> {
         let (capacity, id) = (row.capacity, Literal::usize_unsuffixed(index));
         let action = ty.map(|ty| self.type_of(row.name, ty)).transpose()?.unwrap_or_default();
-        Ok(Some(match row.cell {
+        // In C, each cell knows where the program shows it to bodies.
+        let of_c = self.layout().is_none();
+        let (cell, ty, arguments) = match row.cell {
             Cell::None => return Ok(None),
-            Cell::Timer => ("Timer".to_owned(), quote!(Timer::new())),
-            Cell::Watchdog => ("Watchdog".to_owned(), quote!(Watchdog::new(TriggerId(#id)))),
-            Cell::Logical => {
-                (format!("LogicalActionQueue<{action}, {capacity}>"), quote!(LogicalActionQueue::new(TriggerId(#id))))
-            }
+            Cell::Timer if of_c => ("Timer", None, quote!(TriggerId(#id))),
+            Cell::Timer => ("Timer", None, quote!()),
+            Cell::Watchdog => ("Watchdog", None, quote!(TriggerId(#id))),
+            Cell::Logical => ("LogicalActionQueue", Some(action), quote!(TriggerId(#id))),
             Cell::Physical => {
                 let inbox = &self.symbols.inboxes[index];
-                let value = quote!(PhysicalActionQueue::new(TriggerId(#id), &#inbox));
-                (format!("PhysicalActionQueue<{action}, {capacity}>"), value)
+                ("PhysicalActionQueue", Some(action), quote!(TriggerId(#id), &#inbox))
             }
             Cell::Queued(fills) | Cell::Tardy(fills) => {
                 let cell = if row.cell == Cell::Queued(fills) { "QueuedPort" } else { "TardyInput" };
                 let (ty, port) = (self.port_type(fills)?, Literal::u16_unsuffixed(fills.0));
-                let name = tokens(cell);
-                (format!("{cell}<{ty}, {capacity}>"), quote!(#name::new(PortId(#port))))
+                let trigger = of_c.then(|| quote!(, TriggerId(#id)));
+                (cell, Some(ty), quote!(PortId(#port) #trigger))
             }
-        }))
+        };
+        let capacity = ty.is_some().then_some(capacity);
+        let name = tokens(&self.cell_name(cell));
+        Ok(Some((self.cell_type(cell, &ty.unwrap_or_default(), capacity), quote!(#name::new(#arguments)))))
     }
 }
 

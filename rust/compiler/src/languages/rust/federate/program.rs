@@ -28,6 +28,15 @@ const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortC
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
 const IN_MODE: [&str; 3] = ["in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell>", "trigger", "None,"];
+const ACTION: [&str; 3] = [
+    "action(&mut self, trigger: TriggerId) -> Option<&mut dyn Schedulable<Value = c::Token>>",
+    "trigger",
+    "None,",
+];
+const WATCHDOG: [&str; 3] =
+    ["watchdog(&mut self, trigger: TriggerId) -> Option<&mut Watchdog>", "trigger", "None,"];
+const INBOX: [&str; 3] =
+    ["inbox(trigger: TriggerId) -> Option<&'static dyn Inbox<c::Token>>", "trigger", "None,"];
 const RESET_MODE: [&str; 3] = ["reset_mode(&mut self, mode: ModeId)", "mode", "{}"];
 const CAPTURE: [&str; 3] =
     ["capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full>", "trigger", "Ok(()),"];
@@ -52,9 +61,9 @@ impl Module<'_> {
     pub(super) fn program(&self, owner: &str) -> String {
         let tables = &self.tables;
         let trigger = |index: usize| &self.symbols.triggers[index];
-        let reacts = self.reactions(true, |number, _| Some(reaction_method(number)));
-        let misses = self.reactions(false, miss_method);
-        let handles = self.reactions(false, handler_method);
+        let reacts = self.reactions("react", |number, _| Some(reaction_method(number)));
+        let misses = self.reactions("miss_deadline", miss_method);
+        let handles = self.reactions("handle_tardy", handler_method);
         let ports = (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
@@ -98,6 +107,17 @@ impl Module<'_> {
                 (DELIVER_TARDY, tardies.collect()),
             ],
         );
+        if self.layout().is_none() {
+            text = text + "}\n\nimpl c::Bodies for " + owner + " {\n";
+            let inboxes = self.tables.triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
+            let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", self.symbols.inboxes[id]));
+            let actions = self.cells(&[Cell::Logical, Cell::Physical]);
+            push_methods(
+                &mut text,
+                [(ACTION, actions), (WATCHDOG, self.cells(&[Cell::Watchdog])), (INBOX, inboxes.collect())],
+            );
+            text = text.replace(" {\n\n", " {\n");
+        }
         if tables.modes.is_empty() {
             return text + "}\n";
         }
@@ -105,6 +125,12 @@ impl Module<'_> {
         text = text + "impl ModeCells for " + owner + " {\n";
         push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.resets())]);
         text.replace(" {\n\n", " {\n") + "}\n"
+    }
+
+    /// The cells of these kinds, by trigger, for bodies in C.
+    fn cells(&self, kinds: &[Cell]) -> Vec<String> {
+        let cells = self.tables.triggers.iter().enumerate().filter(|(_, row)| kinds.contains(&row.cell));
+        cells.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", self.symbols.triggers[id])).collect()
     }
 
     /// What the names of methods that make bytes of values end with, where a serializer is given.
@@ -116,6 +142,9 @@ impl Module<'_> {
 
     /// One arm per mode with `reset` state variables.
     fn resets(&self) -> Vec<String> {
+        if self.layout().is_none() {
+            return vec!["_ => c::reset_mode(mode)".to_owned()];
+        }
         let arm = |(id, mode): (usize, &Mode)| {
             let mut calls = String::new();
             for (index, instance) in self.federate.instances.iter().enumerate() {
@@ -131,19 +160,25 @@ impl Module<'_> {
         self.federate.modes.iter().enumerate().filter_map(arm).collect()
     }
 
-    /// One arm per reaction with a body for which there is a method.
-    fn reactions(&self, copies: bool, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Vec<String> {
+    /// One arm per reaction with a body for which there is a method. In C, there is a function for all of them.
+    fn reactions(&self, function: &str, method: impl Fn(usize, &Reaction) -> Option<Ident>) -> Vec<String> {
+        let of_c = self.layout().is_none();
         let arm = |(id, reaction): (usize, &ScheduledReaction)| {
             let call = match &reaction.kind {
-                ReactionKind::Copy { from, to } if copies => {
+                ReactionKind::Copy { from, to } if function == "react" => {
                     let (from, to) = (self.port_place(from.0), self.port_place(to.0));
-                    format!("ctx.copy(&{from}, &mut {to})")
+                    let copy = if of_c { "c::copy(ctx, " } else { "ctx.copy(" };
+                    format!("{copy}&{from}, &mut {to})")
                 }
                 _ => self.call(reaction, &method)?,
             };
-            Some(format!("ReactionId({id}) => {call}"))
+            Some((format!("ReactionId({id}) => {call}"), matches!(reaction.kind, ReactionKind::Copy { .. })))
         };
-        self.federate.reactions.iter().enumerate().filter_map(arm).collect()
+        let arms = self.federate.reactions.iter().enumerate().filter_map(arm);
+        let (copies, bodies): (Vec<_>, Vec<_>) = arms.partition(|(_, is_copy)| of_c && *is_copy);
+        let of_c = (of_c && !bodies.is_empty()).then(|| format!("_ => c::{function}(self, reaction, ctx)"));
+        let bodies = bodies.into_iter().filter(|_| self.layout().is_some());
+        copies.into_iter().chain(bodies).map(|(arm, _)| arm).chain(of_c).collect()
     }
 
     /// The call of a method of a reaction with a body, if there is that method.
@@ -175,7 +210,7 @@ impl Module<'_> {
     /// One arm per level at which several instances have reactions, where there are threads for them. Copies are left
     /// to the engine: two of different modes have one port to set.
     fn shares(&self) -> Vec<String> {
-        if self.layout.workers() < 2 {
+        if self.workers() < 2 {
             return Vec::new();
         }
         let mut levels: BTreeMap<u16, BTreeMap<usize, Vec<ReactionId>>> = BTreeMap::new();
@@ -189,7 +224,7 @@ impl Module<'_> {
             let mut groups: Vec<_> = instances.into_values().collect();
             groups.sort_by_key(|reactions| reactions[0].0);
             let jobs: Vec<String> = groups.iter().map(|reactions| self.job(reactions)).collect();
-            let (jobs, workers) = (jobs.join(",\n                "), self.layout.workers());
+            let (jobs, workers) = (jobs.join(",\n                "), self.workers());
             let run = format!("level.run::<{workers}, {{ TABLES.note_words() }}>(&lf::Threads::<{workers}>, ");
             (groups.len() > 1).then(|| format!("{level} => {run}&mut [\n                {jobs},\n            ])"))
         };
@@ -245,9 +280,11 @@ fn push_methods<const N: usize>(text: &mut String, methods: [([&str; 3], Vec<Str
             continue;
         }
         *text = format!("{text}\n    fn {signature} {{\n        match {id} {{\n");
+        let is_whole = arms.iter().any(|arm| arm.starts_with("_ => "));
         for arm in arms {
             *text = format!("{text}            {arm},\n");
         }
-        *text = format!("{text}            _ => {otherwise}\n        }}\n    }}\n");
+        let otherwise = if is_whole { String::new() } else { format!("            _ => {otherwise}\n") };
+        *text = format!("{text}{otherwise}        }}\n    }}\n");
     }
 }

@@ -2,13 +2,11 @@
 //! The tables of a federate as Rust: a row per line, without what is as in `DEFAULT`.
 
 use lf_model::time::Interval;
-use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, PortId, ReactionKind, TriggerKind};
+use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, ReactionKind, TriggerKind};
 
 use super::module::Module;
 use crate::emit::EmitError;
 use crate::languages::rust::print::{Fields, interval, optional};
-use crate::languages::rust::sending::max_len;
-use crate::plan::Serializer;
 use crate::tables::ModeEvents;
 
 impl Module<'_> {
@@ -23,7 +21,7 @@ impl Module<'_> {
             ("outputs", self.output_rows()?),
             ("inputs", self.input_rows()?),
         ];
-        let workers = self.layout.workers();
+        let workers = self.workers();
         let mut omits = self.tables.absence.is_empty() || self.tables.modes.is_empty();
         for (name, rows) in tables {
             if rows.is_empty() {
@@ -139,10 +137,6 @@ impl Module<'_> {
             Ok(row.set_if(!input.readers.is_empty(), "readers", ids(&input.readers)).row())
         };
         self.tables.inputs.iter().enumerate().map(row).collect()
-    }
-
-    fn max_len(&self, port: PortId, serializer: Option<&Serializer>) -> Result<String, EmitError> {
-        Ok(max_len(serializer, &self.port_type(port)?))
     }
 }
 

@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The file of a reactor class: its types, the storage of its instances, how they are made, and its bodies.
+
+use std::collections::BTreeSet;
+
+use super::reactions::functions;
+use super::symbols::Symbols;
+use super::text::{Text, name_of};
+use super::types::CType;
+use crate::emit::{EmitError, File};
+use crate::plan::{
+    BANK_INDEX, Child, ClassIndex, FileIndex, Location, Method, Parameter, PortDeclaration, ReactorClass,
+    StateVariable, TriggerKind, Value,
+};
+
+/// A class of which a file is made.
+pub(super) struct ClassFile<'p, 's> {
+    pub(super) symbols: &'s Symbols<'p>,
+    pub(super) index: ClassIndex,
+    pub(super) class: &'p ReactorClass,
+    /// What all its names begin with.
+    pub(super) name: &'s str,
+    pub(super) text: Text<'p>,
+}
+
+/// Emits the file of a class.
+pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
+    let (plan, name) = (symbols.plan, symbols.class(index));
+    let class = &plan.classes[index.0];
+    let text = Text::new(plan, format!("{folder}/c/{name}.c"), &format!("Reactor `{}`.", class.name));
+    let mut file = ClassFile { symbols, index, class, name, text };
+    file.preambles();
+    file.types();
+    file.storage();
+    file.construct()?;
+    file.children()?;
+    file.reset();
+    file.methods();
+    for reaction in &class.reactions {
+        if symbols.reacts(index, reaction.number) {
+            for body in functions(reaction) {
+                file.reaction(reaction, &body);
+            }
+        }
+    }
+    Ok(file.text.file())
+}
+
+/// The line of a declaration, for people.
+fn place(text: &str, at: Location) -> String {
+    format!("/* {text}, line {}. */", at.line)
+}
+
+impl ClassFile<'_, '_> {
+    fn preambles(&mut self) {
+        let plan = self.symbols.plan;
+        self.text.line("#include <string.h>\n#include <lf.h>");
+        // What contained reactors declare types with is known, too: their ports have them.
+        let contained = self.class.children.iter().map(|child| &plan.classes[child.class.0]);
+        let files = |class: &ReactorClass| class.files.iter().copied().chain([class.at.file]).collect::<Vec<_>>();
+        let mut seen: BTreeSet<FileIndex> = BTreeSet::new();
+        let all: Vec<FileIndex> = contained.flat_map(files).chain(files(self.class)).collect();
+        for file in all.into_iter().filter(|file| seen.insert(*file)) {
+            self.text.line(format_args!("#include \"{}.h\"", self.symbols.file(file)));
+        }
+        for (name, ty) in &self.class.types {
+            self.text.line(format_args!("#define {name} {}", ty.text));
+        }
+        for preamble in &self.class.preambles {
+            self.text.code(preamble);
+        }
+    }
+
+    /// The struct of the state, and those of ports and actions.
+    fn types(&mut self) {
+        let (class, name) = (self.class, self.name);
+        self.text.line(format_args!("\n/* What bodies call `self`. */\ntypedef struct {{\n    lf_self_base_t base;"));
+        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+            self.text.line("    int bank_index;");
+        }
+        for parameter in &class.parameters {
+            let hidden = class.state.iter().any(|state| state.name == parameter.name);
+            if !hidden {
+                self.text.line(format_args!("    {};", self.ty(&parameter.ty).declare(&parameter.name)));
+            }
+        }
+        for state in &class.state {
+            self.text.line(format_args!("    {};", self.ty(&state.ty).declare(&state.name)));
+        }
+        self.text.line(format_args!("}} {name}_self_t;\n"));
+        for port in &class.ports {
+            let text = port_struct(class, port, &format!("{name}_{}_t", port.name));
+            self.text.line(text);
+        }
+        for action in &class.actions {
+            let value = field(&self.ty(&action.ty));
+            self.text.line(format_args!("typedef struct {{ LF_ACTION_BASE;{value} }} {name}_{}_t;", action.name));
+        }
+        let mut seen = BTreeSet::from([self.index]);
+        for child in class.children.iter().filter(|child| seen.insert(child.class)) {
+            let (target, prefix) = (&self.symbols.plan.classes[child.class.0], self.symbols.class(child.class));
+            for port in target.ports.iter().filter(|_| !prefix.is_empty()) {
+                let text = port_struct(target, port, &format!("{prefix}_{}_t", port.name));
+                self.text.line(text);
+            }
+        }
+    }
+
+    pub(super) fn ty(&self, ty: &crate::plan::Type) -> CType {
+        CType::new(self.class, ty)
+    }
+
+    /// The variables of all instances.
+    fn storage(&mut self) {
+        let (symbols, name) = (self.symbols, self.name);
+        let (plan, federate) = (symbols.plan, symbols.federate);
+        self.text.line("");
+        if plan.is_federated() && self.index == plan.main && federate.instances.iter().all(|one| one.path != plan.name) {
+            self.instance(None, &plan.name, &plan.name);
+        }
+        let own = self.index;
+        for (index, instance) in federate.instances.iter().enumerate().filter(|(_, one)| one.class == own) {
+            let full = if instance.parent.is_none() && instance.child.is_none() {
+                instance.path.clone()
+            } else {
+                format!("{}.{}", plan.name, instance.path)
+            };
+            let own = instance.path.rsplit('.').next().unwrap_or(&instance.path);
+            self.instance(Some(index), own, &full);
+        }
+        for (index, port) in federate.ports.iter().enumerate() {
+            let Some((class, declared)) = symbols.declared(&port.path).filter(|(class, _)| *class == self.index) else {
+                continue;
+            };
+            let ty = CType::new(&plan.classes[class.0], &port.ty);
+            let info = info(&format!("{name}_{declared}_t"), index, &ty, symbols.readers(index), None);
+            self.text.line(format_args!("/* {} */\n{name}_{declared}_t lf_port_{index} = {{ {info} }};", port.path));
+        }
+        for (index, trigger) in federate.triggers.iter().enumerate() {
+            let Some((_, declared)) = symbols.declared(&trigger.path).filter(|(class, _)| *class == self.index) else {
+                continue;
+            };
+            match &trigger.kind {
+                TriggerKind::Action { ty, .. } => {
+                    let ty = self.ty(ty);
+                    let pool = self.pool(index, &ty, trigger.capacity);
+                    let info = info(&format!("{name}_{declared}_t"), index, &ty, 1, pool);
+                    let text = format!("{name}_{declared}_t lf_trigger_{index} = {{ {info} }};");
+                    self.text.line(format_args!("/* {} */\n{text}", trigger.path));
+                }
+                TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
+                    let text = format!("lf_action_base_t lf_trigger_{index} = {{ .info = &(const lf_cell_info_t){{ .id = {index} }} }};");
+                    self.text.line(format_args!("/* {} */\n{text}", trigger.path));
+                }
+                TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
+                    let port = &federate.ports[fills.0];
+                    if let Some((class, _)) = symbols.declared(&port.path) {
+                        let ty = CType::new(&plan.classes[class.0], &port.ty);
+                        self.pool(index, &ty, trigger.capacity);
+                    }
+                }
+                TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => {}
+            }
+        }
+    }
+
+    /// Where values wait that are not pointers; how large they are, the compiler knows.
+    fn pool(&mut self, trigger: usize, ty: &CType, capacity: usize) -> Option<usize> {
+        let by_value = !ty.is_nothing() && !ty.is_token() && !ty.is_text();
+        if by_value {
+            let declared = ty.declare(&format!("lf_value_{trigger}"));
+            // Beside those that wait there is the one that happens, and one that is about to wait.
+            self.text.line(format_args!("typedef {declared};\nLF_POOL({}, sizeof(lf_value_{trigger}), {});", pool_name(trigger), capacity + 2));
+        }
+        by_value.then_some(trigger)
+    }
+
+    fn instance(&mut self, index: Option<usize>, own: &str, full: &str) {
+        let (variable, name) = (Symbols::instance(index), self.name);
+        self.text.line(format_args!("/* {full} */\n{name}_self_t {variable} = {{ .base = {{ .name = {own:?}, .full_name = {full:?} }} }};"));
+    }
+
+    /// The function that gives an instance its parameters and its state.
+    fn construct(&mut self) -> Result<(), EmitError> {
+        let (class, name) = (self.class, self.name);
+        self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
+        self.text.line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
+        self.text.line(format_args!("    {name}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"));
+        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+            self.text.line("    self->bank_index = lf_member;");
+        }
+        for (index, parameter) in class.parameters.iter().enumerate() {
+            let (own, ty) = (&parameter.name, self.ty(&parameter.ty));
+            let target = if class.state.iter().any(|state| state.name == *own) {
+                // State of the same name hides it from bodies; initial values still name it.
+                self.text.line(format_args!("    {};", ty.declare(&format!("lf_parameter_{own}"))));
+                format!("lf_parameter_{own}")
+            } else {
+                format!("self->{own}")
+            };
+            self.text.line(format_args!("    if (lf_given[{index}] != NULL) {{"));
+            self.text.line(format_args!("        memcpy(&{target}, lf_given[{index}], sizeof {target});\n    }} else {{"));
+            match &parameter.default {
+                Some(default) => self.assign(&target, &ty, default),
+                None => {
+                    self.text.line(format_args!("        memset(&{target}, 0, sizeof {target});"));
+                }
+            }
+            self.text.line("    }");
+            let defaults = class.parameters.iter().filter_map(|parameter| parameter.default.as_ref());
+            let inits = class.state.iter().filter_map(|state| state.init.as_ref());
+            self.local(parameter, &target, defaults.chain(inits));
+        }
+        for state in &class.state {
+            self.state(state);
+        }
+        self.text.line("}");
+        Ok(())
+    }
+
+    /// A variable with the value of a parameter, where expressions name it.
+    fn local<'v>(&mut self, parameter: &Parameter, place: &str, values: impl IntoIterator<Item = &'v Value>) {
+        let (name, array) = (&parameter.name, self.ty(&parameter.ty).is_array());
+        if !values.into_iter().any(|value| mentions(value, name)) {
+            return;
+        }
+        let ty = if array { format!("__typeof__(&{place}[0])") } else { format!("__typeof__({place})") };
+        self.text.line(format_args!("    {ty} {name} = {place};\n    (void){name};"));
+    }
+
+    /// The parameters that values name, as variables.
+    fn locals(&mut self, values: &[&Value]) {
+        for parameter in &self.class.parameters {
+            if !self.class.state.iter().any(|state| state.name == parameter.name) {
+                self.local(parameter, &format!("self->{}", parameter.name), values.iter().copied());
+            }
+        }
+    }
+
+    fn state(&mut self, state: &StateVariable) {
+        if let Some(init) = &state.init {
+            self.text.line("    {");
+            let ty = self.ty(&state.ty);
+            self.assign(&format!("self->{}", state.name), &ty, init);
+            self.text.line("    }");
+        }
+    }
+
+    /// Lines that give something a value.
+    fn assign(&mut self, target: &str, ty: &CType, value: &Value) {
+        self.variable("lf_value", ty, value);
+        let value = address("lf_value", ty, value);
+        self.text.line(format_args!("        memcpy(&{target}, {value}, sizeof {target});"));
+    }
+
+    /// A variable with a value.
+    fn variable(&mut self, name: &str, ty: &CType, value: &Value) {
+        let code = match value {
+            Value::Time { ns } => {
+                self.text.line(format_args!("        {} = INT64_C({ns});", ty.declare(name)));
+                return;
+            }
+            Value::Code(code) => code,
+        };
+        let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.' || c == '-';
+        if code.text.chars().all(is_word) && !is_elsewhere(ty, value) {
+            self.text.line(format_args!("        {} = {};", ty.declare(name), code.text));
+        } else if is_list(value) && ty.is_token() {
+            self.text.line(format_args!("        static {} {name}_elements[] =", ty.element()));
+            self.text.code(code).line("        ;");
+            self.text.line(format_args!("        {} = {name}_elements;", ty.declare(name)));
+        } else if is_elsewhere(ty, value) {
+            self.text.line(format_args!("        const void *{name} = "));
+            self.text.code(code).line("        ;");
+        } else {
+            self.text.line(format_args!("        {} =", ty.declare(name)));
+            self.text.code(code).line("        ;");
+        }
+    }
+
+    /// The functions that make contained reactors.
+    fn children(&mut self) -> Result<(), EmitError> {
+        let class = self.class;
+        for (index, child) in class.children.iter().enumerate() {
+            if self.symbols.makes(self.index, index) {
+                self.child(index, child)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn child(&mut self, index: usize, child: &Child) -> Result<(), EmitError> {
+        let (plan, name) = (self.symbols.plan, self.name);
+        let (target, made) = (&plan.classes[child.class.0], self.symbols.class(child.class));
+        self.text.line(format_args!("\n{}", place(&format!("`{} = new {}(…)`", child.name, target.name), child.at)));
+        self.text.line(format_args!("void {made}_construct(void *, const void *const *, int);"));
+        self.text.line(format_args!("void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
+        self.text.line(format_args!("    {name}_self_t *self = lf_self;\n    (void)self;"));
+        let values: Vec<&Value> = child.arguments.iter().flatten().collect();
+        self.locals(&values);
+        let names = values.iter().any(|value| mentions(value, BANK_INDEX));
+        if child.is_bank && names && !self.class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+            self.text.line("    int bank_index = lf_member;");
+        }
+        let mut given = Vec::new();
+        for (number, (parameter, argument)) in target.parameters.iter().zip(&child.arguments).enumerate() {
+            let (ty, variable) = (CType::new(target, &parameter.ty), format!("lf_argument_{number}"));
+            given.push(match argument {
+                Some(value) => {
+                    self.variable(&variable, &ty, value);
+                    address(&variable, &ty, value)
+                }
+                None if child.is_bank && parameter.name == BANK_INDEX => {
+                    self.text.line(format_args!("        {} = lf_member;", ty.declare(&variable)));
+                    format!("&{variable}")
+                }
+                None if parameter.default.is_none() => {
+                    let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
+                    return Err(EmitError::new(plan, child.at, message));
+                }
+                None => "NULL".to_owned(),
+            });
+        }
+        given.push("NULL".to_owned());
+        let given = given.join(", ");
+        self.text.line(format_args!("    {made}_construct(lf_child, (const void *[]){{ {given} }}, lf_member);\n}}"));
+        Ok(())
+    }
+
+    /// The function that resets the state in a mode, or what is in none.
+    fn reset(&mut self) {
+        let (class, name) = (self.class, self.name);
+        let modes: BTreeSet<Option<usize>> =
+            class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
+        for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
+            let function = reset_function(name, mode);
+            self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
+            self.text.line(format_args!("void {function}(void *lf_self) {{\n    {name}_self_t *self = lf_self;"));
+            let values: Vec<&Value> = class.state.iter().filter_map(|state| state.init.as_ref()).collect();
+            self.locals(&values);
+            for state in class.state.iter().filter(|state| state.resets && state.mode == mode) {
+                self.state(state);
+            }
+            self.text.line("}");
+        }
+    }
+
+    fn methods(&mut self) {
+        let (class, name) = (self.class, self.name);
+        let head = |method: &Method| {
+            let arguments = method.arguments.iter().map(|(name, ty)| format!(", {}", self.ty(ty).declare(name)));
+            let arguments: String = arguments.collect();
+            let own = format!("{name}_method_{}({name}_self_t *self{arguments})", method.name);
+            let returned = method.ty.as_ref().map_or_else(|| format!("void {own}"), |ty| self.ty(ty).declare(&own));
+            format!("__attribute__((unused)) static {returned}")
+        };
+        let heads: Vec<String> = class.methods.iter().map(head).collect();
+        self.text.line("");
+        for (method, head) in class.methods.iter().zip(&heads) {
+            self.text.line(format_args!("{head};"));
+            self.text.line(format_args!("#define {}(...) {name}_method_{0}(self, ##__VA_ARGS__)", method.name));
+        }
+        for (method, head) in class.methods.iter().zip(&heads) {
+            self.text.line(format_args!("\n{}\n{head} {{", place(&format!("Method `{}`", method.name), method.at)));
+            self.text.code(&method.body).line("}");
+        }
+    }
+}
+
+/// The function that resets the state in a mode of a class, or what is in none.
+pub(super) fn reset_function(class: &str, mode: Option<usize>) -> String {
+    mode.map_or_else(|| format!("{class}_reset"), |mode| format!("{class}_reset_in_{mode}"))
+}
+
+/// The name of the store for the values of a trigger.
+pub(super) fn pool_name(trigger: usize) -> String {
+    format!("lf_pool_{trigger}")
+}
+
+fn is_list(value: &Value) -> bool {
+    matches!(value, Value::Code(code) if code.text.trim_start().starts_with('{'))
+}
+
+/// Whether a value names a variable.
+fn mentions(value: &Value, name: &str) -> bool {
+    let Value::Code(code) = value else { return false };
+    code.text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name)
+}
+
+/// Whether the value of an array is where an expression points to, and not in a variable of its own.
+fn is_elsewhere(ty: &CType, value: &Value) -> bool {
+    let is_text = matches!(value, Value::Code(code) if code.text.trim_start().starts_with('"'));
+    ty.is_array() && !is_list(value) && !is_text
+}
+
+/// The address of a value that a variable has, or points to.
+fn address(variable: &str, ty: &CType, value: &Value) -> String {
+    if is_elsewhere(ty, value) { variable.to_owned() } else { format!("&{variable}") }
+}
+
+/// The field for the value, if there is one.
+fn field(ty: &CType) -> String {
+    if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
+}
+
+fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
+    format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
+}
+
+/// How a port or an action begins: what kind of values it has, and where they are.
+fn info(name: &str, id: usize, ty: &CType, readers: usize, pool: Option<usize>) -> String {
+    let mut of_cell = format!(".id = {id}, .readers = {readers}");
+    let mut of_type = String::new();
+    if !ty.is_nothing() {
+        of_cell += &format!(", .value_offset = offsetof({name}, value), .value_size = sizeof((({name} *)0)->value)");
+        of_type = if ty.is_token() {
+            format!(".type = {{ .element_size = sizeof({}) }}, ", ty.element())
+        } else {
+            format!(".type = {{ .element_size = sizeof((({name} *)0)->value) }}, ")
+        };
+    }
+    of_cell += if ty.is_token() { ", .is_token = true" } else { "" };
+    of_cell += if ty.is_text() { ", .is_string = true" } else { "" };
+    let pool = pool.map(|trigger| format!(", .pool = &{}", pool_name(trigger))).unwrap_or_default();
+    format!("{of_type}.info = &(const lf_cell_info_t){{ {of_cell}{pool} }}")
+}
+
+/// The header with the preambles of an LF file.
+pub(super) fn preamble_header(plan: &crate::plan::Plan, file: usize, header: &str, folder: &str) -> File {
+    let source = &plan.files[file];
+    let about = format!("What {} declares.", name_of(&source.path));
+    let mut text = Text::new(plan, format!("{folder}/c/{header}.h"), &about);
+    text.line("#pragma once\n#include <lf.h>");
+    for preamble in &source.preambles {
+        text.code(preamble);
+    }
+    text.file()
+}

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From a plan to C: a file per reactor class, and the crate of Rust that runs them.
+
+mod class;
+mod crates;
+mod program;
+mod reactions;
+mod sizes;
+mod symbols;
+mod text;
+mod types;
+
+pub(in crate::languages) use crates::{emit, workspace};
+pub(in crate::languages) use sizes::Sizes;

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Names of functions, types and storage, each given once.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::emit::names::{Names, plain};
+use crate::plan::{Argument, ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
+
+/// What a participant has of the program, and how it is called.
+pub(super) struct Symbols<'p> {
+    pub(super) plan: &'p Plan,
+    pub(super) federate: &'p Federate,
+    names: BTreeMap<ClassIndex, String>,
+    files: Vec<String>,
+    /// By port: how many reactions, connections and inputs of others see its values.
+    readers: Vec<usize>,
+    /// Which children of which classes this federate has.
+    children: BTreeSet<(ClassIndex, usize)>,
+    /// Which reactions of which classes it has.
+    reactions: BTreeSet<(ClassIndex, usize)>,
+}
+
+impl<'p> Symbols<'p> {
+    pub(super) fn new(plan: &'p Plan, federate: &'p Federate) -> Self {
+        let (mut class_names, mut names) = (Names::reserving(&["lf", "program", "sizes"]), BTreeMap::new());
+        let used = federate.instances.iter().map(|instance| instance.class).chain([plan.main]);
+        for class in used {
+            names.entry(class).or_insert_with(|| class_names.give(&plain(&plan.classes[class.0].name)));
+        }
+        let parent = |instance: &Instance| instance.parent.map_or(plan.main, |at| federate.instances[at.0].class);
+        let children = federate.instances.iter().filter_map(|instance| Some((parent(instance), instance.child?)));
+        let reactions = federate.reactions.iter().filter_map(|reaction| match reaction.kind {
+            ReactionKind::Body { instance, reaction, .. } => Some((federate.instances[instance.0].class, reaction)),
+            _ => None,
+        });
+        let (children, reactions) = (children.collect(), reactions.collect());
+        Self { plan, federate, names, files: preamble_headers(plan), readers: readers(plan, federate), children, reactions }
+    }
+
+    /// The classes, each with the name that begins all names of its file.
+    pub(super) fn classes(&self) -> impl Iterator<Item = (ClassIndex, &str)> {
+        self.names.iter().map(|(class, name)| (*class, name.as_str()))
+    }
+
+    /// The name of a class.
+    pub(super) fn class(&self, class: ClassIndex) -> &str {
+        self.names.get(&class).map_or("", String::as_str)
+    }
+
+    /// The header with the preambles of an LF file, without its extension.
+    pub(super) fn file(&self, file: FileIndex) -> &str {
+        &self.files[file.0]
+    }
+
+    /// How many see the values of a port.
+    pub(super) fn readers(&self, port: usize) -> usize {
+        self.readers[port]
+    }
+
+    /// Whether this federate has an instance of this child of a class.
+    pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
+        self.children.contains(&(class, child))
+    }
+
+    /// Whether this federate has a reaction of a class, by its number.
+    pub(super) fn reacts(&self, class: ClassIndex, reaction: usize) -> bool {
+        self.reactions.contains(&(class, reaction))
+    }
+
+    /// The variable with the state of the federated reactor, or of an instance.
+    pub(super) fn instance(instance: Option<usize>) -> String {
+        instance.map_or_else(|| "lf_self_main".to_owned(), |index| format!("lf_self_{index}"))
+    }
+
+    /// The class and the name in it of what has this path.
+    pub(super) fn declared<'a>(&self, path: &'a str) -> Option<(ClassIndex, &'a str)> {
+        let (owner, name) = path.rsplit_once('.')?;
+        // A channel is declared with its multiport.
+        let name = name.split('[').next().unwrap_or(name);
+        let instance = self.federate.instances.iter().find(|instance| instance.path == owner)?;
+        Some((instance.class, name))
+    }
+}
+
+/// By LF file: the header with its preambles, without the extension.
+pub(super) fn preamble_headers(plan: &Plan) -> Vec<String> {
+    let mut names = Names::default();
+    let header = |file: &crate::plan::SourceFile| {
+        let stem = super::text::name_of(&file.path).trim_end_matches(".lf");
+        format!("{}_preambles", names.give(&plain(stem)))
+    };
+    plan.files.iter().map(header).collect()
+}
+
+fn readers(plan: &Plan, federate: &Federate) -> Vec<usize> {
+    let mut readers: Vec<usize> = federate.ports.iter().map(|port| port.delays.len()).collect();
+    for output in &federate.outputs {
+        readers[output.source.0] += 1;
+    }
+    for reaction in &federate.reactions {
+        match &reaction.kind {
+            ReactionKind::Body { instance, reaction, arguments } => {
+                let declared = &plan.class(&federate.instances[instance.0]).reactions[reaction - 1];
+                for (parameter, argument) in declared.parameters.iter().zip(arguments) {
+                    if !parameter.triggers && !parameter.uses {
+                        continue;
+                    }
+                    match argument {
+                        Argument::Port(port) => readers[port.0] += 1,
+                        Argument::Ports(ports) => ports.iter().for_each(|port| readers[port.0] += 1),
+                        Argument::Trigger(_) | Argument::Mode(_) => {}
+                    }
+                }
+            }
+            ReactionKind::Copy { from, .. } => readers[from.0] += 1,
+            ReactionKind::Send(_) => {}
+        }
+    }
+    readers
+}
