@@ -126,9 +126,14 @@ fn every_example_in_the_table_of_the_language_compiles() {
 #[test]
 fn every_target_property_takes_the_values_in_its_table() {
     let supported = supported();
-    for TargetProperty { name, values, .. } in supported.coordination.iter().chain(supported.program) {
-        for value in *values {
-            check(&format!("target Rust {{ {name}: {value} }}\n{AROUND}}}\nfederated reactor {{ a = new Parent() }}"));
+    let rust = supported.coordination.iter().chain(supported.program).chain(supported.rust);
+    let c = supported.coordination.iter().chain(supported.program).chain(supported.c);
+    for (target, properties) in [("Rust", rust.collect::<Vec<_>>()), ("C", c.collect())] {
+        for TargetProperty { name, values, .. } in properties {
+            for value in *values {
+                let program = format!("{AROUND}}}\nfederated reactor {{ a = new Parent() }}");
+                check(&format!("target {target} {{ {name}: {value} }}\n{program}"));
+            }
         }
     }
 }
@@ -151,6 +156,8 @@ fn the_documents_have_the_tables_of_what_is_supported() {
     rewrite("README.md", "coordination", &properties(supported.coordination));
     rewrite("README.md", "boards", &boards());
     rewrite("docs/guide/src/configuration.md", "properties", &properties(supported.program));
+    rewrite("docs/guide/src/configuration.md", "properties of Rust", &properties(supported.rust));
+    rewrite("docs/guide/src/configuration.md", "properties of C", &properties(supported.c));
     rewrite("docs/guide/src/configuration.md", "refused properties", &refused);
 }
 

@@ -27,6 +27,10 @@ impl SourceProvider for Files {
             format!("it is no UTF-8 text (its byte {valid} is wrong)")
         })
     }
+
+    fn exists(&self, path: &str) -> bool {
+        Path::new(path).exists()
+    }
 }
 
 /// A program without errors.

@@ -7,7 +7,7 @@ use crate::diagnostics::{SourceMap, Span};
 use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
-use crate::resolve::{Class, ClassId, Method, Variable, signature};
+use crate::resolve::{Class, ClassId, Method, PortRef, Variable, signature};
 use crate::syntax::{ast, literal_ns};
 
 /// Turns spans into locations.
@@ -104,6 +104,7 @@ fn class(
             ast::Direction::Input => plan::PortDirection::Input,
             ast::Direction::Output => plan::PortDirection::Output,
         },
+        mutable: port.mutable,
         ty: places.ty(&port.ty, port.ty_span),
         is_wide: port.width.is_some(),
         at: places.at(port.name.span),
@@ -184,6 +185,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
         let parameters = reaction.parameters.iter().filter_map(|parameter| {
             Some(plan::ReactionParameter {
                 name: parameter.name.clone(),
+                child: child_port(parameter.variable, class, classes),
                 kind: variable_kind(parameter.variable, class, classes, places)?,
                 triggers: parameter.triggers,
                 uses: parameter.uses,
@@ -192,6 +194,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             })
         });
         let declared = reaction.ast;
+        let is_external = declared.code.is_none() && places.language().has_external_bodies();
         let empty = || plan::Code { text: String::new(), at: places.at(declared.keyword) };
         reactions.push(plan::Reaction {
             number: position + 1,
@@ -199,6 +202,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             signature: signature(declared),
             parameters: parameters.collect(),
             body: declared.code.as_ref().map_or_else(empty, |code| places.code(code)),
+            external: is_external && declared.name.is_some(),
             deadline: declared.deadline.as_ref().map(|deadline| places.code(&deadline.code)),
             tardy: declared.tardy.as_ref().map(|tardy| match &tardy.code {
                 Some(code) => plan::Tardy::Handler(places.code(code)),
@@ -208,6 +212,18 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
         });
     }
     reactions
+}
+
+/// The port of a contained reactor that a variable is.
+fn child_port(variable: Variable, class: &Class<'_>, classes: &[Class<'_>]) -> Option<plan::ChildPort> {
+    let Variable::Port(port @ PortRef::Child(child, _)) = variable else { return None };
+    let declared = class.port(port, classes)?;
+    Some(plan::ChildPort {
+        child: class.children[child].ast.name.text.clone(),
+        is_bank: class.is_of_bank(port),
+        port: declared.name.text.clone(),
+        is_wide: declared.width.is_some(),
+    })
 }
 
 /// What a variable is; nothing for startup and shutdown, which bodies do not see.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plan of one federate.
 
+use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::{Builder, Context, Source};
@@ -69,10 +70,13 @@ impl Builder<'_> {
                         Argument::Mode(self.mode_index(tree.mode_of(step.instance, Some(mode)))?)
                     }
                     Variable::Port(port) => {
-                        let nodes = graph.nodes(tree, step.instance, port);
-                        let mut ports = nodes.into_iter().map(|node| self.port(node));
+                        let members = graph.members(tree, step.instance, port);
+                        let widths = members.iter().map(Range::len).collect();
+                        let mut ports = members.into_iter().flatten().map(|node| self.port(node));
                         let class = &classes[tree.instances[step.instance].class.0];
-                        if class.is_wide(port, classes) {
+                        if class.is_of_bank(port) && class.port(port, classes)?.width.is_some() {
+                            Argument::Bank { ports: ports.collect(), widths }
+                        } else if class.is_wide(port, classes) {
                             Argument::Ports(ports.collect())
                         } else {
                             Argument::Port(ports.next()?)

@@ -156,7 +156,7 @@ impl Graph {
     }
 
     /// The same, apart for each member of a bank.
-    fn members(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Range<Node>> {
+    pub(super) fn members(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Range<Node>> {
         let channels = |instance: usize, port: usize| {
             let first = self.first[instance][port];
             first..first + tree.instances[instance].widths[port].unwrap_or(1)

@@ -75,6 +75,18 @@ pub(crate) trait Language: Debug + Sync {
     /// event happens a microstep later.
     fn replaces_events(&self) -> bool;
 
+    /// Whether a value can be a time below zero.
+    fn has_negative_times(&self) -> bool;
+
+    /// Whether LF lets a program name types for a reactor that has no type parameters.
+    fn allows_superfluous_types(&self) -> bool;
+
+    /// Whether reactions of different reactors can run side by side.
+    fn has_workers(&self) -> bool;
+
+    /// Whether a reaction that has a name and no body calls a function of this name, which the program has elsewhere.
+    fn has_external_bodies(&self) -> bool;
+
     /// Adds the files of a participant's program, and what they stem from.
     ///
     /// # Errors

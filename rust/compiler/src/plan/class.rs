@@ -138,6 +138,10 @@ pub struct PortDeclaration {
     pub direction: PortDirection,
     /// The type of its values.
     pub ty: Type,
+    /// Whether it is a `mutable input`, so that bodies may change what comes. Those in Rust have a copy or a reference
+    /// of it anyway.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub mutable: bool,
     /// Whether it is a multiport; how wide it is may differ per instance.
     pub is_wide: bool,
     /// Where it is declared.
@@ -180,6 +184,9 @@ pub struct Reaction {
     pub parameters: Vec<ReactionParameter>,
     /// The body.
     pub body: Code,
+    /// Whether the body is a function of the reaction's name, which is elsewhere in the program.
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
+    pub external: bool,
     /// The deadline's handler; the deadline's value may differ per instance and stands in the federate's reaction.
     pub deadline: Option<Code>,
     /// What happens in decentralized coordination with a message that comes too late; `None` if nothing is said.
@@ -201,8 +208,11 @@ pub enum Tardy {
 /// A variable in the scope of a reaction's body.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReactionParameter {
-    /// The name that the body uses: `port`, or `child__port` for a port of a contained reactor.
+    /// The name that the body uses: `port`, or for a port of a contained reactor what the language makes of it.
     pub name: String,
+    /// The port of a contained reactor that it is; `None` for all else.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub child: Option<ChildPort>,
     /// What the variable is.
     pub kind: VariableKind,
     /// Whether it is among the triggers.
@@ -213,6 +223,19 @@ pub struct ReactionParameter {
     pub effect: bool,
     /// Where it is written for the first time.
     pub at: Location,
+}
+
+/// A port of a contained reactor.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChildPort {
+    /// The name of the instance, or of the bank.
+    pub child: String,
+    /// Whether it is a bank.
+    pub is_bank: bool,
+    /// The name of the port.
+    pub port: String,
+    /// Whether it is a multiport.
+    pub is_wide: bool,
 }
 
 /// What a variable of a reaction stands for.

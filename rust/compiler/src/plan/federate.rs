@@ -264,8 +264,15 @@ pub enum ReactionKind {
 pub enum Argument {
     /// A port.
     Port(PortIndex),
-    /// The channels of a multiport, of each member of a bank.
+    /// The channels of a multiport, or a port of each member of a bank.
     Ports(Vec<PortIndex>),
+    /// The channels of a multiport of each member of a bank.
+    Bank {
+        /// All of them, those of the first member first.
+        ports: Vec<PortIndex>,
+        /// How many channels each member has.
+        widths: Vec<usize>,
+    },
     /// An action, a timer or a watchdog.
     Trigger(TriggerIndex),
     /// A mode that the reaction can change to.
@@ -277,7 +284,7 @@ impl Argument {
     pub fn ports(&self) -> &[PortIndex] {
         match self {
             Self::Port(port) => core::slice::from_ref(port),
-            Self::Ports(ports) => ports,
+            Self::Ports(ports) | Self::Bank { ports, .. } => ports,
             Self::Trigger(_) | Self::Mode(_) => &[],
         }
     }

@@ -6,6 +6,7 @@
 mod cargo;
 mod class;
 mod federate;
+mod native;
 mod render;
 mod serializer;
 mod source;
@@ -14,13 +15,14 @@ use serde::{Deserialize, Serialize};
 
 pub use cargo::{BuildType, Cargo, Dependency, Module};
 pub use class::{
-    ActionDeclaration, BANK_INDEX, Child, Method, Parameter, PortDeclaration, PortDirection, Reaction,
+    ActionDeclaration, BANK_INDEX, Child, ChildPort, Method, Parameter, PortDeclaration, PortDirection, Reaction,
     ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub use federate::{
     Argument, Federate, Instance, Mode, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction,
     SpacingPolicy, Trigger, TriggerKind, Upstream,
 };
+pub use native::{CmakeFile, Definition, IncludedFile, NativeCode};
 pub(crate) use render::Time;
 pub use serializer::Serializer;
 pub use source::{
@@ -110,6 +112,9 @@ pub struct Target {
     /// What is about cargo.
     #[serde(default, skip_serializing_if = "Cargo::is_empty")]
     pub cargo: Cargo,
+    /// What is about the compiler of C.
+    #[serde(default, skip_serializing_if = "NativeCode::is_empty")]
+    pub c: NativeCode,
 }
 
 fn one_worker() -> u16 {
@@ -148,6 +153,7 @@ impl Default for Target {
             user_threads: 0,
             workers: one_worker(),
             cargo: Cargo::default(),
+            c: NativeCode::default(),
         }
     }
 }

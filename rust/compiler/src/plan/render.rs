@@ -199,7 +199,7 @@ impl Plan {
                 let open = if index == 0 { "  [" } else { ", " };
                 let storage = match argument {
                     Argument::Port(port) => format!("port {port}"),
-                    Argument::Ports(ports) => {
+                    Argument::Ports(ports) | Argument::Bank { ports, .. } => {
                         let ports: Vec<_> = ports.iter().map(ToString::to_string).collect();
                         format!("ports {}", ports.join(" "))
                     }

@@ -114,6 +114,7 @@ impl<'p> Checker<'p> {
             ports.push(Port {
                 name: &declared.name,
                 direction: declared.direction,
+                mutable: declared.mutable,
                 ty: ty.text,
                 ty_span: ty.span,
                 width: declared.width.as_ref(),

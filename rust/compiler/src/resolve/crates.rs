@@ -157,14 +157,14 @@ impl Reader<'_> {
         self.target.cargo.edition = self.word(key, value, &EDITIONS).map(str::to_owned);
     }
 
-    fn missing(&mut self, span: Span, path: &str, reason: &str) {
+    pub(super) fn missing(&mut self, span: Span, path: &str, reason: &str) {
         let message = format!("cannot read `{path}`: {reason}");
         let hint = "the path is relative to the folder of this file";
         self.found.push(Diagnostic::new(Code::MissingFile, span, message).hint(hint));
     }
 
     /// A text that is not empty.
-    fn text(&mut self, key: &Name, value: &PropertyValue, expected: &str) -> Option<String> {
+    pub(super) fn text(&mut self, key: &Name, value: &PropertyValue, expected: &str) -> Option<String> {
         let text = match &value.kind {
             PropertyKind::Literal(Literal::Text(_) | Literal::Int(_)) | PropertyKind::Path(_) => text_of(value),
             PropertyKind::Literal(Literal::Float(text)) => Some(text.clone()),
@@ -178,17 +178,17 @@ impl Reader<'_> {
     }
 
     /// One text, or a list of them.
-    fn items(&mut self, key: &Name, value: &PropertyValue) -> Vec<(String, Span)> {
+    pub(super) fn items(&mut self, key: &Name, value: &PropertyValue) -> Vec<(String, Span)> {
         let one = std::slice::from_ref(value);
         let items = if let PropertyKind::List(items) = &value.kind { items } else { one };
         let text = |item| Some((self.text(key, item, "texts: `[\"one\", \"another\"]`")?, item.span));
         items.iter().filter_map(text).collect()
     }
 
-    /// A place in the main file, which is the first of the plan.
-    fn at(&self, span: Span) -> Location {
+    /// A place in a file, which has the position in the plan that its text has.
+    pub(super) fn at(&self, span: Span) -> Location {
         let position = self.texts.get(span.file).map(|file| file.position(span.start));
         let (line, column) = position.map_or((1, 1), |position| (position.line, position.column));
-        Location { file: FileIndex(0), line, column }
+        Location { file: FileIndex(span.file.index()), line, column }
     }
 }

@@ -143,8 +143,14 @@ impl<'a> Expander<'a> {
         let id = self.find(&instance.class, "declare it, or import it")?;
         let declared = self.declared(id);
         let (given, needed) = (instance.type_arguments.len(), declared.type_parameters.len());
-        if given != needed {
-            let name = &instance.class.text;
+        let name = &instance.class.text;
+        let mut arguments = &instance.type_arguments[..];
+        if given > 0 && needed == 0 && self.language.allows_superfluous_types() {
+            let message = format!("`{name}` has no type parameters, so these types have no effect");
+            let diagnostic = Diagnostic::new(Code::NoEffect, instance.class.span, message);
+            self.diagnostics.push(diagnostic.hint(format!("write `new {name}(…)`")));
+            arguments = &[];
+        } else if given != needed {
             let message = format!("`{name}` has {needed} type parameters, and here are {given} types");
             let hint = if needed == 0 {
                 format!("write `new {name}(…)`")
@@ -156,7 +162,7 @@ impl<'a> Expander<'a> {
             self.diagnostics.push(diagnostic.also(declared.span(), "its declaration"));
             return None;
         }
-        if instance.type_arguments.iter().any(|ty| self.language.type_text(ty).len() > TYPE_MAX) {
+        if arguments.iter().any(|ty| self.language.type_text(ty).len() > TYPE_MAX) {
             let message = format!("the name of a type is longer than {TYPE_MAX} bytes here");
             let hint = "a reactor cannot contain itself with another type";
             self.diagnostics.push(Diagnostic::new(Code::TooLarge, instance.class.span, message).hint(hint));
@@ -164,7 +170,7 @@ impl<'a> Expander<'a> {
         }
         // Types that are no names of the containing reactor need not be looked for in it.
         let user = (needed > 0).then_some(container);
-        Some(self.add(id, &instance.type_arguments, user))
+        Some(self.add(id, arguments, user))
     }
 
     /// The reactor of a name in the file in which the name is written.

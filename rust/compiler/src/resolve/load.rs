@@ -18,6 +18,11 @@ pub trait SourceProvider {
     /// # Errors
     /// Why there is no such text, as the end of a sentence: `it does not exist`.
     fn read(&self, path: &str) -> Result<String, String>;
+
+    /// Whether there is a file or a folder at `path`, text or not.
+    fn exists(&self, path: &str) -> bool {
+        self.read(path).is_ok()
+    }
 }
 
 /// Texts by path.

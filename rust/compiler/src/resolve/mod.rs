@@ -7,6 +7,7 @@
 mod attributes;
 mod checker;
 mod class;
+mod cmake;
 mod code;
 mod connection;
 mod crates;
@@ -16,6 +17,8 @@ mod mains;
 mod model;
 mod modes;
 mod names;
+mod native;
+mod properties;
 mod reaction;
 mod reactors;
 mod sending;
@@ -37,8 +40,8 @@ pub(crate) use mains::program_name;
 pub(crate) use model::{
     Class, ClassId, Connection, End, Given, Method, Port, PortRef, Reaction, ReactionParameter, Variable, Wait,
 };
+pub use properties::TargetProperty;
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
 pub use supported::{Supported, supported};
-pub use target::TargetProperty;
 pub(crate) use target::check as check_target;

@@ -45,11 +45,15 @@ impl Class<'_> {
 
     /// Whether a port as this reactor sees it is several: a multiport, or one of a bank.
     pub(crate) fn is_wide(&self, port: PortRef, classes: &[Class<'_>]) -> bool {
-        let bank = match port {
+        self.is_of_bank(port) || self.port(port, classes).is_some_and(|port| port.width.is_some())
+    }
+
+    /// Whether a port is that of each member of a bank.
+    pub(crate) fn is_of_bank(&self, port: PortRef) -> bool {
+        match port {
             PortRef::Own(_) => false,
             PortRef::Child(child, _) => self.children[child].ast.width.is_some(),
-        };
-        bank || self.port(port, classes).is_some_and(|port| port.width.is_some())
+        }
     }
 }
 
@@ -83,6 +87,8 @@ pub(crate) struct State<'p> {
 pub(crate) struct Port<'p> {
     pub(crate) name: &'p ast::Name,
     pub(crate) direction: ast::Direction,
+    /// Whether bodies may change what comes.
+    pub(crate) mutable: bool,
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
     /// How many channels it has, if it is a multiport.

@@ -26,7 +26,8 @@ impl<'p> Checker<'p> {
                 let hint = "write what triggers it: `reaction(startup)`, or a timer, an action or an input";
                 self.report(Diagnostic::new(Code::MissingTrigger, declared.keyword, message).hint(hint));
             }
-            if declared.code.is_none() {
+            let is_external = declared.name.is_some() && self.language.has_external_bodies();
+            if declared.code.is_none() && !is_external {
                 let message = "this reaction has no body, so it does nothing";
                 let diagnostic = Diagnostic::new(Code::MissingBody, declared.keyword, message);
                 self.report(diagnostic.hint("write `{= … =}` behind the effects"));

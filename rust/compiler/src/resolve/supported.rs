@@ -2,7 +2,7 @@
 //! What of LF there is, for the documents.
 
 use super::unsupported::Feature;
-use super::{attributes, target};
+use super::{attributes, properties};
 
 /// What of LF there is and what is refused by name, for the documents. All texts are Markdown.
 #[derive(Clone, Debug)]
@@ -10,9 +10,13 @@ pub struct Supported {
     /// Parts of the language that are refused, each with what to do instead.
     pub refused: Vec<(String, &'static str)>,
     /// Target properties that say how federates work together.
-    pub coordination: &'static [target::TargetProperty],
-    /// All other target properties that are honoured.
-    pub program: &'static [target::TargetProperty],
+    pub coordination: &'static [properties::TargetProperty],
+    /// All other target properties that programs of any language have.
+    pub program: &'static [properties::TargetProperty],
+    /// Those of programs in Rust.
+    pub rust: &'static [properties::TargetProperty],
+    /// Those of programs in C.
+    pub c: &'static [properties::TargetProperty],
     /// Target properties that are refused, each with what to do instead.
     pub refused_properties: &'static [(&'static str, &'static str)],
 }
@@ -26,8 +30,10 @@ pub fn supported() -> Supported {
     let features = Feature::ALL.iter().map(|feature| (feature.name().to_owned(), feature.instead()));
     Supported {
         refused: features.chain(attributes).collect(),
-        coordination: target::COORDINATION,
-        program: target::PROGRAM,
-        refused_properties: target::REFUSED,
+        coordination: properties::COORDINATION,
+        program: properties::PROGRAM,
+        rust: properties::RUST,
+        c: properties::C,
+        refused_properties: properties::REFUSED,
     }
 }

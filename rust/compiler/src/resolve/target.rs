@@ -4,148 +4,12 @@
 use lf_model::units::UNITS;
 
 use super::load::{Program, SourceProvider};
+use super::properties::{REFUSED, honoured, language_of};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceMap, Span, did_you_mean};
-use crate::languages;
+use crate::languages::{self, Language};
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
 use crate::syntax::{TimeError, nanoseconds};
-
-/// A target property that is honoured, as the documents describe it.
-#[derive(Clone, Copy, Debug)]
-pub struct TargetProperty {
-    /// Its name.
-    pub name: &'static str,
-    /// Values that it takes, as they are written in a program.
-    pub values: &'static [&'static str],
-    /// What it does, in Markdown.
-    pub does: &'static str,
-}
-
-const fn property(name: &'static str, values: &'static [&'static str], does: &'static str) -> TargetProperty {
-    TargetProperty { name, values, does }
-}
-
-const SWITCH: &[&str] = &["true", "false"];
-
-/// Properties that are honoured and say how federates work together.
-pub(super) const COORDINATION: &[TargetProperty] = &[
-    property(
-        "coordination",
-        &["centralized", "decentralized"],
-        "who decides when a tag begins: the RTI, or each federate when its waits are over",
-    ),
-    property(
-        "coordination-options",
-        &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
-        "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
-         progress",
-    ),
-    property("DNET", SWITCH, "whether the RTI may tell federates which progress nobody needs to know"),
-    property(
-        "clock-sync",
-        &["off", "init", "on"],
-        "when clocks are compared with the RTI's: never, before the start, all the time",
-    ),
-    property(
-        "clock-sync-options",
-        &[
-            "{ trials: 10 }",
-            "{ period: 5 ms }",
-            "{ attenuation: 10 }",
-            "{ local-federates-on: true }",
-            "{ test-offset: 1 ms }",
-            "{ collect-stats: true }",
-        ],
-        "how often they are compared, and what is made of it",
-    ),
-    property("auth", SWITCH, "whether the RTI and the federates prove to each other that they know the federation id"),
-    property(
-        "joint-rti",
-        SWITCH,
-        "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
-    ),
-    property(
-        "joint-rti-options",
-        &["{ port: 15045 }", "{ federation-id: \"grid\" }"],
-        "the port of the RTI, and the federation id",
-    ),
-];
-
-/// All other properties that are honoured.
-pub(super) const PROGRAM: &[TargetProperty] = &[
-    property(
-        "platform",
-        &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
-        "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
-    ),
-    property("timeout", &["10 sec"], "stop when so much logical time has passed"),
-    property("fast", SWITCH, "do not wait for physical time"),
-    property(
-        "keepalive",
-        SWITCH,
-        "go on while there are no events, if there are other federates or threads that can make one",
-    ),
-    property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
-    property("threading", SWITCH, "with `false`, one thread runs all reactions, whatever `workers` says"),
-    property("single-threaded", SWITCH, "with `true`, the same"),
-    property(
-        "workers",
-        &["1", "4"],
-        "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
-    ),
-    property(
-        "cargo-dependencies",
-        &["{ libm: \"0.2\" }", "{ rand: { version: \"0.8\", default-features: false, features: [\"small_rng\"] } }"],
-        "crates that bodies can use, see [crates and modules](crates.md)",
-    ),
-    property("cargo-features", &["[\"cli\"]"], "features of generated crates: those of their dependencies"),
-    property("rust-include", &["[]"], "files of Rust that are modules of generated crates: `\"filters.rs\"`"),
-    property(
-        "build-type",
-        &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
-        "how programs for this computer are compiled; images are configured by Zephyr",
-    ),
-    property("edition", &["\"2024\"", "\"2021\"", "\"2018\""], "the edition of Rust of bodies; 2024 when not given"),
-    property("single-file-project", SWITCH, "no effect: nobody edits what is generated"),
-    property("export-dependency-graph", SWITCH, "no effect: `lfz plan` prints what is connected to what"),
-    property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
-];
-
-/// The names of all properties that are honoured.
-fn honoured() -> impl Iterator<Item = &'static str> + Clone {
-    COORDINATION.iter().chain(PROGRAM).map(|known| known.name)
-}
-
-/// Properties of LF that are not, with what to do instead.
-pub(super) const REFUSED: &[(&str, &str)] = &[
-    ("advance-message-interval", "write it as `coordination-options: { advance-message-interval: … }`"),
-    ("build", "remove it"),
-    ("runtime-version", "remove it"),
-    ("external-runtime-path", "remove it"),
-    ("docker", "remove it"),
-    ("tracing", "remove it"),
-    ("trace-plugin", "remove it"),
-    ("scheduler", "remove it; there is one scheduler"),
-    ("cmake-include", "remove it; Zephyr configuration goes into `prj_<federate>.conf`"),
-    ("cmake-init-include", "remove it"),
-    ("cmake-args", "remove it; pass arguments to `west build`"),
-    ("compile-definitions", "remove it"),
-    ("compiler", "remove it"),
-    ("compiler-flags", "remove it"),
-    ("files", "remove it and write the code in a preamble"),
-    ("protobufs", "remove it"),
-    ("communication-type", "remove it; federates talk over TCP"),
-    ("comm-type", "remove it; federates talk over TCP"),
-    ("sst", "remove it"),
-    ("fed-setup", "remove it"),
-    ("verify", "remove it"),
-    ("print-statistics", "remove it"),
-    ("no-runtime-validation", "remove it"),
-    ("no-source-mapping", "remove it"),
-    ("python-version", "remove it"),
-    ("ros2", "remove it"),
-    ("ros2-dependencies", "remove it"),
-];
 
 /// Checks the target of the main file and gives the properties that have an effect.
 ///
@@ -168,11 +32,14 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
             None => reader.wrong_target(target),
             Some(language) => {
                 language.name().clone_into(&mut reader.target.language);
+                reader.target.c.is_cpp = target.name.text.eq_ignore_ascii_case("CCpp");
                 reader.unique(&target.properties);
                 for property in &target.properties {
                     reader.property(property);
                 }
-                reader.features(&target.properties);
+                if language.name() == "Rust" {
+                    reader.features(&target.properties);
+                }
                 reader.idle_options(&target.properties);
                 reader.workers(&target.properties);
             }
@@ -180,6 +47,10 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
     }
     let language = reader.target.language.clone();
     let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
+    for target in targets.clone() {
+        reader.imported(target);
+    }
+    reader.find_sources();
     for target in targets.filter(|target| languages::named(&target.name.text).is_none_or(|it| it.name() != language)) {
         reader.wrong_target(target);
     }
@@ -228,7 +99,9 @@ impl Reader<'_> {
 
     fn property(&mut self, property: &Property) {
         let Property { key, value } = property;
+        let other = language_of(&key.text).filter(|language| *language != self.target.language);
         match key.text.as_str() {
+            name if other.is_some() => self.of_other_language(name, key, other.unwrap_or_default()),
             "coordination" => {
                 if self.word(key, value, &["centralized", "decentralized"]) == Some("decentralized") {
                     self.target.coordination = plan::Coordination::Decentralized;
@@ -250,6 +123,14 @@ impl Reader<'_> {
             "rust-include" => self.modules(key, value),
             "build-type" => self.build_type(key, value),
             "edition" => self.edition(key, value),
+            "files" => self.files(key, value),
+            "cmake-include" => self.cmake_include(key, value),
+            "compile-definitions" => self.definitions(key, value),
+            "compiler" => self.target.c.compiler = self.text(key, value, "the name of a compiler in quotes"),
+            "compiler-flags" => self.flags(key, value),
+            "no-source-mapping" => self.target.c.no_lines = self.boolean(key, value).unwrap_or_default(),
+            "scheduler" => self.scheduler(key, value),
+            "tracing" => self.idle(key, "nothing is traced"),
             // Nobody looks for what other compilers write beside the program; `workers` asks for the first two.
             "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
@@ -272,19 +153,31 @@ impl Reader<'_> {
         }
     }
 
+    /// A property of programs in another language.
+    fn of_other_language(&mut self, name: &str, key: &Name, language: &str) {
+        if REFUSED.iter().any(|(refused, _)| *refused == name) {
+            return self.other(name, key);
+        }
+        let message =
+            format!("`{name}` is for bodies in {language}, and those of this program are {}", self.target.language);
+        self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint("remove it"));
+    }
+
     fn other(&mut self, name: &str, key: &Name) {
         if let Some((_, hint)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
             let message = format!("the target property `{name}` is not supported yet");
             self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(*hint));
             return;
         }
-        self.unknown(key, honoured().chain(REFUSED.iter().map(|(name, _)| *name)));
+        let language = self.target.language.clone();
+        self.unknown(key, honoured(&language).chain(REFUSED.iter().map(|(name, _)| *name)));
     }
 
     pub(super) fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
         let message = format!("there is no property `{}` here", key.text);
         let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
-            let names: Vec<_> = known.take(honoured().count()).map(|name| format!("`{name}`")).collect();
+            let count = honoured(&self.target.language).count();
+            let names: Vec<_> = known.take(count).map(|name| format!("`{name}`")).collect();
             format!("properties are {}", names.join(", "))
         });
         self.found.push(Diagnostic::new(Code::UnknownProperty, key.span, message).hint(hint));
@@ -467,6 +360,11 @@ impl Reader<'_> {
                 .is_some_and(|it| matches!(it.value.kind, PropertyKind::Literal(Literal::Bool(value)) if value == what))
         };
         let Some(workers) = given("workers").filter(|_| self.target.workers > 1) else { return };
+        if !languages::named(&self.target.language).is_some_and(Language::has_workers) {
+            self.target.workers = 1;
+            let reason = format!("one thread runs all reactions of programs in {}", self.target.language);
+            return self.idle(&workers.key, &reason);
+        }
         if self.target.cargo.edition.as_deref() == Some("2018") {
             let message = "`workers` needs closures of edition 2021, which capture fields by themselves";
             let diagnostic = Diagnostic::new(Code::UnsupportedProperty, workers.key.span, message);

@@ -6,7 +6,8 @@ use super::checker::Checker;
 use super::model::Parameter;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::LiteralKind;
-use crate::syntax::ast::{Expression, ExpressionKind, Literal};
+use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
+use crate::syntax::nanoseconds;
 
 /// Where a value goes.
 #[derive(Clone, Copy)]
@@ -21,6 +22,9 @@ pub(super) struct Destination<'a> {
 impl Checker<'_> {
     /// Reports a value that cannot have the type of its place.
     pub(super) fn check_value(&mut self, value: &Expression, place: Destination<'_>, scope: &[Parameter<'_>]) {
+        if place.is_time && self.language.has_negative_times() && is_before_zero(value) {
+            return;
+        }
         if place.is_time {
             return self.check_time(value, place.what, scope, true);
         }
@@ -67,6 +71,17 @@ impl Checker<'_> {
         let hint = format!("give a value of that type, or {} code: `{{= … =}}`", self.language.name());
         let diagnostic = Diagnostic::new(Code::WrongValue, span, message).hint(hint);
         self.report(diagnostic.also(place.ty_span, "the type"));
+    }
+}
+
+/// Whether a value is a time before all that can be waited for.
+fn is_before_zero(value: &Expression) -> bool {
+    match &value.kind {
+        ExpressionKind::Time(TimeValue::Never) => true,
+        ExpressionKind::Time(TimeValue::Interval { negative, digits, unit }) => {
+            *negative && nanoseconds(digits, &unit.text).is_ok()
+        }
+        _ => false,
     }
 }
 

@@ -210,6 +210,8 @@ pub(crate) enum Direction {
 pub(crate) struct Port {
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) direction: Direction,
+    /// Whether it is a `mutable input`.
+    pub(crate) mutable: bool,
     pub(crate) width: Option<Width>,
     pub(crate) name: Name,
     pub(crate) ty: Option<Type>,

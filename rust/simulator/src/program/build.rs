@@ -118,7 +118,7 @@ fn body(
                 let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
                 vec![Variable::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
             }
-            Argument::Port(_) | Argument::Ports(_) => {
+            Argument::Port(_) | Argument::Ports(_) | Argument::Bank { .. } => {
                 argument.ports().iter().map(|port| Variable::Port(port.0)).collect()
             }
         };
@@ -132,7 +132,7 @@ fn body(
             };
             let outside = match argument {
                 Argument::Trigger(trigger) => scenario.outside(&federate.triggers[trigger.0].path).to_vec(),
-                Argument::Port(_) | Argument::Ports(_) | Argument::Mode(_) => Vec::new(),
+                Argument::Port(_) | Argument::Ports(_) | Argument::Bank { .. } | Argument::Mode(_) => Vec::new(),
             };
             effects.push(Effect { variable, shape, outside });
         }

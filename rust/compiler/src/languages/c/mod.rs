@@ -110,6 +110,22 @@ impl Language for C {
         false
     }
 
+    fn has_negative_times(&self) -> bool {
+        true
+    }
+
+    fn allows_superfluous_types(&self) -> bool {
+        true
+    }
+
+    fn has_workers(&self) -> bool {
+        false
+    }
+
+    fn has_external_bodies(&self) -> bool {
+        true
+    }
+
     fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
         emit::emit(job, files, map)
     }

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of parameters and state variables, written as C.
 
-use crate::syntax::ast::{Expression, ExpressionKind, Literal};
-use crate::syntax::literal_ns;
+use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
+use crate::syntax::nanoseconds;
 
 /// A value as an initialiser of C: an expression, or a list in braces.
 pub(super) fn text(value: &Expression) -> String {
     match &value.kind {
         ExpressionKind::Code(code) => code.text.clone(),
         ExpressionKind::Name(name) => name.clone(),
-        ExpressionKind::Time(_) => format!("((interval_t){}LL)", literal_ns(value).unwrap_or(i64::MAX)),
+        ExpressionKind::Time(TimeValue::Never) => "NEVER".to_owned(),
+        ExpressionKind::Time(TimeValue::Forever) => "FOREVER".to_owned(),
+        ExpressionKind::Time(TimeValue::Interval { negative, digits, unit }) => {
+            let ns = nanoseconds(digits, &unit.text).unwrap_or(i64::MAX);
+            format!("((interval_t){}{ns}LL)", if *negative { "-" } else { "" })
+        }
         ExpressionKind::List(items) => {
             let items: Vec<_> = items.iter().map(text).collect();
             format!("{{{}}}", items.join(", "))

@@ -114,6 +114,22 @@ impl Language for Rust {
         true
     }
 
+    fn has_negative_times(&self) -> bool {
+        false
+    }
+
+    fn allows_superfluous_types(&self) -> bool {
+        false
+    }
+
+    fn has_workers(&self) -> bool {
+        true
+    }
+
+    fn has_external_bodies(&self) -> bool {
+        false
+    }
+
     fn emit(&self, job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
         crates::emit(job, files, map)
     }

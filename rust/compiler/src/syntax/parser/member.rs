@@ -88,11 +88,10 @@ impl Parser<'_> {
     }
 
     fn port(&mut self, attributes: Vec<Attribute>) -> Parsed<Port> {
-        // A body in Rust gets a copy or a reference of what comes, so that the word says nothing there.
-        let mutable = self.eat_word("mutable");
+        let mutable = self.eat_word("mutable").is_some();
         let direction = if self.eat_word("input").is_some() {
             Direction::Input
-        } else if mutable.is_none() && self.eat_word("output").is_some() {
+        } else if !mutable && self.eat_word("output").is_some() {
             Direction::Output
         } else {
             return self.unexpected("`input`");
@@ -101,7 +100,7 @@ impl Parser<'_> {
         let what = if direction == Direction::Input { "the name of an input" } else { "the name of an output" };
         let name = self.name(what)?;
         let ty = self.type_annotation()?;
-        Ok(Port { attributes, direction, width, name, ty })
+        Ok(Port { attributes, direction, mutable, width, name, ty })
     }
 
     fn timer(&mut self, attributes: Vec<Attribute>) -> Parsed<Timer> {

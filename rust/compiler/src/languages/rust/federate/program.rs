@@ -191,7 +191,7 @@ impl Module<'_> {
             let mutable = if parameter.effect && parameter.kind != VariableKind::Timer { "mut " } else { "" };
             match argument {
                 Argument::Port(port) => format!(", &{mutable}{}", self.port_place(port.0)),
-                Argument::Ports(ports) => {
+                Argument::Ports(ports) | Argument::Bank { ports, .. } => {
                     let places = ports.iter().map(|port| format!("&{mutable}{}", self.port_place(port.0)));
                     let places = places.collect::<Vec<_>>().join(", ");
                     let name = if mutable.is_empty() { "Multiport" } else { "MultiportMut" };

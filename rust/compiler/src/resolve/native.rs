@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The target properties that are about the compiler of C: files that take part, and what it is told.
+
+use super::cmake;
+use super::load::join;
+use super::target::{Reader, text_of};
+use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::plan::{CmakeFile, Definition, IncludedFile};
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target};
+
+/// What LF's own compiler brings with it begins so.
+const OF_LFC: &str = "/lib/c/";
+
+/// The schedulers of LF.
+const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATIC"];
+
+impl Reader<'_> {
+    /// What an imported file says for whoever imports it.
+    pub(super) fn imported(&mut self, target: &Target) {
+        if self.target.language != "C" {
+            return;
+        }
+        for Property { key, value } in &target.properties {
+            match key.text.as_str() {
+                "files" => self.files(key, value),
+                "cmake-include" => self.cmake_include(key, value),
+                "compile-definitions" => self.definitions(key, value),
+                _ => {}
+            }
+        }
+    }
+
+    pub(super) fn files(&mut self, key: &Name, value: &PropertyValue) {
+        for (written, span) in self.items(key, value) {
+            let path = join(self.path_of(span), &written);
+            if written.starts_with(OF_LFC) {
+                let message = format!("`{written}` is a file of another compiler, which is not here");
+                let hint = "remove it; what includes it is not found";
+                self.found.push(Diagnostic::new(Code::IdleProperty, span, message).hint(hint));
+            } else if self.sources.exists(&path) {
+                let at = self.at(span);
+                self.target.c.files.push(IncludedFile { path, at });
+            } else {
+                self.missing(span, &path, "it does not exist");
+            }
+        }
+    }
+
+    pub(super) fn cmake_include(&mut self, key: &Name, value: &PropertyValue) {
+        for (written, span) in self.items(key, value) {
+            let path = join(self.path_of(span), &written);
+            if written.starts_with(OF_LFC) {
+                let message = format!("`{written}` is a file of another compiler, which is not here");
+                let hint = "copy it into the folder of this file, and name it from there";
+                self.found.push(Diagnostic::new(Code::UnsupportedProperty, span, message).hint(hint));
+                continue;
+            }
+            match self.sources.read(&path) {
+                Ok(text) => {
+                    let at = self.at(span);
+                    self.target.c.cmake.push(cmake::read(path, &text, at));
+                }
+                Err(reason) => self.missing(span, &path, &reason),
+            }
+        }
+    }
+
+    /// Finds the sources that files for CMake name: among `files`, or beside the file that names them.
+    pub(super) fn find_sources(&mut self) {
+        let mut cmake = std::mem::take(&mut self.target.c.cmake);
+        for CmakeFile { path, sources, folders, unread, .. } in &mut cmake {
+            for named in sources.iter_mut().chain(folders) {
+                let around = self.target.c.files.iter().map(|file| &file.path).chain([&*path]);
+                let mut places = around.map(|beside| join(beside, named));
+                match places.find(|place| self.sources.exists(place)) {
+                    Some(place) => *named = place,
+                    None => _ = unread.get_or_insert_with(|| format!("`{named}`, which is not found")),
+                }
+            }
+        }
+        self.target.c.cmake = cmake;
+    }
+
+    pub(super) fn definitions(&mut self, key: &Name, value: &PropertyValue) {
+        let PropertyKind::Map(definitions) = &value.kind else {
+            return self.bad(key, value, "macros in braces: `{ LIMIT: 3 }`");
+        };
+        self.unique(definitions);
+        for Property { key, value } in definitions {
+            let text = match &value.kind {
+                PropertyKind::Literal(Literal::Float(text)) => Some(text.clone()),
+                _ => text_of(value),
+            };
+            match text {
+                Some(value) if is_identifier(&key.text) => {
+                    let (name, at) = (key.text.clone(), self.at(key.span));
+                    let first = self.target.c.definitions.iter().any(|it| it.name == name && it.at.file == at.file);
+                    if !first {
+                        self.target.c.definitions.push(Definition { name, value, at });
+                    }
+                }
+                Some(_) => {
+                    let message = format!("`{}` cannot be the name of a macro", key.text);
+                    self.found.push(Diagnostic::new(Code::BadPropertyValue, key.span, message));
+                }
+                None => self.bad(key, value, "what the macro stands for, as a text or a number"),
+            }
+        }
+    }
+
+    pub(super) fn flags(&mut self, key: &Name, value: &PropertyValue) {
+        let flags = self.items(key, value).into_iter();
+        // One text can have several, as on a command line.
+        let flags = flags.flat_map(|(text, _)| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
+        self.target.c.flags.extend(flags);
+    }
+
+    pub(super) fn scheduler(&mut self, key: &Name, value: &PropertyValue) {
+        let text = text_of(value).unwrap_or_default();
+        if !SCHEDULERS.iter().any(|known| known.eq_ignore_ascii_case(&text)) {
+            self.bad(key, value, &format!("one of `{}`", SCHEDULERS.join("`, `")));
+        }
+    }
+
+    /// The path of the file in which something is written.
+    fn path_of(&self, span: Span) -> &str {
+        self.texts.get(span.file).map_or("", |file| file.path())
+    }
+}
+
+fn is_identifier(name: &str) -> bool {
+    !name.starts_with(|first: char| first.is_ascii_digit())
+        && name.chars().all(|one| one.is_ascii_alphanumeric() || one == '_')
+}
