@@ -26,7 +26,13 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job) });
     let mut generated = vec![root(job, Some(&layout))?];
     if let Some(federate) = job.federate {
-        generated.push(federate::emit(plan, federate, Bodies::Rust(&layout), deployment, format!("{folder}/src/federate.rs"))?);
+        generated.push(federate::emit(
+            plan,
+            federate,
+            Bodies::Rust(&layout),
+            deployment,
+            format!("{folder}/src/federate.rs"),
+        )?);
     }
     if let (Some(payloads), Some(deployed)) = (&payloads, &deployment.rti_of(plan)) {
         generated.push(rti::emit(plan, payloads, &layout, deployed, format!("{folder}/src/rti.rs"))?);
@@ -98,7 +104,11 @@ pub(in crate::languages) fn root(job: &Job<'_>, layout: Option<&Layout<'_>>) -> 
 }
 
 /// `main.rs` of a program for this computer, which knows where in the LF program its lines stand.
-pub(in crate::languages) fn main(job: &Job<'_>, federate: &Federate, generated: &[(File, FileMap)]) -> Result<(File, FileMap), EmitError> {
+pub(in crate::languages) fn main(
+    job: &Job<'_>,
+    federate: &Federate,
+    generated: &[(File, FileMap)],
+) -> Result<(File, FileMap), EmitError> {
     let about = format!(" Runs `{}` on this computer.", job.name);
     let library = ident(&job.package.replace('-', "_"));
     let owner = federate::type_name(job.plan, federate);

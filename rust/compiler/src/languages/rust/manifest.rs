@@ -24,9 +24,14 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>) -> String {
     if job.is_image {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-        let features = features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(job)));
+        let features =
+            features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(job)));
         text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
-        text = text + &sending::dependencies(job) + &dependencies(job, cargo) + &build_dependencies(job, job.settings.lf_zephyr) + "\n";
+        text = text
+            + &sending::dependencies(job)
+            + &dependencies(job, cargo)
+            + &build_dependencies(job, job.settings.lf_zephyr)
+            + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
         text.push_str("# This crate is built by Zephyr's build, by itself.\n[workspace]\n");
@@ -35,7 +40,10 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>) -> String {
         let workers = (job.workers() > 1).then_some("workers");
         let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c(job)));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
-        text = text + &sending::dependencies(job) + &dependencies(job, cargo) + &build_dependencies(job, job.settings.lf_linux);
+        text = text
+            + &sending::dependencies(job)
+            + &dependencies(job, cargo)
+            + &build_dependencies(job, job.settings.lf_linux);
     }
     text
 }

@@ -38,6 +38,10 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.methods();
     for reaction in &class.reactions {
         if symbols.reacts(index, reaction.number) {
+            if reaction.external {
+                let message = "a reaction without a body is not supported: write the body here";
+                return Err(EmitError::new(plan, reaction.at, message.to_owned()));
+            }
             for body in functions(reaction) {
                 file.reaction(reaction, &body);
             }
@@ -115,7 +119,8 @@ impl ClassFile<'_, '_> {
         let (symbols, name) = (self.symbols, self.name);
         let (plan, federate) = (symbols.plan, symbols.federate);
         self.text.line("");
-        if plan.is_federated() && self.index == plan.main && federate.instances.iter().all(|one| one.path != plan.name) {
+        if plan.is_federated() && self.index == plan.main && federate.instances.iter().all(|one| one.path != plan.name)
+        {
             self.instance(None, &plan.name, &plan.name);
         }
         let own = self.index;
@@ -149,7 +154,9 @@ impl ClassFile<'_, '_> {
                     self.text.line(format_args!("/* {} */\n{text}", trigger.path));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
-                    let text = format!("lf_action_base_t lf_trigger_{index} = {{ .info = &(const lf_cell_info_t){{ .id = {index} }} }};");
+                    let text = format!(
+                        "lf_action_base_t lf_trigger_{index} = {{ .info = &(const lf_cell_info_t){{ .id = {index} }} }};"
+                    );
                     self.text.line(format_args!("/* {} */\n{text}", trigger.path));
                 }
                 TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
@@ -170,22 +177,31 @@ impl ClassFile<'_, '_> {
         if by_value {
             let declared = ty.declare(&format!("lf_value_{trigger}"));
             // Beside those that wait there is the one that happens, and one that is about to wait.
-            self.text.line(format_args!("typedef {declared};\nLF_POOL({}, sizeof(lf_value_{trigger}), {});", pool_name(trigger), capacity + 2));
+            self.text.line(format_args!(
+                "typedef {declared};\nLF_POOL({}, sizeof(lf_value_{trigger}), {});",
+                pool_name(trigger),
+                capacity + 2
+            ));
         }
         by_value.then_some(trigger)
     }
 
     fn instance(&mut self, index: Option<usize>, own: &str, full: &str) {
         let (variable, name) = (Symbols::instance(index), self.name);
-        self.text.line(format_args!("/* {full} */\n{name}_self_t {variable} = {{ .base = {{ .name = {own:?}, .full_name = {full:?} }} }};"));
+        self.text.line(format_args!(
+            "/* {full} */\n{name}_self_t {variable} = {{ .base = {{ .name = {own:?}, .full_name = {full:?} }} }};"
+        ));
     }
 
     /// The function that gives an instance its parameters and its state.
     fn construct(&mut self) -> Result<(), EmitError> {
         let (class, name) = (self.class, self.name);
         self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
-        self.text.line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
-        self.text.line(format_args!("    {name}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"));
+        self.text
+            .line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
+        self.text.line(format_args!(
+            "    {name}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"
+        ));
         if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
             self.text.line("    self->bank_index = lf_member;");
         }
@@ -199,7 +215,8 @@ impl ClassFile<'_, '_> {
                 format!("self->{own}")
             };
             self.text.line(format_args!("    if (lf_given[{index}] != NULL) {{"));
-            self.text.line(format_args!("        memcpy(&{target}, lf_given[{index}], sizeof {target});\n    }} else {{"));
+            self.text
+                .line(format_args!("        memcpy(&{target}, lf_given[{index}], sizeof {target});\n    }} else {{"));
             match &parameter.default {
                 Some(default) => self.assign(&target, &ty, default),
                 None => {

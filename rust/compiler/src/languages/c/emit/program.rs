@@ -4,18 +4,22 @@
 use std::collections::BTreeSet;
 
 use super::class::{pool_name, reset_function};
-use super::reactions::{DEADLINE, TARDY, Variable, arguments, functions, variable};
+use super::reactions::{DEADLINE, TARDY, arguments, functions};
 use super::symbols::Symbols;
 use super::text::Text;
 use super::types::CType;
 use crate::emit::File;
-use crate::plan::{Argument, ModeIndex, Reaction, ReactionKind, ScheduledReaction, Tardy, TriggerKind, VariableKind};
+use crate::plan::{
+    Argument, ModeIndex, PortIndex, Reaction, ReactionKind, ScheduledReaction, Tardy, TriggerKind, VariableKind,
+};
 
 /// Emits the file.
 pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
     let text = Text::new(symbols.plan, format!("{folder}/c/program.c"), "Where everything is, and what Rust calls.");
     let mut program = ProgramFile { symbols, text };
-    program.text.line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes know what these are. */");
+    program
+        .text
+        .line("#include <stddef.h>\n#include <lf.h>\n\n/* Only the files of the classes know what these are. */");
     program.text.line("struct lf_storage;");
     program.declarations();
     program.tables();
@@ -65,10 +69,7 @@ impl ProgramFile<'_, '_> {
                 self.text.line(format_args!("void {}(void *);", reset_function(name, mode)));
             }
             for reaction in declared.reactions.iter().filter(|reaction| symbols.reacts(class, reaction.number)) {
-                let given = reaction.parameters.iter().map(|parameter| {
-                    format!(", {}", arguments(parameter, &variable(plan, declared, parameter)))
-                });
-                let given: String = given.collect();
+                let given: String = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
                 for body in functions(reaction) {
                     let number = reaction.number;
                     self.text.line(format_args!("void {name}_reaction_{number}{}(void *self{given});", body.suffix));
@@ -107,9 +108,8 @@ impl ProgramFile<'_, '_> {
             if is_shown(&trigger.kind) { format!("(lf_action_base_t *)&lf_trigger_{index}") } else { "NULL".to_owned() }
         });
         self.table("lf_action_base_t *const lf_triggers[]", triggers.collect());
-        let pools = (0..federate.triggers.len()).map(|index| {
-            if self.queues(index) { format!("&{}", pool_name(index)) } else { "NULL".to_owned() }
-        });
+        let pools = (0..federate.triggers.len())
+            .map(|index| if self.queues(index) { format!("&{}", pool_name(index)) } else { "NULL".to_owned() });
         let pools = pools.collect();
         self.table("lf_pool_t *const lf_queue_pools[]", pools);
     }
@@ -131,7 +131,9 @@ impl ProgramFile<'_, '_> {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
         let most = plan.classes[plan.main.0].parameters.len() + 1;
-        self.text.line(format_args!("\nvoid lf_construct(void) {{\n    static const void *const lf_none[{most}];\n    (void)lf_none;"));
+        self.text.line(format_args!(
+            "\nvoid lf_construct(void) {{\n    static const void *const lf_none[{most}];\n    (void)lf_none;"
+        ));
         let main = symbols.class(plan.main);
         if self.has_main() {
             self.text.line(format_args!("    {main}_construct(&lf_self_main, lf_none, 0);"));
@@ -172,33 +174,22 @@ impl ProgramFile<'_, '_> {
             _ => suffix,
         };
         functions(declared).iter().find(|body| body.suffix == suffix)?;
-        let given = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| {
-            let of_bank = match variable(plan, class, parameter) {
-                Variable::Contained { child, .. } => child.is_bank,
-                Variable::Own => false,
-            };
-            match argument {
-                Argument::Port(port) => format!(", &lf_port_{}", port.0),
-                Argument::Ports(ports) => {
-                    let places: String = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect();
-                    let places = format!(", (void *[]){{ {places}NULL }}");
-                    if of_bank {
-                        let widths = vec![1; ports.len()];
-                        let listed: String = widths.iter().map(|width| format!("{width}, ")).collect();
-                        format!("{places}, (const int[]){{ {listed}0 }}, {}", widths.len())
-                    } else {
-                        format!("{places}, {}", ports.len())
-                    }
-                }
-                Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
-                Argument::Mode(mode) => {
-                    let history = matches!(parameter.kind, VariableKind::Mode { history: true });
-                    format!(", (lf_mode_change_t){{ {mode}, {history} }}")
-                }
+        let given = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| match argument {
+            Argument::Port(port) => format!(", &lf_port_{}", port.0),
+            Argument::Ports(ports) => format!(", {}, {}", places(ports), ports.len()),
+            Argument::Bank { ports, widths } => {
+                let listed: String = widths.iter().map(|width| format!("{width}, ")).collect();
+                format!(", {}, (const int[]){{ {listed}0 }}, {}", places(ports), widths.len())
+            }
+            Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
+            Argument::Mode(mode) => {
+                let history = matches!(parameter.kind, VariableKind::Mode { history: true });
+                format!(", (lf_mode_change_t){{ {mode}, {history} }}")
             }
         });
         let given: String = given.collect();
-        let (name, own) = (self.symbols.class(federate.instances[instance.0].class), Symbols::instance(Some(instance.0)));
+        let (name, own) =
+            (self.symbols.class(federate.instances[instance.0].class), Symbols::instance(Some(instance.0)));
         Some(format!("{name}_reaction_{number}{suffix}(&{own}{given})"))
     }
 
@@ -220,6 +211,12 @@ impl ProgramFile<'_, '_> {
         }
         self.text.line("    default:\n        break;\n    }\n}");
     }
+}
+
+/// The addresses of ports, as an array; one of no elements is none.
+fn places(ports: &[PortIndex]) -> String {
+    let places: String = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect();
+    format!("(void *[]){{ {places}NULL }}")
 }
 
 /// Whether bodies see a trigger.

@@ -2,7 +2,7 @@
 //! The functions of a reaction: one with the body as it is written, and one by which it is called.
 
 use super::class::ClassFile;
-use crate::plan::{Child, Code, PortDeclaration, Reaction, ReactionParameter, Tardy, VariableKind};
+use crate::plan::{ChildPort, ClassIndex, Code, Reaction, ReactionParameter, Tardy, VariableKind};
 
 /// A body of a reaction, and what the name of its function ends with.
 pub(super) struct Body<'p> {
@@ -24,44 +24,18 @@ pub(super) fn functions(reaction: &Reaction) -> Vec<Body<'_>> {
     bodies
 }
 
-/// What a variable of a reaction is in C.
-pub(super) enum Variable<'p> {
-    /// Something of the reactor itself.
-    Own,
-    /// A port of a contained reactor.
-    Contained {
-        child: &'p Child,
-        port: &'p PortDeclaration,
-        /// The class of the child.
-        class: crate::plan::ClassIndex,
-    },
-}
-
-/// What a variable stands for, by its name.
-pub(super) fn variable<'p>(
-    plan: &'p crate::plan::Plan,
-    class: &'p crate::plan::ReactorClass,
-    parameter: &ReactionParameter,
-) -> Variable<'p> {
-    let contained = parameter.name.split_once('.').and_then(|(owner, name)| {
-        let child = class.children.iter().find(|child| child.name == owner)?;
-        let port = plan.classes[child.class.0].ports.iter().find(|port| port.name == name)?;
-        Some(Variable::Contained { child, port, class: child.class })
-    });
-    contained.unwrap_or(Variable::Own)
-}
-
 /// The variable of a parameter in the function by which a reaction is called.
 fn own_name(parameter: &ReactionParameter) -> String {
     parameter.name.replace('.', "__")
 }
 
-/// The variables of the function by which a reaction is called, one group per parameter.
-pub(super) fn arguments(parameter: &ReactionParameter, variable: &Variable<'_>) -> String {
+/// The variables of the function by which a reaction is called, one group per parameter. Of a bank's multiport, the
+/// width is how many members there are.
+pub(super) fn arguments(parameter: &ReactionParameter) -> String {
     let name = own_name(parameter);
-    match (&parameter.kind, variable) {
+    match (&parameter.kind, &parameter.child) {
         (VariableKind::Mode { .. }, _) => format!("lf_mode_change_t {name}"),
-        (VariableKind::Multiport { .. }, Variable::Contained { child, .. }) if child.is_bank => {
+        (VariableKind::Multiport { .. }, Some(ChildPort { is_bank: true, is_wide: true, .. })) => {
             format!("void **{name}, const int *{name}_widths, int {name}_width")
         }
         (VariableKind::Multiport { .. }, _) => format!("void **{name}, int {name}_width"),
@@ -69,63 +43,65 @@ pub(super) fn arguments(parameter: &ReactionParameter, variable: &Variable<'_>) 
     }
 }
 
-impl ClassFile<'_, '_> {
+/// A contained reactor, or a bank of them, with those of its ports that a reaction has.
+struct Contained<'p> {
+    first: &'p ChildPort,
+    class: ClassIndex,
+    ports: Vec<(&'p ReactionParameter, &'p ChildPort)>,
+}
+
+impl<'p> ClassFile<'p, '_> {
     /// The functions of a body.
-    pub(super) fn reaction(&mut self, reaction: &Reaction, body: &Body<'_>) {
-        let (plan, class, name) = (self.symbols.plan, self.class, self.name);
+    pub(super) fn reaction(&mut self, reaction: &'p Reaction, body: &Body<'_>) {
+        let name = self.name;
         let function = format!("{name}_reaction_{}{}", reaction.number, body.suffix);
-        let named: Vec<_> =
-            reaction.parameters.iter().map(|parameter| (parameter, variable(plan, class, parameter))).collect();
-        let mut children: Vec<(&str, bool, Vec<&ReactionParameter>, Vec<&PortDeclaration>, crate::plan::ClassIndex)> = Vec::new();
-        let (mut typed, mut calls) = (Vec::new(), Vec::new());
-        for (parameter, variable) in &named {
-            match variable {
-                Variable::Own => {
-                    typed.push(self.own_variable(parameter));
-                    calls.push(self.own_argument(parameter));
-                }
-                Variable::Contained { child, port, class } => {
-                    if let Some(known) = children.iter_mut().find(|known| known.0 == child.name) {
-                        known.2.push(parameter);
-                        known.3.push(port);
-                        continue;
-                    }
-                    let (own, width) = (&child.name, if child.is_bank { format!(", int {}_width", child.name) } else { String::new() });
-                    let star = if child.is_bank { "*" } else { "" };
-                    typed.push(format!("{function}_{own}_t {star}{own}{width}"));
-                    calls.push(if child.is_bank { format!("lf_{own}, {}_width", own_name(parameter)) } else { format!("lf_{own}") });
-                    children.push((own, child.is_bank, vec![parameter], vec![port], *class));
-                }
+        let (mut typed, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
+        for parameter in &reaction.parameters {
+            let Some(port) = &parameter.child else {
+                typed = typed + ", " + &self.own_variable(parameter);
+                given = given + ", " + &self.own_argument(parameter);
+                continue;
+            };
+            if let Some(known) = children.iter_mut().find(|known| known.first.child == port.child) {
+                known.ports.push((parameter, port));
+                continue;
             }
+            let own = &port.child;
+            if port.is_bank {
+                typed += &format!(", {function}_{own}_t *{own}, int {own}_width");
+                given += &format!(", lf_{own}, {}_width", own_name(parameter));
+            } else {
+                typed += &format!(", {function}_{own}_t {own}");
+                given += &format!(", lf_{own}");
+            }
+            let class = self.class.children.iter().find(|child| child.name == *own).map(|child| child.class);
+            let class = class.unwrap_or(self.index);
+            children.push(Contained { first: port, class, ports: vec![(parameter, port)] });
         }
-        self.text.line(format_args!("\n/* `{}`, line {}. */", reaction.signature.replace("*/", "* /"), reaction.at.line));
-        for (child, _, _, ports, of) in &children {
-            let prefix = self.symbols.class(*of).to_owned();
-            let fields: String = ports
-                .iter()
-                .map(|port| {
-                    let ty = format!("{prefix}_{}_t", port.name);
-                    if port.is_wide { format!(" {ty} **{0}; int {0}_width;", port.name) } else { format!(" {ty} *{};", port.name) }
-                })
-                .collect();
-            self.text.line(format_args!("typedef struct {{{fields} }} {function}_{child}_t;"));
+        let signature = reaction.signature.replace("*/", "* /");
+        self.text.line(format_args!("\n/* `{signature}`, line {}. */", reaction.at.line));
+        for Contained { first, class, ports } in &children {
+            let prefix = self.symbols.class(*class);
+            let fields = ports.iter().map(|(_, ChildPort { port, is_wide, .. })| match is_wide {
+                true => format!(" {prefix}_{port}_t **{port}; int {port}_width;"),
+                false => format!(" {prefix}_{port}_t *{port};"),
+            });
+            let fields: String = fields.collect();
+            self.text.line(format_args!("typedef struct {{{fields} }} {function}_{}_t;", first.child));
         }
-        let typed: String = typed.iter().map(|one| format!(", {one}")).collect();
         self.text.line(format_args!("static void {function}_body({name}_self_t *self{typed}) {{\n    (void)self;"));
         self.text.code(body.code).line("}");
-        let given: String = named.iter().map(|(parameter, variable)| format!(", {}", arguments(parameter, variable))).collect();
-        self.text.line(format_args!("void {function}(void *self{given}) {{"));
-        for (child, is_bank, parameters, ports, _) in &children {
-            self.contained(&function, child, *is_bank, parameters, ports);
+        let parameters: String = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
+        self.text.line(format_args!("void {function}(void *self{parameters}) {{"));
+        for contained in &children {
+            self.contained(&function, contained);
         }
-        let copies: Vec<&ReactionParameter> =
-            named.iter().map(|(parameter, _)| *parameter).filter(|parameter| self.is_copied(parameter)).collect();
-        for parameter in &copies {
-            self.copy(parameter);
+        for parameter in &reaction.parameters {
+            if self.is_copied(parameter) {
+                self.copy(parameter);
+            }
         }
-        let calls: String = calls.iter().map(|call| format!(", {call}")).collect();
-        self.text.line(format_args!("    {function}_body(self{calls});"));
-        self.text.line("}");
+        self.text.line(format_args!("    {function}_body(self{given});\n}}"));
     }
 
     /// The variable of a body.
@@ -154,47 +130,45 @@ impl ClassFile<'_, '_> {
     }
 
     /// Lines that put the ports of a contained reactor, or of each member of a bank, into a struct.
-    fn contained(
-        &mut self,
-        function: &str,
-        child: &str,
-        is_bank: bool,
-        parameters: &[&ReactionParameter],
-        ports: &[&PortDeclaration],
-    ) {
+    fn contained(&mut self, function: &str, contained: &Contained<'_>) {
+        let Contained { first: ChildPort { child, is_bank, .. }, ports, .. } = contained;
         let ty = format!("{function}_{child}_t");
         if !is_bank {
-            let fields = parameters.iter().zip(ports).map(|(parameter, port)| {
-                let (own, name) = (own_name(parameter), &port.name);
-                if port.is_wide {
-                    format!(" .{name} = (void *){own}, .{name}_width = {own}_width,")
-                } else {
-                    format!(" .{name} = {own},")
+            let fields = ports.iter().map(|(parameter, ChildPort { port, is_wide, .. })| {
+                let own = own_name(parameter);
+                match is_wide {
+                    true => format!(" .{port} = (void *){own}, .{port}_width = {own}_width,"),
+                    false => format!(" .{port} = {own},"),
                 }
             });
             let fields: String = fields.collect();
             self.text.line(format_args!("    {ty} lf_{child} = {{{fields} }};"));
             return;
         }
-        let width = format!("{}_width", own_name(parameters[0]));
+        let width = format!("{}_width", own_name(ports[0].0));
         // An array of no elements is none.
         self.text.line(format_args!("    {ty} lf_{child}[{width} + 1];"));
-        for (parameter, port) in parameters.iter().zip(ports) {
-            let (own, name) = (own_name(parameter), &port.name);
-            self.text.line(format_args!("    for (int lf_i = 0, lf_at = 0; lf_i < {width}; lf_at += {own}_widths[lf_i++]) {{"));
-            self.text.line(if port.is_wide {
-                format!("        lf_{child}[lf_i].{name} = (void *)&{own}[lf_at];\n        lf_{child}[lf_i].{name}_width = {own}_widths[lf_i];")
+        for (parameter, ChildPort { port, is_wide, .. }) in ports {
+            let own = own_name(parameter);
+            self.text.line(if *is_wide {
+                format!(
+                    "    for (int lf_i = 0, lf_at = 0; lf_i < {width}; lf_at += {own}_widths[lf_i++]) {{\n        \
+                     lf_{child}[lf_i].{port} = (void *)&{own}[lf_at];\n        \
+                     lf_{child}[lf_i].{port}_width = {own}_widths[lf_i];\n    }}"
+                )
             } else {
-                format!("        lf_{child}[lf_i].{name} = {own}[lf_at];")
+                format!(
+                    "    for (int lf_i = 0; lf_i < {width}; lf_i++) {{\n        \
+                     lf_{child}[lf_i].{port} = {own}[lf_i];\n    }}"
+                )
             });
-            self.text.line("    }");
         }
     }
 
     /// Whether a body has a copy of its own: of a `mutable` input.
     fn is_copied(&self, parameter: &ReactionParameter) -> bool {
         let declared = self.class.ports.iter().find(|port| port.name == parameter.name);
-        declared.is_some_and(|port| false)
+        declared.is_some_and(|port| port.mutable && parameter.child.is_none())
     }
 
     fn copy(&mut self, parameter: &ReactionParameter) {

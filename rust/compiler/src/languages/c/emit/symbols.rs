@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::emit::names::{Names, plain};
-use crate::plan::{Argument, ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
+use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
 
 /// What a participant has of the program, and how it is called.
 pub(super) struct Symbols<'p> {
@@ -34,7 +34,15 @@ impl<'p> Symbols<'p> {
             _ => None,
         });
         let (children, reactions) = (children.collect(), reactions.collect());
-        Self { plan, federate, names, files: preamble_headers(plan), readers: readers(plan, federate), children, reactions }
+        Self {
+            plan,
+            federate,
+            names,
+            files: preamble_headers(plan),
+            readers: readers(plan, federate),
+            children,
+            reactions,
+        }
     }
 
     /// The classes, each with the name that begins all names of its file.
@@ -105,11 +113,7 @@ fn readers(plan: &Plan, federate: &Federate) -> Vec<usize> {
                     if !parameter.triggers && !parameter.uses {
                         continue;
                     }
-                    match argument {
-                        Argument::Port(port) => readers[port.0] += 1,
-                        Argument::Ports(ports) => ports.iter().for_each(|port| readers[port.0] += 1),
-                        Argument::Trigger(_) | Argument::Mode(_) => {}
-                    }
+                    argument.ports().iter().for_each(|port| readers[port.0] += 1);
                 }
             }
             ReactionKind::Copy { from, .. } => readers[from.0] += 1,

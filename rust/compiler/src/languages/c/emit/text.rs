@@ -29,6 +29,9 @@ impl<'p> Text<'p> {
 
     /// Adds the program's code, on lines of its own.
     pub(super) fn code(&mut self, code: &Code) -> &mut Self {
+        if self.plan.target.c.no_lines {
+            return self.line(code.text.trim_end());
+        }
         let path = self.plan.path(code.at);
         self.line(format_args!("#line {} {path:?}", code.at.line));
         // So that the compiler counts columns as they are in the program.

@@ -96,7 +96,9 @@ impl<'p> Module<'p> {
             Some((instance.class, name.split('[').next().unwrap_or(name)))
         });
         match declared {
-            Some((class, name)) if !is_copy(&ty.text) => Ok(format!("{}::{}", self.module(layout, class), type_alias(name))),
+            Some((class, name)) if !is_copy(&ty.text) => {
+                Ok(format!("{}::{}", self.module(layout, class), type_alias(name)))
+            }
             _ => parsed_type(self.plan, ty).map(|_| ty.text.clone()),
         }
     }

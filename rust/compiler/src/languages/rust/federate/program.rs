@@ -28,15 +28,10 @@ const PORT: [&str; 3] = ["port(&mut self, port: PortId) -> Option<&mut dyn PortC
 const TRIGGER: [&str; 3] =
     ["trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell>", "trigger", "None,"];
 const IN_MODE: [&str; 3] = ["in_mode(&mut self, trigger: TriggerId) -> Option<&mut dyn ModeCell>", "trigger", "None,"];
-const ACTION: [&str; 3] = [
-    "action(&mut self, trigger: TriggerId) -> Option<&mut dyn Schedulable<Value = c::Token>>",
-    "trigger",
-    "None,",
-];
-const WATCHDOG: [&str; 3] =
-    ["watchdog(&mut self, trigger: TriggerId) -> Option<&mut Watchdog>", "trigger", "None,"];
-const INBOX: [&str; 3] =
-    ["inbox(trigger: TriggerId) -> Option<&'static dyn Inbox<c::Token>>", "trigger", "None,"];
+const ACTION: [&str; 3] =
+    ["action(&mut self, trigger: TriggerId) -> Option<&mut dyn Schedulable<Value = c::Token>>", "trigger", "None,"];
+const WATCHDOG: [&str; 3] = ["watchdog(&mut self, trigger: TriggerId) -> Option<&mut Watchdog>", "trigger", "None,"];
+const INBOX: [&str; 3] = ["inbox(trigger: TriggerId) -> Option<&'static dyn Inbox<c::Token>>", "trigger", "None,"];
 const RESET_MODE: [&str; 3] = ["reset_mode(&mut self, mode: ModeId)", "mode", "{}"];
 const CAPTURE: [&str; 3] =
     ["capture(&mut self, trigger: TriggerId, tag: Tag) -> Result<(), Full>", "trigger", "Ok(()),"];
