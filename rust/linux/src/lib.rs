@@ -23,6 +23,8 @@ mod wake;
 #[cfg(feature = "workers")]
 mod workers;
 
+#[cfg(feature = "c")]
+pub use lf_c as c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;

@@ -8,11 +8,12 @@ use crate::env::Env;
 use crate::error::{ModelError, ScheduleError};
 use crate::events::Events;
 use crate::modes::Transition;
+use crate::outside::Outside;
 use crate::physical::{PhysicalActionRef, PhysicalLink};
 use crate::port::Port;
 use crate::queue::Full;
 use crate::state::{Settings, State, intended_for, mark_tardy};
-use crate::tables::{Tables, TriggerKind};
+use crate::tables::{PortId, Tables, TriggerKind};
 use crate::time::{EventTag, Instant, Offset, Tag};
 use crate::watchdog::Watchdog;
 
@@ -73,13 +74,20 @@ impl ReactionContext<'_> {
     /// Sets a port at this tag. The last value that is set at a tag counts.
     pub fn set<T>(&mut self, port: &mut Port<T>, value: T) {
         port.value = Some(value);
-        if self.ports.insert(port.id.0) {
-            for reaction in self.tables.ports[usize::from(port.id.0)].reactions {
+        self.mark_present(port.id);
+    }
+
+    /// Triggers what sees a port, whose value lies where the engine does not know it: that of a body in C.
+    #[doc(hidden)]
+    pub fn mark_present(&mut self, port: PortId) {
+        let reactions = self.tables.ports[usize::from(port.0)].reactions;
+        if self.ports.insert(port.0) {
+            for reaction in reactions {
                 self.ready.insert(reaction.0);
             }
         }
         if self.inherits_tardy {
-            mark_tardy(&mut self.tardy, self.tables.ports[usize::from(port.id.0)].reactions);
+            mark_tardy(&mut self.tardy, reactions);
         }
     }
 
@@ -200,6 +208,24 @@ impl ReactionContext<'_> {
     /// What a physical thread is given. `spawn_physical_thread`, from the platform's prelude, is built on it.
     pub fn physical_link(&self) -> PhysicalLink {
         PhysicalLink::new(self.env.outside(), self.state.start)
+    }
+
+    /// What other threads may use of the participant, for platforms and other languages' bodies.
+    #[doc(hidden)]
+    pub fn outside(&self) -> &'static dyn Outside {
+        self.env.outside()
+    }
+
+    /// The program's constant part, for other languages' bodies.
+    #[doc(hidden)]
+    pub fn tables(&self) -> &'static Tables {
+        self.tables
+    }
+
+    /// The current tag, for other languages' bodies.
+    #[doc(hidden)]
+    pub fn current_tag(&self) -> Tag {
+        self.state.current
     }
 
     /// The current tag, relative to the start.

@@ -99,6 +99,12 @@ impl<T> fmt::Debug for PhysicalActionRef<T> {
 }
 
 impl<T> PhysicalActionRef<T> {
+    /// The action with this inbox, for bodies that know it by its number.
+    #[doc(hidden)]
+    pub const fn new(inbox: &'static dyn Inbox<T>) -> Self {
+        Self { inbox }
+    }
+
     pub(crate) fn post(&self, outside: &dyn Outside, value: Option<T>, offset: Offset) -> Result<(), ScheduleError> {
         let time = outside.physical_time() + offset.to_interval();
         self.inbox.post(Posted { time, value })?;
@@ -213,7 +219,9 @@ pub struct PhysicalLink {
 }
 
 impl PhysicalLink {
-    pub(crate) fn new(outside: &'static dyn Outside, start: Instant) -> Self {
+    /// The link of a thread that the platform does not know to have been started.
+    #[doc(hidden)]
+    pub fn new(outside: &'static dyn Outside, start: Instant) -> Self {
         outside.mailbox().links.fetch_add(1, Ordering::AcqRel);
         Self { outside, start }
     }

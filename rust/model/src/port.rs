@@ -22,6 +22,12 @@ impl<T> Port<T> {
     pub const fn new(id: PortId) -> Self {
         Self { id, value: None }
     }
+
+    /// Takes the value out, for ports whose values lie elsewhere.
+    #[doc(hidden)]
+    pub fn take(&mut self) -> Option<T> {
+        self.value.take()
+    }
 }
 
 impl<T> Port<T> {
@@ -122,7 +128,13 @@ impl<T, const N: usize> QueuedPort<T, N> {
     /// # Errors
     /// As for [`deliver`](Self::deliver).
     pub fn deliver_by<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
-        self.view().take::<S>(tag, bytes)
+        self.put(tag, || S::decode(bytes))
+    }
+
+    /// The same with what gives the value, which is called if there is room for it.
+    #[doc(hidden)]
+    pub fn put(&mut self, tag: Tag, value: impl FnOnce() -> Result<T, PayloadError>) -> Result<(), Undelivered> {
+        self.view().put(tag, value)
     }
 
     fn view(&mut self) -> &mut QueuedPortInner<T> {
@@ -144,11 +156,11 @@ impl<T> ModeCell for QueuedPortInner<T> {
 }
 
 impl<T> QueuedPortInner<T> {
-    fn take<S: Serializer<T>>(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+    fn put(&mut self, tag: Tag, value: impl FnOnce() -> Result<T, PayloadError>) -> Result<(), Undelivered> {
         if !self.queue.has_room() {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
-        let value = S::decode(bytes).map_err(Undelivered::Payload)?;
+        let value = value().map_err(Undelivered::Payload)?;
         self.queue.insert(tag, value).map(|_| ()).map_err(Undelivered::Full)
     }
 }

@@ -3,7 +3,7 @@
 use heapless::vec::VecStorage;
 
 use crate::cell::{Placed, TriggerCell, Undelivered, cell_by_view};
-use crate::payload::{Native, Payload, Serializer};
+use crate::payload::{Native, Payload, PayloadError, Serializer};
 use crate::port::Port;
 use crate::queue::{Event, Full, Owned, Queue, View};
 use crate::tables::PortId;
@@ -62,7 +62,18 @@ impl<T, const N: usize> TardyInput<T, N> {
         intended: Tag,
         bytes: &[u8],
     ) -> Result<Placed, Undelivered> {
-        (self as &mut TardyInputInner<T>).take::<S>(tag, intended, bytes)
+        self.put(tag, intended, || S::decode(bytes))
+    }
+
+    /// The same with what gives the value, which is called if there is room for it.
+    #[doc(hidden)]
+    pub fn put(
+        &mut self,
+        tag: Tag,
+        intended: Tag,
+        value: impl FnOnce() -> Result<T, PayloadError>,
+    ) -> Result<Placed, Undelivered> {
+        (self as &mut TardyInputInner<T>).put(tag, intended, value)
     }
 
     /// The same for a message that is in time.
@@ -88,11 +99,16 @@ impl<T, const N: usize> TardyInput<T, N> {
 cell_by_view!(TardyInput, TardyInputInner, T);
 
 impl<T> TardyInputInner<T> {
-    fn take<S: Serializer<T>>(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+    fn put(
+        &mut self,
+        tag: Tag,
+        intended: Tag,
+        value: impl FnOnce() -> Result<T, PayloadError>,
+    ) -> Result<Placed, Undelivered> {
         if !self.queue.has_room() {
             return Err(Undelivered::Full(Full { capacity: self.queue.capacity() }));
         }
-        let value = S::decode(bytes).map_err(Undelivered::Payload)?;
+        let value = value().map_err(Undelivered::Payload)?;
         let is_late = intended < tag;
         // It comes after what was sent before it, if that has become late.
         let is_before = |event: &&Event<Meant<T>>| is_late || event.value.intended < event.tag;

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The C compiler of this computer, several files at a time.
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{env, fs, process, thread};
+
+/// The compiler, and what it has said.
+pub(crate) struct Compiler {
+    includes: Vec<PathBuf>,
+    flags: Vec<String>,
+    out: PathBuf,
+    /// How many files have been given to it, which makes the names of their objects differ.
+    count: usize,
+    has_failed: bool,
+}
+
+/// Whether a file is compiled.
+pub(crate) fn is_source(file: &Path) -> bool {
+    is_cpp(file) || file.extension() == Some(OsStr::new("c"))
+}
+
+fn is_cpp(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| ["cc", "cpp", "cxx"].map(OsStr::new).contains(&extension))
+}
+
+impl Compiler {
+    pub(crate) fn new(includes: Vec<PathBuf>, flags: Vec<String>, out: &Path) -> Self {
+        Self { includes, flags, out: out.join("c"), count: 0, has_failed: false }
+    }
+
+    /// Compiles files to objects. What the compiler says is printed, in the order of the files.
+    pub(crate) fn compile(&mut self, files: &[PathBuf]) -> Vec<PathBuf> {
+        fs::create_dir_all(&self.out).expect("cargo's folder can be written to");
+        let jobs: Vec<_> = files.iter().map(|file| self.job(file)).collect();
+        let (next, said) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+        thread::scope(|scope| {
+            for _ in 0..thread::available_parallelism().map_or(1, usize::from).min(jobs.len()) {
+                scope.spawn(|| {
+                    loop {
+                        let index = next.fetch_add(1, Ordering::Relaxed);
+                        let Some((command, _)) = jobs.get(index) else { break };
+                        said.lock().expect("no thread panics with it").push((index, run(command)));
+                    }
+                });
+            }
+        });
+        let mut said = said.into_inner().expect("no thread has panicked with it");
+        said.sort_by_key(|(index, _)| *index);
+        for (_, output) in said {
+            self.report(&output);
+        }
+        if files.iter().any(|file| is_cpp(file)) {
+            println!("cargo::rustc-link-arg=-lstdc++");
+        }
+        jobs.into_iter().map(|(_, object)| object).collect()
+    }
+
+    /// Ends the build script if there were errors.
+    pub(crate) fn finish(&self) {
+        if self.has_failed {
+            process::exit(1);
+        }
+    }
+
+    /// How to compile a file, and where its object will be.
+    fn job(&mut self, file: &Path) -> (Vec<std::ffi::OsString>, PathBuf) {
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        let object = self.out.join(format!("{}-{stem}.o", self.count));
+        self.count += 1;
+        println!("cargo::rerun-if-changed={}", file.display());
+        let tool = cc::Build::new().cpp(is_cpp(file)).cargo_metadata(false).get_compiler();
+        let mut command: Vec<_> = vec![tool.path().into()];
+        command.extend(tool.args().iter().cloned());
+        // Values of ports and actions are read by way of their common part.
+        command.extend(["-fno-strict-aliasing", "-D_GNU_SOURCE", "-fdiagnostics-color=never"].map(Into::into));
+        for folder in &self.includes {
+            command.extend(["-I".into(), folder.into()]);
+        }
+        command.extend(self.flags.iter().map(Into::into));
+        command.extend(["-c".into(), file.into(), "-o".into(), object.clone().into()]);
+        (command, object)
+    }
+
+    /// Passes on what the compiler says: errors as they are, warnings also as cargo's, which shows them.
+    fn report(&mut self, output: &Output) {
+        let said = String::from_utf8_lossy(&output.stderr);
+        eprint!("{said}");
+        if !output.status.success() {
+            self.has_failed = true;
+            return;
+        }
+        for line in said.lines().filter(|line| line.contains("warning: ")) {
+            println!("cargo::warning={line}");
+        }
+    }
+}
+
+fn run(command: &[std::ffi::OsString]) -> Output {
+    let [program, arguments @ ..] = command else { unreachable!("a command begins with its program") };
+    let output = Command::new(program).args(arguments).output();
+    output.unwrap_or_else(|error| {
+        let variable = if env::var_os("CC").is_some() { " (which CC names)" } else { "" };
+        eprintln!("error: the C compiler {}{variable} cannot be run: {error}", program.display());
+        process::exit(1);
+    })
+}

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Compiles the C part of a generated program, in that program's build script, and finds the sizes of its types.
+//!
+//! ```no_run
+//! lf_c_build::program().define("LOG_LEVEL", "3").source("../src/helpers.c").build();
+//! ```
+//!
+//! The C files of the program are those of the folder `c` beside its manifest; `c/sizes.c` has one array
+//! `char lf_size_N[sizeof(T)]` for each size that the tables need, and is not linked. In a build for Zephyr, which
+//! compiles C itself, `LF_C_SIZES` names the object of `c/sizes.c`, and nothing is compiled here.
+#![forbid(unsafe_code)]
+
+mod compiler;
+mod sizes;
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use compiler::Compiler;
+
+/// A program in C, as far as it is known.
+#[must_use = "nothing is compiled before `build`"]
+#[derive(Debug, Default)]
+pub struct Program {
+    includes: Vec<PathBuf>,
+    flags: Vec<String>,
+    sources: Vec<PathBuf>,
+    libraries: Vec<String>,
+}
+
+/// The program in the folder `c`.
+pub fn program() -> Program {
+    Program::default()
+}
+
+impl Program {
+    /// A folder with headers; relative paths are those from the manifest.
+    pub fn include(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.includes.push(folder.into());
+        self
+    }
+
+    /// A macro; the value may be empty.
+    pub fn define(mut self, name: &str, value: &str) -> Self {
+        self.flags.push(if value.is_empty() { format!("-D{name}") } else { format!("-D{name}={value}") });
+        self
+    }
+
+    /// An argument of the compiler.
+    pub fn flag(mut self, flag: impl Into<String>) -> Self {
+        self.flags.push(flag.into());
+        self
+    }
+
+    /// Another C or C++ file of the program.
+    pub fn source(mut self, file: impl Into<PathBuf>) -> Self {
+        self.sources.push(file.into());
+        self
+    }
+
+    /// A library to link: `m` is always linked.
+    pub fn library(mut self, name: impl Into<String>) -> Self {
+        self.libraries.push(name.into());
+        self
+    }
+
+    /// Compiles the program, tells cargo to link it, and writes `sizes.rs` into `OUT_DIR`, with a constant
+    /// `LF_SIZE_N` per size.
+    ///
+    /// What the compiler says goes to standard error; where it has found errors, the build script ends with status 1.
+    ///
+    /// # Panics
+    /// Outside of a build script, and where files cannot be read or written.
+    pub fn build(self) {
+        let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where build scripts write"));
+        let code = Path::new("c");
+        println!("cargo::rerun-if-env-changed=LF_C_SIZES");
+        if let Some(object) = env::var_os("LF_C_SIZES") {
+            println!("cargo::rerun-if-changed={}", Path::new(&object).display());
+            write_sizes(&out, Some(Path::new(&object)));
+            return;
+        }
+        // The crate lf-c lies beside this one.
+        let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
+        let includes = [runtime.join("include"), code.to_owned()].into_iter().chain(self.includes).collect();
+        let mut compiler = Compiler::new(includes, self.flags, &out);
+
+        let types = code.join("sizes.c");
+        let has_types = types.exists();
+        let own = files_in(code).into_iter().filter(|file| *file != types).chain(self.sources);
+        let support = files_in(&runtime.join("src")).into_iter().filter(|file| !file.ends_with("zephyr.c"));
+        let objects = compiler.compile(&own.chain(support).collect::<Vec<_>>());
+        let types = compiler.compile(if has_types { std::slice::from_ref(&types) } else { &[] });
+        compiler.finish();
+
+        write_sizes(&out, types.first().map(PathBuf::as_path));
+        println!("cargo::rerun-if-changed=c");
+        println!("cargo::rerun-if-changed={}", runtime.display());
+        // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
+        for object in objects {
+            println!("cargo::rustc-link-arg={}", object.display());
+        }
+        for library in self.libraries.iter().map(String::as_str).chain(["m"]) {
+            println!("cargo::rustc-link-arg=-l{library}");
+        }
+    }
+}
+
+/// The C and C++ files of a folder, in order.
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let paths = entries.map(|entry| entry.expect("the folder can be read").path());
+    let mut files: Vec<_> = paths.filter(|path| compiler::is_source(path)).collect();
+    files.sort();
+    files
+}
+
+fn write_sizes(out: &Path, object: Option<&Path>) {
+    let sizes = object.map(sizes::read).unwrap_or_default();
+    let lines: Vec<_> = sizes.iter().map(|(name, size)| format!("pub const {name}: usize = {size};\n")).collect();
+    fs::write(out.join("sizes.rs"), lines.concat()).expect("cargo's folder can be written to");
+}

@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What bodies in C see: the API of Lingua Franca's C target, and the layout of what generated code and the crate lf-c
+ * both know. Names that end with an underscore, and those that begin with lf_c_, are for generated code and the macros
+ * here.
+ */
+#ifndef LF_H_
+#define LF_H_
+
+#include <assert.h>
+#include <errno.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "lf_time.h"
+#include "lf_print.h"
+#include "lf_threads.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef char *string;
+typedef int trigger_handle_t;
+
+#ifndef LF_FILE_SEPARATOR
+#define LF_FILE_SEPARATOR "/"
+#endif
+#ifndef LF_MAX
+#define LF_MAX(a, b) (((a) > (b)) ? (a) : (b))
+#endif
+#ifndef LF_MIN
+#define LF_MIN(a, b) (((a) < (b)) ? (a) : (b))
+#endif
+
+/* ---- Tokens: what carries values that do not lie in a port itself ---- */
+
+/* The elements of a value. Without a destructor it is freed, without a copy constructor its bytes are copied. */
+typedef struct token_type_t {
+	size_t element_size;
+	void (*destructor)(void *value);
+	void *(*copy_constructor)(void *value);
+} token_type_t;
+
+/* Blocks of one size for tokens with their values, on boards; on Linux the heap has them. */
+typedef struct lf_pool_t {
+	unsigned char *blocks;
+	size_t block_size;
+	uint16_t count;
+	/* How many have been in use at some time, and those of them that are free now. */
+	uint16_t touched;
+	struct lf_token_t *free;
+} lf_pool_t;
+
+/* Where the value of a token lies, and so what becomes of it with the token. */
+enum {
+	LF_VALUE_GIVEN_,    /* somewhere: it is destroyed or freed */
+	LF_VALUE_INSIDE_,   /* behind the token */
+	LF_VALUE_BORROWED_, /* somewhere: it stays */
+};
+
+typedef struct lf_token_t {
+	void *value;
+	size_t length; /* in elements */
+	token_type_t *type;
+	size_t ref_count;
+	struct lf_token_t *next;
+	lf_pool_t *pool;
+	/* When it came from another federate. */
+	instant_t arrival;
+	uint8_t place;
+} lf_token_t;
+
+#define LF_TOKEN_SIZE_                                                                                                 \
+	((sizeof(lf_token_t) + sizeof(max_align_t) - 1) / sizeof(max_align_t) * sizeof(max_align_t))
+
+/* A pool of `count` values of that size. */
+#ifdef __ZEPHYR__
+#define LF_POOL(name, value_size, count_)                                                                              \
+	static union {                                                                                                 \
+		max_align_t align;                                                                                     \
+		unsigned char bytes[LF_TOKEN_SIZE_ + (value_size)];                                                    \
+	} name##_blocks[count_];                                                                                       \
+	static lf_pool_t name = {                                                                                      \
+		.blocks = name##_blocks[0].bytes,                                                                      \
+		.block_size = sizeof(name##_blocks[0]),                                                                \
+		.count = (count_),                                                                                     \
+	}
+#else
+#define LF_POOL(name, value_size, count) static lf_pool_t name
+#endif
+
+/* ---- Ports, actions, timers, watchdogs and reactors ---- */
+
+/* What generated code says of a port or an action; all else is 0. */
+typedef struct {
+	uint16_t id;        /* of a port among lf_ports, else among lf_triggers */
+	bool is_token;      /* the type ends with * or []: the value is a pointer to elements that a token has */
+	bool is_string;     /* the type is `string`: on the network the text and its NUL, not the pointer */
+	uint16_t readers;   /* reactions, sends and delays that see it */
+	size_t value_offset;
+	size_t value_size;
+	lf_pool_t *pool;    /* for values that are set or scheduled; NULL: the general store */
+} lf_cell_info_t;
+
+#define LF_PORT_BASE                                                                                                   \
+	token_type_t type;                                                                                             \
+	lf_token_t *token;                                                                                             \
+	size_t length;                                                                                                 \
+	bool is_present;                                                                                               \
+	tag_t intended_tag;                                                                                            \
+	instant_t physical_time_of_arrival;                                                                            \
+	const lf_cell_info_t *info
+typedef struct lf_port_base_t {
+	LF_PORT_BASE;
+} lf_port_base_t;
+
+#define LF_ACTION_BASE                                                                                                 \
+	token_type_t type;                                                                                             \
+	lf_token_t *token;                                                                                             \
+	size_t length;                                                                                                 \
+	bool is_present;                                                                                               \
+	bool has_value;                                                                                                \
+	const lf_cell_info_t *info
+typedef struct lf_action_base_t {
+	LF_ACTION_BASE;
+} lf_action_base_t;
+typedef lf_action_base_t lf_timer_t;
+typedef lf_action_base_t lf_watchdog_t;
+typedef lf_watchdog_t watchdog_t;
+
+/* The beginning of each reactor's `self`. */
+typedef struct environment_t environment_t;
+typedef struct lf_self_base_t {
+	const char *name;
+	const char *full_name;
+	environment_t *environment;
+	int bank_index;
+} lf_self_base_t;
+typedef lf_self_base_t self_base_t;
+
+#define lf_reactor_name(self)      ((self)->base.name)
+#define lf_reactor_full_name(self) ((self)->base.full_name)
+
+/* ---- Outputs ---- */
+
+/* Sets a port. What a pointer shows belongs to the port from then on, as for lf_set_array() of one element. */
+#define lf_set(port, to)                                                                                               \
+	do {                                                                                                           \
+		(port)->value = to;                                                                                    \
+		lf_c_set((lf_port_base_t *)(port));                                                                    \
+	} while (0)
+
+/* Says that a port is present whose value the body has written to it. */
+#define lf_set_present(port) lf_c_set_present((lf_port_base_t *)(port))
+
+/* Sets a port to elements that are freed, or given to the type's destructor, when nobody needs them any more. */
+#define lf_set_array(port, elements, count)                                                                            \
+	do {                                                                                                           \
+		(port)->value = LF_AS_TYPE_OF_((port)->value)                                                          \
+			lf_c_set_array((lf_port_base_t *)(port), (elements), (count));                                 \
+	} while (0)
+
+/* Sets a port to the value of a token: that of an input or an action, or one of lf_new_token(). */
+#define lf_set_token(port, new_token)                                                                                  \
+	do {                                                                                                           \
+		(port)->value = LF_AS_TYPE_OF_((port)->value)                                                          \
+			lf_c_set_token((lf_port_base_t *)(port), (new_token));                                         \
+	} while (0)
+
+#define lf_set_destructor(port, function)       (((token_type_t *)(port))->destructor = (function))
+#define lf_set_copy_constructor(port, function) (((token_type_t *)(port))->copy_constructor = (function))
+
+/* A token for elements of the type of a port or an action; it has them from then on. */
+lf_token_t *lf_new_token(void *port_or_action, void *elements, size_t count);
+
+/* The token of an input, or a copy of it if somebody else sees it too. A copy lives as long as the reaction runs. */
+#define lf_writable_copy(port) lf_c_writable_copy((lf_port_base_t *)(port))
+
+/* Gives a `mutable` input a value of its own. `port` is the body's own copy of the port's struct. */
+void lf_c_make_mutable(lf_port_base_t *port);
+
+#ifdef __cplusplus
+#define LF_AS_TYPE_OF_(value) (decltype(value))
+#else
+#define LF_AS_TYPE_OF_(value)
+#endif
+void lf_c_set(lf_port_base_t *port);
+void lf_c_set_present(lf_port_base_t *port);
+void *lf_c_set_array(lf_port_base_t *port, void *elements, size_t count);
+void *lf_c_set_token(lf_port_base_t *port, lf_token_t *token);
+lf_token_t *lf_c_writable_copy(lf_port_base_t *port);
+
+/* ---- Multiports of which few channels are present ---- */
+
+/* Goes over the channels that are present: `int i; while ((i = lf_multiport_next(&iterator)) >= 0) …`. */
+typedef struct lf_multiport_iterator_t {
+	lf_port_base_t **ports;
+	int width;
+	int next;
+} lf_multiport_iterator_t;
+
+#define lf_multiport_iterator(port) ((lf_multiport_iterator_t)LF_ITERATOR_((lf_port_base_t **)(port), port##_width))
+#define LF_ITERATOR_(ports, width)                                                                                     \
+	{                                                                                                              \
+		(ports), (width), 0                                                                                    \
+	}
+/* The next channel that is present, or -1. */
+int lf_multiport_next(lf_multiport_iterator_t *iterator);
+
+/* ---- Actions ---- */
+
+/*
+ * Schedules an action, later by `offset` on top of its minimum delay. A physical action can be scheduled in any thread
+ * and in interrupts, a logical one in reactions only. Gives a positive number, 0 if there is no event, or -1 for an
+ * error, of which a line says what it is.
+ */
+trigger_handle_t lf_schedule(void *action, interval_t offset);
+trigger_handle_t lf_schedule_int(void *action, interval_t offset, int value);
+trigger_handle_t lf_schedule_token(void *action, interval_t offset, lf_token_t *token);
+/* The elements belong to the event from then on, also in case of an error. */
+trigger_handle_t lf_schedule_value(void *action, interval_t offset, void *elements, int count);
+/* The elements are copied. */
+trigger_handle_t lf_schedule_copy(void *action, interval_t offset, const void *elements, size_t count);
+
+/* ---- Watchdogs, modes, deadlines, the end ---- */
+
+#define lf_watchdog_start(watchdog, additional) lf_c_watchdog_start((watchdog)->info->id, (additional))
+#define lf_watchdog_stop(watchdog)              lf_c_watchdog_stop((watchdog)->info->id)
+void lf_c_watchdog_start(uint16_t trigger, interval_t additional);
+void lf_c_watchdog_stop(uint16_t trigger);
+
+/* A mode among the effects of a reaction: `lf_set_mode(Two)`. */
+typedef struct {
+	uint16_t mode;
+	bool history;
+} lf_mode_change_t;
+void lf_set_mode(lf_mode_change_t change);
+
+/* Whether the deadline of the reaction that runs has passed; with `handle` its handler runs then. */
+#define lf_check_deadline(self, handle) lf_c_check_deadline(handle)
+bool lf_c_check_deadline(bool handle);
+/* The deadline of the reaction that runs, from its next time on. */
+#define lf_update_deadline(self, deadline) lf_c_update_deadline(deadline)
+void lf_c_update_deadline(interval_t deadline);
+
+/* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
+void lf_request_stop(void);
+
+/* ---- What generated code gives ---- */
+
+extern lf_port_base_t *const lf_ports[];
+/* NULL for startup, shutdown, delays and network inputs. */
+extern lf_action_base_t *const lf_triggers[];
+/* Where the values of delays and network inputs are while they wait; NULL: the general store. */
+extern lf_pool_t *const lf_queue_pools[];
+void lf_construct(void);
+void lf_react(uint16_t reaction);
+void lf_miss_deadline(uint16_t reaction);
+void lf_handle_tardy(uint16_t reaction);
+void lf_reset_mode(uint16_t mode);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* LF_H_ */

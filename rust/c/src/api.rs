@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What C calls: the part of the bodies' API that is not in C itself. `include/lf.h` says what the functions do.
+use core::ffi::{c_char, c_int, c_void};
+
+use lf_model::{
+    Instant, Interval, ModeId, Offset, PhysicalActionRef, PhysicalLink, PortId, Tag, Transition, TriggerId,
+};
+
+use crate::ffi::{
+    RawModeChange, RawTag, RawToken, lf_c_port_has_type, lf_c_trigger_has_type, lf_miss_deadline, lf_print_error,
+    lf_print_warning,
+};
+use crate::running::{Program, change_deadline, deadline_of, is_late, physical_time, program, with_running};
+use crate::token::Token;
+
+// --- Times and tags ---
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_tag() -> RawTag {
+    let outside = || program().map_or(Tag::NEVER, |program| program.tag);
+    with_running(|running| running.ctx.current_tag()).unwrap_or_else(outside).into()
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_time_start() -> i64 {
+    program().map_or(Instant::NEVER, |program| program.start).as_nanos()
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_time_physical() -> i64 {
+    physical_time().as_nanos()
+}
+
+// --- Ports, modes, deadlines, the end ---
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_mark_present(port: u16) {
+    if with_running(|running| running.ctx.mark_present(PortId(port))).is_none() {
+        error(c"a port can be set in reactions only, and not in other threads");
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_set_mode(change: RawModeChange) {
+    let mode = ModeId(change.mode);
+    let transition = if change.history { Transition::history(mode) } else { Transition::reset(mode) };
+    if with_running(|running| running.ctx.set_mode(transition)).is_none() {
+        error(c"lf_set_mode: a mode can be set in reactions only, and not in other threads");
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_check_deadline(handle: bool) -> bool {
+    let late = with_running(|running| {
+        let deadline = deadline_of(running.reaction, running.ctx)?;
+        is_late(running.ctx, deadline).then_some(running.reaction)
+    });
+    let Some(reaction) = late.flatten() else { return false };
+    if handle {
+        lf_miss_deadline(reaction.0);
+    }
+    true
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_update_deadline(deadline: i64) {
+    let changed = with_running(|running| {
+        let has_one = deadline_of(running.reaction, running.ctx).is_some();
+        has_one.then(|| change_deadline(running.reaction, Interval(deadline)))
+    });
+    match changed.flatten() {
+        Some(Ok(())) => {}
+        Some(Err(most)) => {
+            // SAFETY: the format has a size_t.
+            unsafe {
+                lf_print_error(c"lf_update_deadline: %zu reactions have changed theirs, which is all".as_ptr(), most);
+            }
+        }
+        None => error(c"lf_update_deadline: there is no reaction here that has a deadline"),
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_request_stop() {
+    if with_running(|running| running.ctx.request_stop(Offset::Asap)).is_some() {
+        return;
+    }
+    match program() {
+        Some(program) => link(&program).request_stop(Offset::Asap),
+        None => error(c"lf_request_stop: the program has not started"),
+    }
+}
+
+// --- Watchdogs ---
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_watchdog_start(trigger: u16, additional: i64) {
+    let additional = Interval(additional).to_duration();
+    let started = with_running(|running| {
+        let watchdog = running.program.watchdog(TriggerId(trigger))?;
+        running.ctx.start_watchdog(watchdog, additional);
+        Some(())
+    });
+    if started.flatten().is_none() {
+        error(c"lf_watchdog_start: a watchdog can be started in reactions only, and not in other threads");
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_c_watchdog_stop(trigger: u16) {
+    let stopped = with_running(|running| {
+        let watchdog = running.program.watchdog(TriggerId(trigger))?;
+        running.ctx.stop_watchdog(watchdog);
+        Some(())
+    });
+    if stopped.flatten().is_none() {
+        error(c"lf_watchdog_stop: a watchdog can be stopped in reactions only, and not in other threads");
+    }
+}
+
+// --- Actions ---
+
+/// The handle of an event, and what stands for an error.
+const SCHEDULED: c_int = 1;
+const NOT_SCHEDULED: c_int = -1;
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn lf_c_schedule(trigger: u16, offset: i64, token: *mut RawToken) -> c_int {
+    // SAFETY: C gives the share away that it has, or null.
+    let mut value = unsafe { Token::from_raw(token) };
+    if offset < 0 {
+        // SAFETY: the format has no arguments.
+        unsafe { lf_print_warning(c"lf_schedule: an offset cannot be negative, so it is 0".as_ptr()) };
+    }
+    let (id, offset) = (TriggerId(trigger), Offset::After(Interval(offset).to_duration()));
+    let scheduled = with_running(|running| {
+        let action = running.program.action(id)?;
+        running.ctx.schedule_with_v(action, value.take(), offset);
+        Some(SCHEDULED)
+    });
+    match scheduled {
+        Some(scheduled) => scheduled.unwrap_or(NOT_SCHEDULED),
+        None => post(id, value, offset),
+    }
+}
+
+/// Schedules a physical action where no reaction runs.
+fn post(id: TriggerId, value: Option<Token>, offset: Offset) -> c_int {
+    let Some(program) = program() else {
+        error(c"lf_schedule: an action can be scheduled from the first reaction on");
+        return NOT_SCHEDULED;
+    };
+    let Some(inbox) = (program.inbox)(id) else {
+        error(c"lf_schedule: a logical action can be scheduled in reactions only; other threads need a physical one");
+        return NOT_SCHEDULED;
+    };
+    let action = PhysicalActionRef::new(inbox);
+    let Err(full) = link(&program).schedule_physical_with_v(&action, value, offset) else { return SCHEDULED };
+    let name = program.tables.triggers[usize::from(id.0)].name;
+    let format =
+        c"lf_schedule: %zu events of %.*s wait already, which is all it has room for: write @capacity(n) with \
+                   a larger n before its declaration, or schedule it less often";
+    let length = c_int::try_from(name.len()).unwrap_or(0);
+    // SAFETY: the format has a size_t, and a text with its length.
+    unsafe { lf_print_error(format.as_ptr(), full.capacity, length, name.as_ptr()) };
+    NOT_SCHEDULED
+}
+
+/// What a thread has of the program; it is taken back at once, because nobody says when a thread of C has ended.
+fn link(program: &Program) -> PhysicalLink {
+    PhysicalLink::new(program.outside, program.start)
+}
+
+// --- Errors ---
+
+#[unsafe(no_mangle)]
+unsafe extern "C" fn lf_c_name(token_type: *const c_void, name: *mut *const c_char) -> usize {
+    let Some(Program { tables, .. }) = program() else { return 0 };
+    // SAFETY: the ids are those of the tables; the pointers are only compared.
+    let mut ports = (0..).zip(tables.ports).filter(|(id, _)| unsafe { lf_c_port_has_type(*id, token_type) });
+    // SAFETY: the same.
+    let mut triggers = (0..).zip(tables.triggers).filter(|(id, _)| unsafe { lf_c_trigger_has_type(*id, token_type) });
+    let found = ports.next().map(|(_, port)| port.name).or_else(|| triggers.next().map(|(_, trigger)| trigger.name));
+    let found = found.unwrap_or("");
+    // SAFETY: C gives the place of a pointer.
+    unsafe { name.write(found.as_ptr().cast()) };
+    found.len()
+}
+
+/// Prints an error.
+fn error(text: &core::ffi::CStr) {
+    // SAFETY: the texts of this file have no conversions.
+    unsafe { lf_print_error(text.as_ptr()) };
+}

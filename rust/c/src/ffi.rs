@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The functions in C, as `src/lf_internal.h` and `include/lf.h` declare them.
+//!
+//! Ids are those of the program's tables, which generated C code has an entry for each; that is what makes calls with
+//! them sound.
+use core::ffi::{c_char, c_int, c_void};
+
+use lf_model::Tag;
+
+/// A token, which only C looks into.
+#[repr(C)]
+pub(crate) struct RawToken {
+    _private: [u8; 0],
+}
+
+/// `tag_t`
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct RawTag {
+    time: i64,
+    microstep: u32,
+}
+
+impl From<Tag> for RawTag {
+    fn from(tag: Tag) -> Self {
+        Self { time: tag.time.as_nanos(), microstep: tag.microstep.0 }
+    }
+}
+
+/// `lf_mode_change_t`
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct RawModeChange {
+    pub(crate) mode: u16,
+    pub(crate) history: bool,
+}
+
+/// What `lf_c_port_check` finds.
+pub(crate) const BYTES_GOOD: c_int = 0;
+pub(crate) const BYTES_LENGTH: c_int = 1;
+pub(crate) const BYTES_REMAINDER: c_int = 2;
+
+unsafe extern "C" {
+    // Generated code.
+    pub(crate) safe fn lf_construct();
+    pub(crate) safe fn lf_react(reaction: u16);
+    pub(crate) safe fn lf_miss_deadline(reaction: u16);
+    pub(crate) safe fn lf_handle_tardy(reaction: u16);
+    pub(crate) safe fn lf_reset_mode(mode: u16);
+
+    // tokens.c
+    pub(crate) fn lf_c_token_retain(token: *mut RawToken);
+    pub(crate) fn lf_c_token_release(token: *mut RawToken);
+
+    // cells.c
+    pub(crate) fn lf_c_port_is_present(port: u16) -> bool;
+    pub(crate) fn lf_c_port_fill(port: u16, token: *mut RawToken, intended: RawTag);
+    pub(crate) fn lf_c_port_clear(port: u16);
+    pub(crate) fn lf_c_port_copy(from: u16, to: u16);
+    pub(crate) fn lf_c_port_capture(from: u16, to: u16, trigger: u16) -> *mut RawToken;
+    pub(crate) fn lf_c_port_encode(port: u16, bytes: *mut u8, room: usize) -> usize;
+    pub(crate) fn lf_c_port_check(port: u16, bytes: *const u8, size: usize, expected: *mut usize) -> c_int;
+    pub(crate) fn lf_c_port_decode(
+        port: u16,
+        trigger: u16,
+        bytes: *const u8,
+        size: usize,
+        arrival: i64,
+    ) -> *mut RawToken;
+    pub(crate) fn lf_c_trigger_show(trigger: u16, token: *mut RawToken);
+    pub(crate) fn lf_c_trigger_clear(trigger: u16);
+    pub(crate) fn lf_c_trigger_has_type(trigger: u16, token_type: *const c_void) -> bool;
+    pub(crate) fn lf_c_port_has_type(port: u16, token_type: *const c_void) -> bool;
+    pub(crate) safe fn lf_c_reaction_done();
+
+    // linux.c or zephyr.c
+    pub(crate) safe fn lf_c_begin();
+    pub(crate) safe fn lf_c_running() -> *mut c_void;
+    pub(crate) fn lf_c_set_running(running: *mut c_void);
+    pub(crate) safe fn lf_c_clock() -> i64;
+
+    // print.c
+    pub(crate) fn lf_print_error(format: *const c_char, ...);
+    pub(crate) fn lf_print_warning(format: *const c_char, ...);
+}

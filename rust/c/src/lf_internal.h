@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the crate lf-c and the C files beside it call of each other; the functions are declared in ffi.rs, too. */
+#ifndef LF_INTERNAL_H_
+#define LF_INTERNAL_H_
+
+#include <lf.h>
+
+/* ---- tokens.c ---- */
+
+/* A token with room for so many bytes behind it, or without; it has one owner. Ends the program if there is no memory. */
+lf_token_t *lf_c_token_with_room(token_type_t *type, lf_pool_t *pool, size_t length, size_t bytes);
+lf_token_t *lf_c_token_for(token_type_t *type, lf_pool_t *pool, void *value, size_t length, uint8_t place);
+/* A token with a copy of the elements. */
+lf_token_t *lf_c_token_copy(token_type_t *type, lf_pool_t *pool, const void *value, size_t length);
+void lf_c_token_retain(lf_token_t *token);
+void lf_c_token_release(lf_token_t *token);
+
+/* ---- cells.c, for Rust ---- */
+
+bool lf_c_port_is_present(uint16_t port);
+/* Puts a value into a port, which owns the token from then on. */
+void lf_c_port_fill(uint16_t port, lf_token_t *token, tag_t intended);
+void lf_c_port_clear(uint16_t port);
+/* Copies the value of a port that is present. */
+void lf_c_port_copy(uint16_t from, uint16_t to);
+/* The value of a port for the delayed connection `trigger` to another port. */
+lf_token_t *lf_c_port_capture(uint16_t from, uint16_t to, uint16_t trigger);
+/* Writes the bytes of a value if there is room for them; gives how many they are. */
+size_t lf_c_port_encode(uint16_t port, unsigned char *bytes, size_t room);
+
+/* What is wrong with the bytes of a value. */
+enum {
+	LF_BYTES_GOOD,
+	LF_BYTES_LENGTH,    /* they are not as many as `expected` */
+	LF_BYTES_REMAINDER, /* they are no whole number of elements of `expected` bytes */
+	LF_BYTES_NUL,       /* a text does not end with its only NUL */
+};
+int lf_c_port_check(uint16_t port, const unsigned char *bytes, size_t size, size_t *expected);
+/* The value that is in good bytes, which have come from another federate at `arrival`. */
+lf_token_t *lf_c_port_decode(uint16_t port, uint16_t trigger, const unsigned char *bytes, size_t size,
+			     instant_t arrival);
+
+/* Shows the event of an action, timer or watchdog to bodies. The token still belongs to Rust. */
+void lf_c_trigger_show(uint16_t trigger, lf_token_t *token);
+void lf_c_trigger_clear(uint16_t trigger);
+
+/* For the names of what has run out of memory. */
+bool lf_c_port_has_type(uint16_t port, const token_type_t *type);
+bool lf_c_trigger_has_type(uint16_t trigger, const token_type_t *type);
+
+/* Takes back the copies that a reaction has made. */
+void lf_c_reaction_done(void);
+
+/* ---- linux.c or zephyr.c ---- */
+
+/* Before anything else. */
+void lf_c_begin(void);
+/* The memory of tokens outside of pools; NULL if there is none. */
+lf_token_t *lf_c_store_take(size_t bytes);
+void lf_c_store_give(lf_token_t *token);
+/* What to do when a store has nothing left, as a sentence's second half. */
+const char *lf_c_store_advice(void);
+/* The memory that bodies allocate, as far as they do: NULL, and nothing, in an image that has none. */
+void *lf_c_allocate(size_t bytes);
+void lf_c_free(void *value);
+/* Changes a count that threads share; gives what it is then. */
+size_t lf_c_count(size_t *count, int by);
+/* What this thread has running; NULL in all threads but that of the event loop, and in interrupts. */
+void *lf_c_running(void);
+void lf_c_set_running(void *running);
+/* The system's clock, for the time before the program starts. */
+instant_t lf_c_clock(void);
+/* Prints a line. */
+void lf_c_print_line(const char *prefix, const char *format, va_list arguments) LF_PRINTF_(2, 0);
+__attribute__((__noreturn__)) void lf_c_exit(void);
+
+/* ---- Rust ---- */
+
+void lf_c_mark_present(uint16_t port);
+/* Schedules an action with a token, which belongs to it from then on, or without. */
+trigger_handle_t lf_c_schedule(uint16_t trigger, interval_t offset, lf_token_t *token);
+/* The name of the port or action with this type, for people, without a NUL; gives its length. */
+size_t lf_c_name(const token_type_t *type, const char **name);
+
+#endif /* LF_INTERNAL_H_ */

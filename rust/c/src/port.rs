@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Ports, and the queues that fill them.
+use lf_model as model;
+use lf_model::{Full, ModeCell, PayloadError, Placed, PortCell, PortId, Tag, TriggerCell, TriggerId, Undelivered};
+
+use crate::ffi;
+use crate::running::physical_time;
+use crate::token::Token;
+
+/// A port, whose value lies in C.
+#[derive(Debug)]
+pub struct Port {
+    pub(crate) id: PortId,
+}
+
+impl Port {
+    /// The port with this number.
+    pub const fn new(id: PortId) -> Self {
+        Self { id }
+    }
+
+    /// Writes the value as bytes, as the C runtime sends it; gives their number.
+    ///
+    /// # Errors
+    /// When there is no value, or the bytes do not fit.
+    pub fn encode(&self, bytes: &mut [u8]) -> Result<usize, PayloadError> {
+        if !PortCell::is_present(self) {
+            return Err(PayloadError::Absent);
+        }
+        let available = bytes.len();
+        // SAFETY: there is such a port, and so much room behind the pointer.
+        let needed = unsafe { ffi::lf_c_port_encode(self.id.0, bytes.as_mut_ptr(), available) };
+        if needed > available { Err(PayloadError::NoRoom { needed, available }) } else { Ok(needed) }
+    }
+
+    /// Shows the value that a queue has given, which was meant for a tag.
+    fn fill(&self, value: Option<Token>, intended: Tag) {
+        if let Some(token) = value {
+            // SAFETY: there is such a port, and it gets the share of `token`.
+            unsafe { ffi::lf_c_port_fill(self.id.0, token.into_raw(), intended.into()) };
+        }
+    }
+
+    /// The value of a port for the connection with a delay that ends here.
+    fn capture(&self, source: &Self, trigger: TriggerId) -> Result<Token, PayloadError> {
+        // SAFETY: there are such ports and such a trigger; the source is present, and gives a share of its value away.
+        let token = unsafe { Token::from_raw(ffi::lf_c_port_capture(source.id.0, self.id.0, trigger.0)) };
+        token.ok_or(PayloadError::Absent)
+    }
+
+    /// The value that is in the bytes of a message.
+    fn decode(&self, trigger: TriggerId, bytes: &[u8]) -> Result<Token, PayloadError> {
+        let (mut expected, found) = (0, bytes.len());
+        // SAFETY: there is such a port, and the pointer and the length are those of a slice.
+        match unsafe { ffi::lf_c_port_check(self.id.0, bytes.as_ptr(), found, &raw mut expected) } {
+            ffi::BYTES_GOOD => {}
+            ffi::BYTES_LENGTH => return Err(PayloadError::Length { expected, found }),
+            ffi::BYTES_REMAINDER => return Err(PayloadError::Remainder { element: expected, found }),
+            _ => return Err(PayloadError::Nul),
+        }
+        let arrival = physical_time().as_nanos();
+        // SAFETY: the same; the bytes have been found good, and C gives the only share of the value away.
+        let token =
+            unsafe { Token::from_raw(ffi::lf_c_port_decode(self.id.0, trigger.0, bytes.as_ptr(), found, arrival)) };
+        token.ok_or(PayloadError::Absent)
+    }
+}
+
+impl PortCell for Port {
+    fn is_present(&self) -> bool {
+        // SAFETY: there is such a port.
+        unsafe { ffi::lf_c_port_is_present(self.id.0) }
+    }
+
+    fn clear(&mut self) {
+        // SAFETY: there is such a port.
+        unsafe { ffi::lf_c_port_clear(self.id.0) };
+    }
+}
+
+/// A port with the queue that fills it: the end of a connection with `after`, or of one from another federate.
+pub struct QueuedPort<const N: usize> {
+    /// The port that it fills.
+    pub port: Port,
+    trigger: TriggerId,
+    queue: model::QueuedPort<Token, N>,
+}
+
+impl<const N: usize> QueuedPort<N> {
+    /// An empty queue; the ids are those of the port that it fills and of its own.
+    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
+        Self { port: Port::new(port), trigger, queue: model::QueuedPort::new(port) }
+    }
+
+    /// Takes the value of the connection's source, to arrive at `tag` or, when another one does, a microstep later.
+    ///
+    /// # Errors
+    /// When the queue is full.
+    pub fn capture(&mut self, tag: Tag, source: &Port) -> Result<(), Full> {
+        if !PortCell::is_present(source) {
+            return Ok(());
+        }
+        let (port, trigger) = (&self.port, self.trigger);
+        match self.queue.put(tag, || port.capture(source, trigger)) {
+            Err(Undelivered::Full(full)) => Err(full),
+            _ => Ok(()),
+        }
+    }
+
+    /// Takes a message from another federate, to arrive at `tag` or, when another one does, a microstep later.
+    ///
+    /// # Errors
+    /// When the queue is full, or the bytes are not a value.
+    pub fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        let (port, trigger) = (&self.port, self.trigger);
+        self.queue.put(tag, || port.decode(trigger, bytes))
+    }
+}
+
+impl<const N: usize> TriggerCell for QueuedPort<N> {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        let next = self.queue.activate(tag);
+        self.port.fill(self.queue.port.take(), tag);
+        next
+    }
+    /// Nothing: the engine clears the port as a port.
+    fn clear(&mut self) {}
+    fn pending(&self) -> Option<Tag> {
+        TriggerCell::pending(&self.queue)
+    }
+    fn has_room(&self) -> bool {
+        self.queue.has_room()
+    }
+}
+
+impl<const N: usize> ModeCell for QueuedPort<N> {
+    fn shift(&mut self, from: Tag, to: Tag) -> Option<Tag> {
+        self.queue.shift(from, to)
+    }
+    fn discard(&mut self) {
+        self.queue.discard();
+    }
+}
+
+/// A port with the queue that fills it: the end of a connection from another federate whose messages can be tardy.
+pub struct TardyInput<const N: usize> {
+    /// The port that it fills.
+    pub port: Port,
+    trigger: TriggerId,
+    queue: model::TardyInput<Token, N>,
+}
+
+impl<const N: usize> TardyInput<N> {
+    /// An empty queue; the ids are those of the port that it fills and of its own.
+    pub const fn new(port: PortId, trigger: TriggerId) -> Self {
+        Self { port: Port::new(port), trigger, queue: model::TardyInput::new(port) }
+    }
+
+    /// Takes a message from another federate, to happen at `tag`; see [`model::TardyInput::deliver_tardy`].
+    ///
+    /// # Errors
+    /// When the queue is full, or the bytes are not a value.
+    pub fn deliver_tardy(&mut self, tag: Tag, intended: Tag, bytes: &[u8]) -> Result<Placed, Undelivered> {
+        let (port, trigger) = (&self.port, self.trigger);
+        self.queue.put(tag, intended, || port.decode(trigger, bytes))
+    }
+
+    /// The same for a message that is in time.
+    ///
+    /// # Errors
+    /// When the queue is full, or the bytes are not a value.
+    pub fn deliver(&mut self, tag: Tag, bytes: &[u8]) -> Result<(), Undelivered> {
+        self.deliver_tardy(tag, tag, bytes).map(|_| ())
+    }
+}
+
+impl<const N: usize> TriggerCell for TardyInput<N> {
+    fn activate(&mut self, tag: Tag) -> Option<Tag> {
+        let next = self.queue.activate(tag);
+        self.port.fill(self.queue.port.take(), self.queue.intended().unwrap_or(tag));
+        next
+    }
+    /// Nothing: the engine clears the port as a port.
+    fn clear(&mut self) {}
+    fn pending(&self) -> Option<Tag> {
+        TriggerCell::pending(&self.queue)
+    }
+    fn has_room(&self) -> bool {
+        self.queue.has_room()
+    }
+    fn intended(&self) -> Option<Tag> {
+        self.queue.intended()
+    }
+}
