@@ -86,13 +86,13 @@ typedef struct lf_token_t {
 		max_align_t align;                                                                                     \
 		unsigned char bytes[LF_TOKEN_SIZE_ + (value_size)];                                                    \
 	} name##_blocks[count_];                                                                                       \
-	static lf_pool_t name = {                                                                                      \
+	lf_pool_t name = {                                                                                      \
 		.blocks = name##_blocks[0].bytes,                                                                      \
 		.block_size = sizeof(name##_blocks[0]),                                                                \
 		.count = (count_),                                                                                     \
 	}
 #else
-#define LF_POOL(name, value_size, count) static lf_pool_t name
+#define LF_POOL(name, value_size, count) lf_pool_t name
 #endif
 
 /* ---- Ports, actions, timers, watchdogs and reactors ---- */

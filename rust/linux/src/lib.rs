@@ -24,7 +24,7 @@ mod wake;
 mod workers;
 
 #[cfg(feature = "c")]
-pub use lf_c as c;
+pub mod c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
