@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Runs the programs of a folder, such as those by which LF tests its targets, and says of each what became of it.
 
-use std::collections::BTreeMap;
+mod counts;
+
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
+
+use self::counts::Counts;
 
 use crate::process;
 use crate::zephyr;
@@ -17,7 +20,10 @@ const TIME_LIMIT_S: u32 = 60;
 const TIMED_OUT: i32 = 124;
 
 /// What the name of a diagnostic begins with that refuses a part of LF.
-const REFUSALS: [&str; 2] = ["error[E030-", "error[E031-"];
+const REFUSALS: [&str; 3] = ["error[E010-", "error[E030-", "error[E031-"];
+
+/// Folders of programs that LF's own compiler does not run either.
+const NOT_RUN_BY_LF: [&str; 4] = ["failing", "failed", "knownfailed", "fed-gen"];
 
 /// What became of a program.
 enum Verdict {
@@ -31,8 +37,8 @@ enum Verdict {
 
 /// What is done with the programs.
 pub(crate) enum Way<'a> {
-    /// They run on this computer.
-    Run,
+    /// They run on this computer, those of federations with this RTI, or our own.
+    Run(Option<&'a Path>),
     /// They are checked, with [bodies that are empty](empty_bodies).
     EmptyBodies,
     /// They run as images for a board of `native_sim`.
@@ -61,11 +67,14 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
         counts.add(
             name,
             match way {
-                Way::Run => judge(
-                    command
-                        .args(["run", "--timeout", &format!("{TIME_LIMIT_S} s"), "--out"])
-                        .arg(output.join(name))
-                        .arg(path),
+                Way::Run(rti) => why_not(name, path).map_or_else(
+                    || {
+                        command.args(["run", "--timeout", &format!("{TIME_LIMIT_S} s"), "--out"]);
+                        command.arg(output.join(name)).arg(path);
+                        command.args(rti.iter().flat_map(|rti| [Path::new("--rti"), rti]));
+                        judge(&mut command)
+                    },
+                    Verdict::Refused,
                 ),
                 Way::EmptyBodies => judge(command.arg("check").arg(path)),
                 Way::Image(board) => judge_image(repository, &lfz, board, path, &output.join("image")),
@@ -73,48 +82,6 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
         );
     }
     counts.close()
-}
-
-/// How many programs came out how.
-#[derive(Default)]
-struct Counts {
-    passed: usize,
-    failed: usize,
-    libraries: usize,
-    /// How many were refused for which reason.
-    refused: BTreeMap<String, usize>,
-}
-
-impl Counts {
-    fn add(&mut self, name: &str, verdict: Verdict) {
-        match verdict {
-            Verdict::Passed => {
-                self.passed += 1;
-                println!("passed   {name}");
-            }
-            Verdict::Library => self.libraries += 1,
-            Verdict::Refused(reason) => {
-                println!("refused  {name}: {reason}");
-                *self.refused.entry(reason).or_default() += 1;
-            }
-            Verdict::Failed(reason) => {
-                self.failed += 1;
-                println!("FAILED   {name}: {reason}");
-            }
-        }
-    }
-
-    fn close(self) -> ExitCode {
-        let Self { passed, failed, libraries, refused } = self;
-        let mut reasons: Vec<_> = refused.into_iter().collect();
-        reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        for (reason, count) in &reasons {
-            println!("refused {count} times: {reason}");
-        }
-        println!("{libraries} files without a main reactor");
-        println!("{passed} passed, {failed} failed, {} refused", reasons.iter().map(|(_, count)| count).sum::<usize>());
-        if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-    }
 }
 
 /// The programs below a folder, by their paths in it: copies of them where they are to be changed.
@@ -224,6 +191,21 @@ fn without_main_name(program: &str) -> String {
     format!("{before}main reactor {}", &after.trim_start()[name.unwrap_or(0)..])
 }
 
+/// Why a program does not run on this computer, as far as its text says.
+fn why_not(name: &str, path: &Path) -> Option<String> {
+    let folders = name.split('/').collect::<Vec<_>>();
+    if let Some(folder) = folders.iter().find(|folder| NOT_RUN_BY_LF.contains(folder)) {
+        return Some(format!("LF does not run what is in a folder `{folder}`"));
+    }
+    let text = String::from_utf8_lossy(&fs::read(path).ok()?).into_owned();
+    let head = text.split("reactor").next().unwrap_or_default();
+    let platform = head.split_once("platform:").map(|(_, behind)| behind.lines().take(3).collect::<String>());
+    if head.contains("target C") && platform.is_some_and(|platform| platform.to_lowercase().contains("zephyr")) {
+        return Some("the program is for Zephyr: `west lf-build` makes an image of it".to_owned());
+    }
+    text.contains("@property(").then(|| "the program is to be verified, and not to be run".to_owned())
+}
+
 /// What became of a program that is run, built or checked so.
 fn judge(command: &mut Command) -> Verdict {
     let result = match command.stdin(Stdio::null()).output() {
@@ -233,8 +215,8 @@ fn judge(command: &mut Command) -> Verdict {
     if result.status.success() {
         return Verdict::Passed;
     }
-    let said = String::from_utf8_lossy(&result.stderr);
-    let errors = || said.lines().filter(|line| line.contains("error"));
+    let said = [&result.stderr[..], &result.stdout].map(String::from_utf8_lossy).concat();
+    let errors = || said.lines().filter(|line| line.to_lowercase().contains("error") && !line.contains(": no errors"));
     if said.contains("error[E040") {
         return Verdict::Library;
     }
@@ -242,8 +224,14 @@ fn judge(command: &mut Command) -> Verdict {
         let reason = refusal.split_once("]: ").map_or(refusal, |(_, reason)| reason);
         return Verdict::Refused(reason.to_owned());
     }
+    let last = || said.lines().rev().filter(|line| !line.trim().is_empty());
     Verdict::Failed(match result.status.code() {
         Some(TIMED_OUT) => format!("does not end within {TIME_LIMIT_S} s"),
-        _ => errors().chain(said.lines().filter(|line| line.contains("panicked"))).next().unwrap_or("").to_owned(),
+        _ => errors()
+            .chain(said.lines().filter(|line| line.contains("panicked")))
+            .chain(last())
+            .next()
+            .unwrap_or_default()
+            .to_owned(),
     })
 }

@@ -80,6 +80,9 @@ enum Command {
         /// Run them as Zephyr images for this board of `native_sim`, one after the other.
         #[arg(long, value_name = "BOARD", conflicts_with = "empty_bodies")]
         board: Option<String>,
+        /// Run federations with this RTI, a program with the stock RTI's options, and not with ours.
+        #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["empty_bodies", "board"])]
+        rti: Option<PathBuf>,
     },
     /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
     #[command(disable_help_flag = true)]
@@ -127,11 +130,11 @@ fn main() -> ExitCode {
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
         Command::Bless => bless::run(&repository),
-        Command::LfTests { folder, only, empty_bodies, board } => {
+        Command::LfTests { folder, only, empty_bodies, board, rti } => {
             let way = match &board {
                 Some(board) => lf_tests::Way::Image(board),
                 None if empty_bodies => lf_tests::Way::EmptyBodies,
-                None => lf_tests::Way::Run,
+                None => lf_tests::Way::Run(rti.as_deref()),
             };
             lf_tests::run(&repository, &folder, only.as_deref(), &way)
         }
