@@ -98,8 +98,11 @@ impl<T> LogicalAction<T> {
     /// The rules of minimum spacing. An event that [`Policy::Update`] replaces is taken out here.
     fn place(&mut self, intended: Tag, timing: &ActionTiming) -> Place {
         let Some(spacing) = timing.min_spacing else {
-            let replaces = timing.policy == Policy::Replace && self.queue.contains(intended);
-            return if replaces { Place::Into(intended) } else { Place::At(intended) };
+            return match timing.policy {
+                Policy::Replace if self.queue.contains(intended) => Place::Into(intended),
+                Policy::Drop if self.queue.contains(intended) => Place::Nowhere,
+                _ => Place::At(intended),
+            };
         };
         let Some(last) = self.last else {
             return Place::At(intended);

@@ -24,9 +24,11 @@ use crate::federates::Parts;
 use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::{self, Plan};
-use crate::resolve::{Class, Program, program_name};
+use crate::resolve::{Class, Program, Unit, program_name};
 use builder::Context;
 use classes::Places;
+use std::collections::BTreeSet;
+
 use graph::Graph;
 use zero_delay::Cycles;
 
@@ -45,7 +47,7 @@ pub(crate) fn analyse(
 ) -> Option<Plan> {
     let graph = Graph::build(classes, tree, parts, language, diagnostics)?;
     sending::check(&graph, program, classes, tree, language, diagnostics);
-    let order = order::order(&graph, tree, classes, diagnostics);
+    let order = order::order(&graph, tree, classes, language, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {
         target.coordination = plan::Coordination::Centralized;
@@ -80,14 +82,22 @@ pub(crate) fn analyse(
         };
         federates.push(federate::plan(&context, part, diagnostics));
     }
-    let files = program.units.iter().map(|unit| plan::SourceFile {
+    let files = program.units.iter().enumerate().map(|(index, unit)| plan::SourceFile {
         path: unit.path.clone(),
+        imports: imports(index, unit),
         preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
     });
     let main = described.index[&tree.instances[0].class];
     let name = program_name(program).to_owned();
     let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, &target, diagnostics));
     Some(Plan { files: files.collect(), target, rti, main, classes: described.classes, federates, name })
+}
+
+/// The files whose reactors a file has imported.
+fn imports(index: usize, unit: &Unit) -> Vec<plan::FileIndex> {
+    let others: BTreeSet<usize> =
+        unit.scope.values().map(|reactor| reactor.unit).filter(|unit| *unit != index).collect();
+    others.into_iter().map(plan::FileIndex).collect()
 }
 
 fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Diagnostics) -> plan::Rti {

@@ -4,10 +4,13 @@
 //! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
 //! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
 
-use super::graph::{Graph, Node, Work};
+use std::collections::BTreeMap;
+
+use super::graph::{Graph, Node, Step, Work};
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
+use crate::languages::Language;
 use crate::resolve::Class;
 
 /// The levels of all that runs.
@@ -39,6 +42,7 @@ pub(super) fn order(
     graph: &Graph,
     tree: &Tree,
     classes: &[Class<'_>],
+    language: &dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> Option<Levels> {
     let followers = collect_followers(graph, tree);
@@ -49,9 +53,9 @@ pub(super) fn order(
     }
     let mut levels = vec![0_usize; count];
     let mut ready: Vec<_> = (0..count).filter(|vertex| missing[*vertex] == 0).collect();
-    let mut done = 0;
+    let mut done = Vec::with_capacity(count);
     while let Some(vertex) = ready.pop() {
-        done += 1;
+        done.push(vertex);
         for (follower, _) in &followers[vertex] {
             levels[*follower] = levels[*follower].max(levels[vertex] + 1);
             missing[*follower] -= 1;
@@ -60,11 +64,15 @@ pub(super) fn order(
             }
         }
     }
-    if done < count {
+    if done.len() < count {
         if let Some(cycle) = find_cycle(&followers, &missing) {
             diagnostics.push(Names { graph, tree, classes }.report(&cycle));
         }
         return None;
+    }
+    if language.deadlines_come_first() {
+        let deadlines = inherited(deadlines(graph, tree, classes), &done, &followers);
+        by_deadline(&mut levels, &deadlines);
     }
     // The highest number stands for "no level".
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
@@ -75,6 +83,44 @@ pub(super) fn order(
     };
     let sends = steps.split_off(graph.steps.len());
     Some(Levels { steps, sends })
+}
+
+/// The deadlines of reactions, in nanoseconds; the highest number for none. Those that are not known are told elsewhere.
+fn deadlines(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Vec<i64> {
+    let deadline = |step: &Step| {
+        let Work::Reaction(reaction) = step.work else { return None };
+        let class = &classes[tree.instances[step.instance].class.0];
+        let value = &class.reactions[reaction].ast.deadline.as_ref()?.value;
+        tree.time(step.instance, value, classes, &mut Diagnostics::default())
+    };
+    graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()
+}
+
+/// What a reaction waits for has to meet the reaction's deadline, too.
+fn inherited(mut deadlines: Vec<i64>, order: &[Vertex], followers: &Followers) -> Vec<i64> {
+    deadlines.resize(followers.len(), i64::MAX);
+    for vertex in order.iter().rev() {
+        let behind = followers[*vertex].iter().map(|(follower, _)| deadlines[*follower]);
+        deadlines[*vertex] = behind.min().map_or(deadlines[*vertex], |least| least.min(deadlines[*vertex]));
+    }
+    deadlines
+}
+
+/// Puts what has an earlier deadline before all that has a later one or none. Nothing waits for a later deadline, so
+/// what follows something stays behind it.
+fn by_deadline(levels: &mut [usize], deadlines: &[i64]) {
+    let mut ends: BTreeMap<i64, usize> = BTreeMap::new();
+    for (level, deadline) in levels.iter().zip(deadlines) {
+        let end = ends.entry(*deadline).or_default();
+        *end = (*end).max(level + 1);
+    }
+    let mut begin = 0;
+    for end in ends.values_mut() {
+        begin += core::mem::replace(end, begin);
+    }
+    for (level, deadline) in levels.iter_mut().zip(deadlines) {
+        *level += ends[deadline];
+    }
 }
 
 fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {

@@ -75,6 +75,9 @@ pub(crate) trait Language: Debug + Sync {
     /// event happens a microstep later.
     fn replaces_events(&self) -> bool;
 
+    /// Whether reactions with a deadline, and what they wait for, run before those of the same tag without.
+    fn deadlines_come_first(&self) -> bool;
+
     /// Whether a value can be a time below zero.
     fn has_negative_times(&self) -> bool;
 

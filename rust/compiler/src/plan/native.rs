@@ -21,6 +21,8 @@ pub struct NativeCode {
     pub compiler: Option<String>,
     /// `compiler-flags`, in order.
     pub flags: Vec<String>,
+    /// `keepalive`, if given; without it, a program with physical actions stays.
+    pub keepalive: Option<bool>,
     /// `no-source-mapping`: what the compiler says is about generated files.
     pub no_lines: bool,
 }

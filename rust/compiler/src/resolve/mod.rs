@@ -35,7 +35,7 @@ pub(crate) use code::check as check_code;
 pub(crate) use connection::type_mismatch;
 pub(crate) use expand::expand;
 pub use load::SourceProvider;
-pub(crate) use load::{Program, load};
+pub(crate) use load::{Program, Unit, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
     Class, ClassId, Connection, End, Given, Method, Port, PortRef, Reaction, ReactionParameter, Variable, Wait,

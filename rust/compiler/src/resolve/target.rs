@@ -143,7 +143,13 @@ impl Reader<'_> {
             }
             "timeout" => self.target.timeout_ns = self.time(key, value),
             "fast" => self.target.fast = self.boolean(key, value).unwrap_or_default(),
-            "keepalive" => self.target.keepalive = self.boolean(key, value).unwrap_or_default(),
+            "keepalive" => {
+                let given = self.boolean(key, value);
+                self.target.keepalive = given.unwrap_or_default();
+                if self.target.language == "C" {
+                    self.target.c.keepalive = given;
+                }
+            }
             "logging" => self.logging(key, value),
             "no-compile" => self.must_be_false(key, value, "remove it; `lfz check` and `lfz plan` compile nothing"),
             "auth" => self.target.authentication = self.boolean(key, value).unwrap_or_default(),

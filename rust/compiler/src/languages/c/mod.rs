@@ -110,6 +110,10 @@ impl Language for C {
         false
     }
 
+    fn deadlines_come_first(&self) -> bool {
+        true
+    }
+
     fn has_negative_times(&self) -> bool {
         true
     }

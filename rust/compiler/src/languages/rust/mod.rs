@@ -114,6 +114,10 @@ impl Language for Rust {
         true
     }
 
+    fn deadlines_come_first(&self) -> bool {
+        false
+    }
+
     fn has_negative_times(&self) -> bool {
         false
     }

@@ -9,7 +9,7 @@ use super::text::{Text, name_of};
 use super::types::CType;
 use crate::emit::{EmitError, File};
 use crate::plan::{
-    BANK_INDEX, Child, ClassIndex, FileIndex, Location, Method, Parameter, PortDeclaration, ReactorClass,
+    BANK_INDEX, Child, ClassIndex, FileIndex, Location, Method, Parameter, Plan, PortDeclaration, ReactorClass,
     StateVariable, TriggerKind, Value,
 };
 
@@ -20,6 +20,8 @@ pub(super) struct ClassFile<'p, 's> {
     pub(super) class: &'p ReactorClass,
     /// What all its names begin with.
     pub(super) name: &'s str,
+    /// What the names of its types begin with.
+    pub(super) types: &'s str,
     pub(super) text: Text<'p>,
 }
 
@@ -28,7 +30,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     let (plan, name) = (symbols.plan, symbols.class(index));
     let class = &plan.classes[index.0];
     let text = Text::new(plan, format!("{folder}/c/{name}.c"), &format!("Reactor `{}`.", class.name));
-    let mut file = ClassFile { symbols, index, class, name, text };
+    let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
     file.types();
     file.storage();
@@ -57,14 +59,8 @@ fn place(text: &str, at: Location) -> String {
 
 impl ClassFile<'_, '_> {
     fn preambles(&mut self) {
-        let plan = self.symbols.plan;
         self.text.line("#include <string.h>\n#include <lf.h>");
-        // What contained reactors declare types with is known, too: their ports have them.
-        let contained = self.class.children.iter().map(|child| &plan.classes[child.class.0]);
-        let files = |class: &ReactorClass| class.files.iter().copied().chain([class.at.file]).collect::<Vec<_>>();
-        let mut seen: BTreeSet<FileIndex> = BTreeSet::new();
-        let all: Vec<FileIndex> = contained.flat_map(files).chain(files(self.class)).collect();
-        for file in all.into_iter().filter(|file| seen.insert(*file)) {
+        for file in self.files() {
             self.text.line(format_args!("#include \"{}.h\"", self.symbols.file(file)));
         }
         for (name, ty) in &self.class.types {
@@ -75,9 +71,27 @@ impl ClassFile<'_, '_> {
         }
     }
 
+    /// The files whose preambles are known: what a file has imported before the file itself.
+    fn files(&self) -> Vec<FileIndex> {
+        fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
+            if seen.insert(file) {
+                plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
+                files.push(file);
+            }
+        }
+        let plan = self.symbols.plan;
+        // What contained reactors declare types with is known, too: their ports have them.
+        let contained = self.class.children.iter().map(|child| &plan.classes[child.class.0]).chain([self.class]);
+        let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
+        for class in contained {
+            class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
+        }
+        files
+    }
+
     /// The struct of the state, and those of ports and actions.
     fn types(&mut self) {
-        let (class, name) = (self.class, self.name);
+        let (class, types) = (self.class, self.types);
         self.text.line(format_args!("\n/* What bodies call `self`. */\ntypedef struct {{\n    lf_self_base_t base;"));
         if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
             self.text.line("    int bank_index;");
@@ -91,18 +105,18 @@ impl ClassFile<'_, '_> {
         for state in &class.state {
             self.text.line(format_args!("    {};", self.ty(&state.ty).declare(&state.name)));
         }
-        self.text.line(format_args!("}} {name}_self_t;\n"));
+        self.text.line(format_args!("}} {types}_self_t;\n"));
         for port in &class.ports {
-            let text = port_struct(class, port, &format!("{name}_{}_t", port.name));
+            let text = port_struct(class, port, &format!("{types}_{}_t", port.name));
             self.text.line(text);
         }
         for action in &class.actions {
             let value = field(&self.ty(&action.ty));
-            self.text.line(format_args!("typedef struct {{ LF_ACTION_BASE;{value} }} {name}_{}_t;", action.name));
+            self.text.line(format_args!("typedef struct {{ LF_ACTION_BASE;{value} }} {types}_{}_t;", action.name));
         }
         let mut seen = BTreeSet::from([self.index]);
         for child in class.children.iter().filter(|child| seen.insert(child.class)) {
-            let (target, prefix) = (&self.symbols.plan.classes[child.class.0], self.symbols.class(child.class));
+            let (target, prefix) = (&self.symbols.plan.classes[child.class.0], self.symbols.types(child.class));
             for port in target.ports.iter().filter(|_| !prefix.is_empty()) {
                 let text = port_struct(target, port, &format!("{prefix}_{}_t", port.name));
                 self.text.line(text);
@@ -116,7 +130,7 @@ impl ClassFile<'_, '_> {
 
     /// The variables of all instances.
     fn storage(&mut self) {
-        let (symbols, name) = (self.symbols, self.name);
+        let (symbols, types) = (self.symbols, self.types);
         let (plan, federate) = (symbols.plan, symbols.federate);
         self.text.line("");
         if plan.is_federated() && self.index == plan.main && federate.instances.iter().all(|one| one.path != plan.name)
@@ -138,8 +152,8 @@ impl ClassFile<'_, '_> {
                 continue;
             };
             let ty = CType::new(&plan.classes[class.0], &port.ty);
-            let info = info(&format!("{name}_{declared}_t"), index, &ty, symbols.readers(index), None);
-            self.text.line(format_args!("/* {} */\n{name}_{declared}_t lf_port_{index} = {{ {info} }};", port.path));
+            let info = info(&format!("{types}_{declared}_t"), index, &ty, symbols.readers(index), None);
+            self.text.line(format_args!("/* {} */\n{types}_{declared}_t lf_port_{index} = {{ {info} }};", port.path));
         }
         for (index, trigger) in federate.triggers.iter().enumerate() {
             let Some((_, declared)) = symbols.declared(&trigger.path).filter(|(class, _)| *class == self.index) else {
@@ -149,8 +163,8 @@ impl ClassFile<'_, '_> {
                 TriggerKind::Action { ty, .. } => {
                     let ty = self.ty(ty);
                     let pool = self.pool(index, &ty, trigger.capacity);
-                    let info = info(&format!("{name}_{declared}_t"), index, &ty, 1, pool);
-                    let text = format!("{name}_{declared}_t lf_trigger_{index} = {{ {info} }};");
+                    let info = info(&format!("{types}_{declared}_t"), index, &ty, 1, pool);
+                    let text = format!("{types}_{declared}_t lf_trigger_{index} = {{ {info} }};");
                     self.text.line(format_args!("/* {} */\n{text}", trigger.path));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
@@ -187,20 +201,20 @@ impl ClassFile<'_, '_> {
     }
 
     fn instance(&mut self, index: Option<usize>, own: &str, full: &str) {
-        let (variable, name) = (Symbols::instance(index), self.name);
+        let (variable, types) = (Symbols::instance(index), self.types);
         self.text.line(format_args!(
-            "/* {full} */\n{name}_self_t {variable} = {{ .base = {{ .name = {own:?}, .full_name = {full:?} }} }};"
+            "/* {full} */\n{types}_self_t {variable} = {{ .base = {{ .name = {own:?}, .full_name = {full:?} }} }};"
         ));
     }
 
     /// The function that gives an instance its parameters and its state.
     fn construct(&mut self) -> Result<(), EmitError> {
-        let (class, name) = (self.class, self.name);
+        let (class, name, types) = (self.class, self.name, self.types);
         self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
         self.text
             .line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
         self.text.line(format_args!(
-            "    {name}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"
+            "    {types}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"
         ));
         if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
             self.text.line("    self->bank_index = lf_member;");
@@ -307,12 +321,12 @@ impl ClassFile<'_, '_> {
     }
 
     fn child(&mut self, index: usize, child: &Child) -> Result<(), EmitError> {
-        let (plan, name) = (self.symbols.plan, self.name);
+        let (plan, name, types) = (self.symbols.plan, self.name, self.types);
         let (target, made) = (&plan.classes[child.class.0], self.symbols.class(child.class));
         self.text.line(format_args!("\n{}", place(&format!("`{} = new {}(…)`", child.name, target.name), child.at)));
         self.text.line(format_args!("void {made}_construct(void *, const void *const *, int);"));
         self.text.line(format_args!("void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
-        self.text.line(format_args!("    {name}_self_t *self = lf_self;\n    (void)self;"));
+        self.text.line(format_args!("    {types}_self_t *self = lf_self;\n    (void)self;"));
         let values: Vec<&Value> = child.arguments.iter().flatten().collect();
         self.locals(&values);
         let names = values.iter().any(|value| mentions(value, BANK_INDEX));
@@ -346,13 +360,13 @@ impl ClassFile<'_, '_> {
 
     /// The function that resets the state in a mode, or what is in none.
     fn reset(&mut self) {
-        let (class, name) = (self.class, self.name);
+        let (class, name, types) = (self.class, self.name, self.types);
         let modes: BTreeSet<Option<usize>> =
             class.state.iter().filter(|state| state.resets).map(|state| state.mode).collect();
         for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
             let function = reset_function(name, mode);
             self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
-            self.text.line(format_args!("void {function}(void *lf_self) {{\n    {name}_self_t *self = lf_self;"));
+            self.text.line(format_args!("void {function}(void *lf_self) {{\n    {types}_self_t *self = lf_self;"));
             let values: Vec<&Value> = class.state.iter().filter_map(|state| state.init.as_ref()).collect();
             self.locals(&values);
             for state in class.state.iter().filter(|state| state.resets && state.mode == mode) {
@@ -363,11 +377,11 @@ impl ClassFile<'_, '_> {
     }
 
     fn methods(&mut self) {
-        let (class, name) = (self.class, self.name);
+        let (class, name, types) = (self.class, self.name, self.types);
         let head = |method: &Method| {
             let arguments = method.arguments.iter().map(|(name, ty)| format!(", {}", self.ty(ty).declare(name)));
             let arguments: String = arguments.collect();
-            let own = format!("{name}_method_{}({name}_self_t *self{arguments})", method.name);
+            let own = format!("{name}_method_{}({types}_self_t *self{arguments})", method.name);
             let returned = method.ty.as_ref().map_or_else(|| format!("void {own}"), |ty| self.ty(ty).declare(&own));
             format!("__attribute__((unused)) static {returned}")
         };

@@ -31,7 +31,13 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
         }
         files.push(program::emit(&symbols, folder));
         let path = format!("{folder}/src/federate.rs");
-        generated.push(federate::emit(plan, federate, Bodies::C(&sizes), deployment, path)?);
+        generated.push(federate::emit(
+            plan,
+            federate,
+            Bodies::C { sizes: &sizes, is_image: job.is_image },
+            deployment,
+            path,
+        )?);
         if !job.is_image {
             generated.push(main(job, federate, &[])?);
         }
@@ -67,6 +73,11 @@ fn build_script(job: &Job<'_>) -> Result<File, EmitError> {
                 call("include", &folder);
                 folders.push(folder);
             }
+        }
+        let source = folders[0].clone();
+        let package = source.strip_suffix("/src").or_else(|| source.split_once("/src/").map(|(package, _)| package));
+        for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
+            call("flag", &format!("-DLF_{name}_DIRECTORY={folder:?}"));
         }
         for definition in &native.definitions {
             call("flag", &format!("-D{}={}", definition.name, definition.value));

@@ -53,7 +53,7 @@ struct Contained<'p> {
 impl<'p> ClassFile<'p, '_> {
     /// The functions of a body.
     pub(super) fn reaction(&mut self, reaction: &'p Reaction, body: &Body<'_>) {
-        let name = self.name;
+        let (name, types) = (self.name, self.types);
         let function = format!("{name}_reaction_{}{}", reaction.number, body.suffix);
         let (mut typed, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
         for parameter in &reaction.parameters {
@@ -81,7 +81,7 @@ impl<'p> ClassFile<'p, '_> {
         let signature = reaction.signature.replace("*/", "* /");
         self.text.line(format_args!("\n/* `{signature}`, line {}. */", reaction.at.line));
         for Contained { first, class, ports } in &children {
-            let prefix = self.symbols.class(*class);
+            let prefix = self.symbols.types(*class);
             let fields = ports.iter().map(|(_, ChildPort { port, is_wide, .. })| match is_wide {
                 true => format!(" {prefix}_{port}_t **{port}; int {port}_width;"),
                 false => format!(" {prefix}_{port}_t *{port};"),
@@ -89,7 +89,7 @@ impl<'p> ClassFile<'p, '_> {
             let fields: String = fields.collect();
             self.text.line(format_args!("typedef struct {{{fields} }} {function}_{}_t;", first.child));
         }
-        self.text.line(format_args!("static void {function}_body({name}_self_t *self{typed}) {{\n    (void)self;"));
+        self.text.line(format_args!("static void {function}_body({types}_self_t *self{typed}) {{\n    (void)self;"));
         self.text.code(body.code).line("}");
         let parameters: String = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
         self.text.line(format_args!("void {function}(void *self{parameters}) {{"));
@@ -106,7 +106,7 @@ impl<'p> ClassFile<'p, '_> {
 
     /// The variable of a body.
     fn own_variable(&self, parameter: &ReactionParameter) -> String {
-        let (class, own) = (self.name, &parameter.name);
+        let (class, own) = (self.types, &parameter.name);
         match &parameter.kind {
             VariableKind::Port { .. } | VariableKind::LogicalAction { .. } | VariableKind::PhysicalAction { .. } => {
                 format!("{class}_{own}_t *{own}")
@@ -120,7 +120,7 @@ impl<'p> ClassFile<'p, '_> {
 
     /// What is given for it.
     fn own_argument(&self, parameter: &ReactionParameter) -> String {
-        let (class, own) = (self.name, &parameter.name);
+        let (class, own) = (self.types, &parameter.name);
         match (&parameter.kind, self.is_copied(parameter)) {
             (VariableKind::Multiport { .. }, true) => format!("lf_copies_{own}, {own}_width"),
             (VariableKind::Multiport { .. }, false) => format!("({class}_{own}_t **){own}, {own}_width"),
@@ -172,7 +172,7 @@ impl<'p> ClassFile<'p, '_> {
     }
 
     fn copy(&mut self, parameter: &ReactionParameter) {
-        let (ty, own) = (format!("{}_{}_t", self.name, parameter.name), &parameter.name);
+        let (ty, own) = (format!("{}_{}_t", self.types, parameter.name), &parameter.name);
         if matches!(parameter.kind, VariableKind::Multiport { .. }) {
             self.text.line(format_args!("    {ty} lf_copy_{own}[{own}_width + 1], *lf_copies_{own}[{own}_width + 1];"));
             self.text.line(format_args!("    for (int lf_i = 0; lf_i < {own}_width; lf_i++) {{"));

@@ -10,7 +10,8 @@ use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind}
 pub(super) struct Symbols<'p> {
     pub(super) plan: &'p Plan,
     pub(super) federate: &'p Federate,
-    names: BTreeMap<ClassIndex, String>,
+    /// What names of functions and of types begin with.
+    names: BTreeMap<ClassIndex, [String; 2]>,
     files: Vec<String>,
     /// By port: how many reactions, connections and inputs of others see its values.
     readers: Vec<usize>,
@@ -22,10 +23,15 @@ pub(super) struct Symbols<'p> {
 
 impl<'p> Symbols<'p> {
     pub(super) fn new(plan: &'p Plan, federate: &'p Federate) -> Self {
-        let (mut class_names, mut names) = (Names::reserving(&["lf", "program", "sizes"]), BTreeMap::new());
+        let (mut class_names, mut type_names) = (Names::reserving(&["lf", "program", "sizes"]), Names::default());
+        let mut names = BTreeMap::new();
         let used = federate.instances.iter().map(|instance| instance.class).chain([plan.main]);
         for class in used {
-            names.entry(class).or_insert_with(|| class_names.give(&plain(&plan.classes[class.0].name)));
+            names.entry(class).or_insert_with(|| {
+                let name = plain(&plan.classes[class.0].name);
+                // LF's own names of types, which macros of some programs have.
+                [class_names.give(&name), format!("_{}", type_names.give(&name.to_lowercase()))]
+            });
         }
         let parent = |instance: &Instance| instance.parent.map_or(plan.main, |at| federate.instances[at.0].class);
         let children = federate.instances.iter().filter_map(|instance| Some((parent(instance), instance.child?)));
@@ -47,12 +53,17 @@ impl<'p> Symbols<'p> {
 
     /// The classes, each with the name that begins all names of its file.
     pub(super) fn classes(&self) -> impl Iterator<Item = (ClassIndex, &str)> {
-        self.names.iter().map(|(class, name)| (*class, name.as_str()))
+        self.names.iter().map(|(class, [name, _])| (*class, name.as_str()))
     }
 
     /// The name of a class.
     pub(super) fn class(&self, class: ClassIndex) -> &str {
-        self.names.get(&class).map_or("", String::as_str)
+        self.names.get(&class).map_or("", |[name, _]| name)
+    }
+
+    /// What the names of a class's types begin with.
+    pub(super) fn types(&self, class: ClassIndex) -> &str {
+        self.names.get(&class).map_or("", |[_, types]| types)
     }
 
     /// The header with the preambles of an LF file, without its extension.

@@ -20,7 +20,12 @@ pub(in crate::languages) enum Bodies<'p> {
     /// In modules of the same crate, which has types, state and methods for them.
     Rust(&'p Layout<'p>),
     /// In C, where ports and state are, too: the module has the queues, of references to values.
-    C(&'p Sizes<'p>),
+    C {
+        /// How long payloads are.
+        sizes: &'p Sizes<'p>,
+        /// Whether it is a board's, where memory is scarce.
+        is_image: bool,
+    },
 }
 
 /// The module in the making.
@@ -43,7 +48,7 @@ impl<'p> Module<'p> {
     pub(super) fn layout(&self) -> Option<&'p Layout<'p>> {
         match self.bodies {
             Bodies::Rust(layout) => Some(layout),
-            Bodies::C(_) => None,
+            Bodies::C { .. } => None,
         }
     }
 
@@ -77,11 +82,17 @@ impl<'p> Module<'p> {
         if self.layout().is_some() { name.to_owned() } else { format!("c::{}", name.trim_end_matches("Queue")) }
     }
 
+    /// How many events an action holds. Programs in C count on queues that grow; on a computer, a long one is the same.
+    pub(super) fn room(&self, capacity: usize) -> usize {
+        const ROOM: usize = 256;
+        if matches!(self.bodies, Bodies::C { is_image: false, .. }) { capacity.max(ROOM) } else { capacity }
+    }
+
     /// How many bytes a value of a port takes at most, as an expression.
     pub(super) fn max_len(&self, port: lf_model::PortId, serializer: Option<&Serializer>) -> Result<String, EmitError> {
         match self.bodies {
             Bodies::Rust(_) => Ok(max_len(serializer, &self.port_type(port)?)),
-            Bodies::C(sizes) => Ok(sizes.max_len(&self.federate.ports[usize::from(port.0)], serializer)),
+            Bodies::C { sizes, .. } => Ok(sizes.max_len(&self.federate.ports[usize::from(port.0)], serializer)),
         }
     }
 

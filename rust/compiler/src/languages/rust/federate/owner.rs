@@ -33,7 +33,7 @@ impl Module<'_> {
             if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
                 let doc = splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
                 let (name, ty) = (&self.symbols.inboxes[index], self.type_of(&trigger.path, ty)?);
-                let ty = tokens(&self.cell_type("PhysicalInbox", &ty, Some(trigger.capacity)));
+                let ty = tokens(&self.cell_type("PhysicalInbox", &ty, Some(self.room(trigger.capacity))));
                 let new = tokens(&self.cell_name("PhysicalInbox"));
                 statics.extend(quote! {
                     #doc
@@ -164,7 +164,8 @@ impl Module<'_> {
                 (cell, Some(ty), quote!(PortId(#port) #trigger))
             }
         };
-        let capacity = ty.is_some().then_some(capacity);
+        let is_action = matches!(row.cell, Cell::Logical | Cell::Physical);
+        let capacity = ty.is_some().then(|| if is_action { self.room(capacity) } else { capacity });
         let name = tokens(&self.cell_name(cell));
         Ok(Some((self.cell_type(cell, &ty.unwrap_or_default(), capacity), quote!(#name::new(#arguments)))))
     }

@@ -102,23 +102,28 @@ impl Module<'_> {
                 (DELIVER_TARDY, tardies.collect()),
             ],
         );
-        if self.layout().is_none() {
-            text = text + "}\n\nimpl c::Bodies for " + owner + " {\n";
-            let inboxes = self.tables.triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
-            let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", self.symbols.inboxes[id]));
-            let actions = self.cells(&[Cell::Logical, Cell::Physical]);
-            push_methods(
-                &mut text,
-                [(ACTION, actions), (WATCHDOG, self.cells(&[Cell::Watchdog])), (INBOX, inboxes.collect())],
-            );
-            text = text.replace(" {\n\n", " {\n");
-        }
         if tables.modes.is_empty() {
-            return text + "}\n";
+            return text + "}\n" + &self.bodies_in_c(owner);
         }
         text.push_str("\n    fn modes(&mut self) -> Option<&mut dyn ModeCells> {\n        Some(self)\n    }\n}\n\n");
         text = text + "impl ModeCells for " + owner + " {\n";
         push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.resets())]);
+        text.replace(" {\n\n", " {\n") + "}\n" + &self.bodies_in_c(owner)
+    }
+
+    /// What bodies in C reach by number.
+    fn bodies_in_c(&self, owner: &str) -> String {
+        if self.layout().is_some() {
+            return String::new();
+        }
+        let inboxes = self.tables.triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
+        let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", self.symbols.inboxes[id]));
+        let actions = self.cells(&[Cell::Logical, Cell::Physical]);
+        let mut text = format!("\nimpl c::Bodies for {owner} {{\n");
+        push_methods(
+            &mut text,
+            [(ACTION, actions), (WATCHDOG, self.cells(&[Cell::Watchdog])), (INBOX, inboxes.collect())],
+        );
         text.replace(" {\n\n", " {\n") + "}\n"
     }
 
