@@ -216,7 +216,8 @@ fn judge(command: &mut Command) -> Verdict {
         return Verdict::Passed;
     }
     let said = [&result.stderr[..], &result.stdout].map(String::from_utf8_lossy).concat();
-    let errors = || said.lines().filter(|line| line.to_lowercase().contains("error") && !line.contains(": no errors"));
+    let is_said = |line: &&str| line.to_lowercase().contains("error") && !line.contains(": no errors");
+    let errors = || said.lines().filter(|line| !line.trim_start().starts_with("hint:")).filter(is_said);
     if said.contains("error[E040") {
         return Verdict::Library;
     }
