@@ -20,7 +20,8 @@ fn files_and_macros_of_imported_files_count_and_say_whose_they_are() {
     let plan = plan(&[
         (
             "src/Main.lf",
-            "target CCpp { files: [\"../c/a.c\", \"lib/b.h\"], cmake-include: \"all.cmake\", compiler-flags: \"-O2 -Wall\",
+            "target CCpp { files: [\"../c/a.c\", \"lib/b.h\"], cmake-include: \"all.cmake\",
+               compiler-flags: \"-O2 -Wall\",
                compile-definitions: { LIMIT: 3, NAME: \"x\" }, build-type: Release, no-source-mapping: true }
              import Inner from \"lib/Inner.lf\"
              main reactor { inner = new Inner() }",
