@@ -141,3 +141,8 @@ fn what_is_in_a_mode_says_so_and_connections_out_of_it_copy() {
 fn the_time_of_a_mode_that_is_never_reset_is_never_ahead() {
     check("mode_capacities");
 }
+
+#[test]
+fn bodies_in_c_know_the_ports_of_contained_reactors_by_their_own_names() {
+    check("c_bodies");
+}

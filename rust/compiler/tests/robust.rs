@@ -12,6 +12,7 @@ const PROGRAMS: &[&str] = &[
     include_str!("plans/hierarchy.lf"),
     include_str!("plans/federation.lf"),
     include_str!("plans/older_forms.lf"),
+    include_str!("plans/c_bodies.lf"),
     include_str!("grammar.lf"),
 ];
 

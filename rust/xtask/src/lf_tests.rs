@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Runs the programs of a folder, such as those by which LF tests its targets, and says of each what became of it.
 
-mod counts;
+mod verdicts;
 
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-use self::counts::Counts;
+use self::verdicts::{Counts, Verdict};
 
 use crate::process;
 use crate::zephyr;
@@ -24,16 +24,6 @@ const REFUSALS: [&str; 3] = ["error[E010-", "error[E030-", "error[E031-"];
 
 /// Folders of programs that LF's own compiler does not run either.
 const NOT_RUN_BY_LF: [&str; 4] = ["failing", "failed", "knownfailed", "fed-gen"];
-
-/// What became of a program.
-enum Verdict {
-    Passed,
-    /// It has no main reactor, for others import it.
-    Library,
-    /// It needs something of LF that is not there.
-    Refused(String),
-    Failed(String),
-}
 
 /// What is done with the programs.
 pub(crate) enum Way<'a> {
@@ -216,7 +206,8 @@ fn judge(command: &mut Command) -> Verdict {
         return Verdict::Passed;
     }
     let said = [&result.stderr[..], &result.stdout].map(String::from_utf8_lossy).concat();
-    let errors = || said.lines().filter(|line| line.to_lowercase().contains("error") && !line.contains(": no errors"));
+    let is_said = |line: &&str| line.to_lowercase().contains("error") && !line.contains(": no errors");
+    let errors = || said.lines().filter(|line| !line.trim_start().starts_with("hint:")).filter(is_said);
     if said.contains("error[E040") {
         return Verdict::Library;
     }

@@ -139,7 +139,8 @@ mod tests {
     fn what_needs_no_cmake_is_read() {
         let file = file(
             "add_compile_definitions(FOO=3.14 -DBAR) # and\n\
-             IF (NOT WIN32)\n  target_link_libraries(${LF_MAIN_TARGET} PRIVATE m) # it\nELSE()\nfind_package(X)\nENDIF()\n\
+             IF (NOT WIN32)\n  target_link_libraries(${LF_MAIN_TARGET} PRIVATE m) # it\n\
+             ELSE()\nfind_package(X)\nENDIF()\n\
              target_sources(${LF_MAIN_TARGET}\n  PRIVATE c/count.c \"c/a b.c\")\n\
              target_include_directories(${LF_MAIN_TARGET} PUBLIC include)\nadd_compile_options(-Wall)",
         );

@@ -23,7 +23,13 @@ impl Parser<'_> {
         let declared = self.slice(name.span.to(self.before())).to_owned();
         let mut value = self.expression()?;
         let written = self.slice(value.span);
-        let hint = format!("write `{declared} = {}`", written[1..written.len() - 1].trim());
+        let written = written[1..written.len() - 1].trim();
+        let is_list = matches!(&value.kind, ExpressionKind::List(items) if items.len() > 1);
+        let hint = if is_list {
+            format!("write `{declared} = {{{written}}}`")
+        } else {
+            format!("write `{declared} = {written}`")
+        };
         let message = format!("the initial value of {kind} `{}` is written in the older form", name.text);
         self.report(Diagnostic::new(Code::OldInitialiser, value.span, message).hint(hint));
         if let ExpressionKind::List(items) = &mut value.kind

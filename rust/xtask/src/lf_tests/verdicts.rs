@@ -4,7 +4,15 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use super::Verdict;
+/// What became of a program.
+pub(super) enum Verdict {
+    Passed,
+    /// It has no main reactor, for others import it.
+    Library,
+    /// It needs something of LF that is not there.
+    Refused(String),
+    Failed(String),
+}
 
 /// What became of all programs.
 #[derive(Default)]
