@@ -7,7 +7,7 @@
 
 /* ---- tokens.c ---- */
 
-/* A token with room for so many bytes behind it, or without; it has one owner. Ends the program if there is no memory. */
+/* A token with room for so many bytes behind it, or without; it has one owner. Without memory the program ends. */
 lf_token_t *lf_c_token_with_room(token_type_t *type, lf_pool_t *pool, size_t length, size_t bytes);
 lf_token_t *lf_c_token_for(token_type_t *type, lf_pool_t *pool, void *value, size_t length, uint8_t place);
 /* A token with a copy of the elements. */

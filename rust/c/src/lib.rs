@@ -16,7 +16,7 @@ mod running;
 mod token;
 mod trigger;
 
-pub use port::{Port, QueuedPort, TardyInput};
-pub use running::{Bodies, construct, copy, handle_tardy, miss_deadline, react, reset_mode};
+pub use port::{Port, QueuedPort, TardyInput, copy};
+pub use running::{Bodies, construct, handle_tardy, miss_deadline, react, reset_mode};
 pub use token::Token;
 pub use trigger::{LogicalAction, PhysicalAction, PhysicalInbox, Timer, Watchdog};

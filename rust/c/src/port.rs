@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Ports, and the queues that fill them.
 use lf_model as model;
-use lf_model::{Full, ModeCell, PayloadError, Placed, PortCell, PortId, Tag, TriggerCell, TriggerId, Undelivered};
+use lf_model::{
+    Full, ModeCell, PayloadError, Placed, PortCell, PortId, ReactionContext, Tag, TriggerCell, TriggerId, Undelivered,
+};
 
 use crate::ffi;
 use crate::running::physical_time;
@@ -75,6 +77,15 @@ impl PortCell for Port {
     fn clear(&mut self) {
         // SAFETY: there is such a port.
         unsafe { ffi::lf_c_port_clear(self.id.0) };
+    }
+}
+
+/// Sets a port to the value of another one, if that has one: a connection in a mode.
+pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
+    if PortCell::is_present(from) {
+        // SAFETY: there are such ports, and the first one is present.
+        unsafe { ffi::lf_c_port_copy(from.id.0, to.id.0) };
+        ctx.mark_present(to.id);
     }
 }
 

@@ -11,7 +11,6 @@ use lf_model::{
 };
 
 use crate::ffi;
-use crate::port::Port;
 use crate::token::Token;
 
 /// What the C API needs of a program; generated code has one `match` per method.
@@ -63,15 +62,6 @@ pub fn handle_tardy<B: Bodies>(program: &mut B, reaction: ReactionId, ctx: &mut 
 /// Gives the `reset` state variables in a mode their initial values: for [`model::ModeCells::reset_mode`].
 pub fn reset_mode(mode: ModeId) {
     ffi::lf_reset_mode(mode.0);
-}
-
-/// Sets a port to the value of another one, if that has one: a connection in a mode.
-pub fn copy(ctx: &mut ReactionContext<'_>, from: &Port, to: &mut Port) {
-    if model::PortCell::is_present(from) {
-        // SAFETY: there are such ports, and the first one is present.
-        unsafe { ffi::lf_c_port_copy(from.id.0, to.id.0) };
-        ctx.mark_present(to.id);
-    }
 }
 
 /// The reaction that runs, for the functions that its body calls.
