@@ -59,6 +59,7 @@ reactor Outer(n: int = {= 1 + 1 =}) {
   bank = new[{= self->n =}] Inner(bank_index = bank_index)
   single = new Inner()
   state list: int[](1, 2, 3)
+  state one: int[](1)
   state text: string = \"\"\"a \"b\" c\"\"\"
   state late: time = -1 s
   reaction work(startup) bank.out, single.out -> bank.in, single.in
@@ -109,5 +110,5 @@ fn initial_values_are_those_of_c() {
         Some(Value::Code(code)) => code.text.as_str(),
         _ => "",
     });
-    assert_eq!(values.collect::<Vec<_>>(), ["{1, 2, 3}", "\"a \\\"b\\\" c\"", "((interval_t)-1000000000LL)"]);
+    assert_eq!(values.collect::<Vec<_>>(), ["{1, 2, 3}", "{1}", "\"a \\\"b\\\" c\"", "((interval_t)-1000000000LL)"]);
 }

@@ -57,7 +57,7 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
         counts.add(
             name,
             match way {
-                Way::Run(rti) => why_not(name, path).map_or_else(
+                Way::Run(rti) => why_not(name, &fs::read_to_string(path).unwrap_or_default()).map_or_else(
                     || {
                         command.args(["run", "--timeout", &format!("{TIME_LIMIT_S} s"), "--out"]);
                         command.arg(output.join(name)).arg(path);
@@ -182,12 +182,11 @@ fn without_main_name(program: &str) -> String {
 }
 
 /// Why a program does not run on this computer, as far as its text says.
-fn why_not(name: &str, path: &Path) -> Option<String> {
+fn why_not(name: &str, text: &str) -> Option<String> {
     let folders = name.split('/').collect::<Vec<_>>();
     if let Some(folder) = folders.iter().find(|folder| NOT_RUN_BY_LF.contains(folder)) {
         return Some(format!("LF does not run what is in a folder `{folder}`"));
     }
-    let text = String::from_utf8_lossy(&fs::read(path).ok()?).into_owned();
     let head = text.split("reactor").next().unwrap_or_default();
     let platform = head.split_once("platform:").map(|(_, behind)| behind.lines().take(3).collect::<String>());
     if head.contains("target C") && platform.is_some_and(|platform| platform.to_lowercase().contains("zephyr")) {
@@ -225,4 +224,19 @@ fn judge(command: &mut Command) -> Verdict {
             .unwrap_or_default()
             .to_owned(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::why_not;
+
+    #[test]
+    fn programs_that_need_something_else_say_so() {
+        let is_run = |name, text| why_not(name, text).is_none();
+        assert!(is_run("concurrent/A.lf", "target C {\n  platform: Linux\n}\nmain reactor { }"));
+        assert!(is_run("A.lf", "target Rust { platform: Zephyr }\nmain reactor { }"));
+        assert!(!is_run("A.lf", "target C {\n  platform: {\n    name: zephyr\n  }\n}\nmain reactor { }"));
+        assert!(!is_run("concurrent/failing/A.lf", "target C\nmain reactor { }"));
+        assert!(!is_run("A.lf", "target C\n@property(name=\"p\")\nmain reactor { }"));
+    }
 }

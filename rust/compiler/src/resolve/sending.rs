@@ -43,7 +43,8 @@ impl<'p> Checker<'p> {
         } else if let Some(Literal::Text(text)) = literal {
             sending.serializer = self.serializer(text.trim_matches('"'), span);
         } else {
-            let hint = "write `@serializer(\"postcard\")`";
+            let known = self.language.serializers().last().copied().unwrap_or_default();
+            let hint = format!("write `@serializer(\"{known}\")`");
             let diagnostic = Diagnostic::new(Code::BadAttribute, span, "a serializer is named by a text");
             self.report(diagnostic.hint(hint));
         }

@@ -98,8 +98,8 @@ impl Language for C {
         types::spelled(one) == types::spelled(other)
     }
 
-    fn value_text(&self, value: &Expression, _: &str) -> String {
-        values::text(value)
+    fn value_text(&self, value: &Expression, ty: &str) -> String {
+        values::text(value, ty)
     }
 
     fn integer(&self, code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {

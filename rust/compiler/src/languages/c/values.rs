@@ -4,8 +4,19 @@
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
 use crate::syntax::nanoseconds;
 
-/// A value as an initialiser of C: an expression, or a list in braces.
-pub(super) fn text(value: &Expression) -> String {
+/// A value as an initialiser of C for a place of type `ty`: an expression, or a list in braces.
+pub(super) fn text(value: &Expression, ty: &str) -> String {
+    let text = of_one(value);
+    // The older form of a list with one item looks like that of a value.
+    let is_item = match &value.kind {
+        ExpressionKind::Literal(literal) => !matches!(literal, Literal::Text(_)),
+        ExpressionKind::Time(_) => true,
+        _ => false,
+    };
+    if is_item && ty.ends_with(']') { format!("{{{text}}}") } else { text }
+}
+
+fn of_one(value: &Expression) -> String {
     match &value.kind {
         ExpressionKind::Code(code) => code.text.clone(),
         ExpressionKind::Name(name) => name.clone(),
@@ -16,7 +27,7 @@ pub(super) fn text(value: &Expression) -> String {
             format!("((interval_t){}{ns}LL)", if *negative { "-" } else { "" })
         }
         ExpressionKind::List(items) => {
-            let items: Vec<_> = items.iter().map(text).collect();
+            let items: Vec<_> = items.iter().map(of_one).collect();
             format!("{{{}}}", items.join(", "))
         }
         ExpressionKind::Literal(literal) => match literal {
