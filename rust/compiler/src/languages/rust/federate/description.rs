@@ -20,8 +20,8 @@ impl Module<'_> {
         // In C anybody may have started a thread, and physical actions are there to be scheduled.
         let of_c = self.layout().is_none();
         let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
-        let keepalive =
-            target.keepalive && (of_c || self.rti.is_some()) || of_c && self.federate.triggers.iter().any(physical);
+        let stays = of_c && target.c.keepalive.is_none() && self.federate.triggers.iter().any(physical);
+        let keepalive = stays || target.keepalive && (of_c || self.rti.is_some());
         description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
         let federation = self.rti.as_ref().map(|rti| self.federation(rti, &mut uses));
