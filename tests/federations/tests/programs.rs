@@ -170,3 +170,32 @@ fn two_runs_of_a_program_at_once_do_not_mix() {
     assert_eq!(other.finish().code(), 130);
     wait_for_ends(&participants);
 }
+
+/// Arrays, texts, structs and arrays in ports come as they were sent.
+#[test]
+fn bodies_in_c_send_all_kinds_of_values() {
+    let finished = Lfz::run("payloads_in_c", &programs().join("PayloadsInC.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.of("sink").filter(|line| !line.contains("info:")).collect();
+    let expected = [
+        "1: another, 1 elements with the sum 10, 1 and 1.5, 2",
+        "later 100",
+        "2: two, 2 elements with the sum 41, 2 and 2.5, 4",
+        "later 200",
+    ];
+    assert_eq!(said, expected, "{finished}");
+}
+
+#[test]
+fn applications_in_c_do_as_those_in_rust() {
+    let file = |name: &str| format!("applications/{name}.lf");
+    let finished = Lfz::run("smart_grid_in_c", Path::new(&file("smart_grid/src/SmartGridInC")), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    for (federate, status) in [("a", "A: closed,"), ("b", "B: open,"), ("c", "C: open,"), ("d", "D: closed,")] {
+        assert!(finished.of(federate).any(|line| line.starts_with(status)), "{finished}");
+    }
+    let finished = Lfz::run("message_test_in_c", Path::new(&file("message_test/src/MessageTestInC")), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let in_order = |line: &str| line.starts_with("received 3000 of 3000 messages in order, ");
+    assert!(finished.of("receiver").any(in_order), "{finished}");
+}
