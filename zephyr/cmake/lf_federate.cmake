@@ -63,6 +63,10 @@ function(lf_federate crate)
   set(wrapper ${output}/bindgen_wrapper.c)
   set(header ${output}/include/lf/lf.h)
   file(MAKE_DIRECTORY ${output}/include/lf)
+  set(sizes "")
+  if(EXISTS ${crate}/c)
+    _lf_add_bodies_in_c()
+  endif()
   _lf_write_settings(${output}/cargo_settings.cmake)
 
   # Cargo itself knows best whether something has changed, so it always runs: the output that this command names is
@@ -77,6 +81,9 @@ function(lf_federate crate)
   add_custom_target(lf_crate DEPENDS ${output}/always)
   # The bindings are made from Zephyr's headers, some of which are generated.
   add_dependencies(lf_crate zephyr_generated_headers)
+  if(sizes)
+    add_dependencies(lf_crate lf_sizes)
+  endif()
   add_dependencies(app lf_crate)
 
   target_sources(app PRIVATE ${wrapper})
@@ -96,6 +103,30 @@ function(lf_federate crate)
   # named first, and the linker takes the first definition.
   target_link_libraries(app PUBLIC $<TARGET_PROPERTY:linker,rt_library> -Wl,--allow-multiple-definition ${library})
 endfunction()
+
+# Adds the C part of a program to `app`: what was generated for it, and what bodies in C call. The crate learns the
+# sizes of types from an object that is not linked; `sizes` is set to it. What the program asks for beyond that is in
+# c/program.cmake of the crate. Uses the caller's variables.
+macro(_lf_add_bodies_in_c)
+  file(GLOB bodies CONFIGURE_DEPENDS ${crate}/c/*.c ${LF_REPOSITORY}/rust/c/src/*.c)
+  list(FILTER bodies EXCLUDE REGEX "/c/(sizes|src/linux)[.]c$")
+  target_sources(app PRIVATE ${bodies})
+  target_include_directories(app PRIVATE ${LF_REPOSITORY}/rust/c/include ${crate}/c)
+  # Values of ports and actions are read by way of their common part.
+  target_compile_options(app PRIVATE -fno-strict-aliasing)
+  include(${crate}/c/program.cmake OPTIONAL)
+  if(EXISTS ${crate}/c/sizes.c)
+    add_library(lf_sizes OBJECT ${crate}/c/sizes.c)
+    target_link_libraries(lf_sizes PRIVATE zephyr_interface)
+    foreach(property INCLUDE_DIRECTORIES COMPILE_DEFINITIONS COMPILE_OPTIONS)
+      set_property(TARGET lf_sizes PROPERTY ${property} $<TARGET_PROPERTY:app,${property}>)
+    endforeach()
+    # The sizes of symbols have to be in the object.
+    target_compile_options(lf_sizes PRIVATE -fno-lto)
+    add_dependencies(lf_sizes zephyr_generated_headers)
+    set(sizes $<TARGET_OBJECTS:lf_sizes>)
+  endif()
+endmacro()
 
 # Writes what lf_cargo_build.cmake needs, once CMake knows the include folders. Uses the caller's variables.
 macro(_lf_write_settings file)
@@ -174,6 +205,7 @@ list(APPEND environment
   [==[BINARY_DIR_INCLUDE_GENERATED=${BINARY_DIR_INCLUDE_GENERATED}]==]
   [==[WRAPPER_FILE=${wrapper}]==]
   [==[LF_HEADER_FILE=${header}]==]
+  [==[LF_C_SIZES=${sizes}]==]
   [==[LF_CLANG_RESOURCE_DIR=${resources}]==]
   CARGO_PROFILE_DEV_OPT_LEVEL=1
   CARGO_PROFILE_DEV_PANIC=abort

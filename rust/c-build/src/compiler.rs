@@ -71,7 +71,9 @@ impl Compiler {
         let object = self.out.join(format!("{}-{stem}.o", self.count));
         self.count += 1;
         println!("cargo::rerun-if-changed={}", file.display());
-        let tool = cc::Build::new().cpp(is_cpp(file)).cargo_metadata(false).get_compiler();
+        // Only what the compiler warns of by itself: bodies need not use all that they are given.
+        let mut build = cc::Build::new();
+        let tool = build.cpp(is_cpp(file)).cargo_metadata(false).warnings(false).get_compiler();
         let mut command: Vec<_> = vec![tool.path().into()];
         command.extend(tool.args().iter().cloned());
         // Values of ports and actions are read by way of their common part.

@@ -77,7 +77,7 @@ impl Program {
         println!("cargo::rerun-if-env-changed=LF_C_SIZES");
         if let Some(object) = env::var_os("LF_C_SIZES") {
             println!("cargo::rerun-if-changed={}", Path::new(&object).display());
-            write_sizes(&out, Some(Path::new(&object)));
+            write_sizes(&out, (!object.is_empty()).then_some(Path::new(&object)));
             return;
         }
         // The crate lf-c lies beside this one.

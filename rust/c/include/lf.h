@@ -76,14 +76,20 @@ typedef struct lf_token_t {
 	uint8_t place;
 } lf_token_t;
 
+/* A value behind a token can be of any type. */
+typedef union {
+	long long whole;
+	long double real;
+	void *pointer;
+} lf_any_value_t;
 #define LF_TOKEN_SIZE_                                                                                                 \
-	((sizeof(lf_token_t) + sizeof(max_align_t) - 1) / sizeof(max_align_t) * sizeof(max_align_t))
+	((sizeof(lf_token_t) + sizeof(lf_any_value_t) - 1) / sizeof(lf_any_value_t) * sizeof(lf_any_value_t))
 
 /* A pool of `count` values of that size. */
 #ifdef __ZEPHYR__
 #define LF_POOL(name, value_size, count_)                                                                              \
 	static union {                                                                                                 \
-		max_align_t align;                                                                                     \
+		lf_any_value_t align;                                                                                  \
 		unsigned char bytes[LF_TOKEN_SIZE_ + (value_size)];                                                    \
 	} name##_blocks[count_];                                                                                       \
 	lf_pool_t name = {                                                                                      \
@@ -93,6 +99,19 @@ typedef struct lf_token_t {
 	}
 #else
 #define LF_POOL(name, value_size, count) lf_pool_t name
+#endif
+
+/*
+ * An image has a heap only if bodies use it: by these names the runtime learns that it may free what they give away.
+ * Other sources that allocate what ports get have to include this file, too.
+ */
+#ifdef __ZEPHYR__
+#define malloc(size)           lf_c_malloc(size)
+#define calloc(count, size)    lf_c_calloc((count), (size))
+#define realloc(memory, size)  lf_c_realloc((memory), (size))
+void *lf_c_malloc(size_t size);
+void *lf_c_calloc(size_t count, size_t size);
+void *lf_c_realloc(void *memory, size_t size);
 #endif
 
 /* ---- Ports, actions, timers, watchdogs and reactors ---- */

@@ -10,6 +10,8 @@
 /* A token with room for so many bytes behind it, or without; it has one owner. Without memory the program ends. */
 lf_token_t *lf_c_token_with_room(token_type_t *type, lf_pool_t *pool, size_t length, size_t bytes);
 lf_token_t *lf_c_token_for(token_type_t *type, lf_pool_t *pool, void *value, size_t length, uint8_t place);
+/* A block of a pool; NULL if it has none, or none so large. */
+lf_token_t *lf_c_pool_take(lf_pool_t *pool, size_t bytes);
 /* A token with a copy of the elements. */
 lf_token_t *lf_c_token_copy(token_type_t *type, lf_pool_t *pool, const void *value, size_t length);
 void lf_c_token_retain(lf_token_t *token);

@@ -112,7 +112,7 @@ pub(crate) struct Program {
 }
 
 /// How many reactions can have another deadline than the program says.
-const DEADLINES: usize = 16;
+const DEADLINES: usize = 8;
 
 struct Known {
     program: Option<Program>,

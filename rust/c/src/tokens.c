@@ -19,7 +19,7 @@ static lf_token_t *take_from(lf_pool_t *pool)
 	return token;
 }
 
-static lf_token_t *pool_take(lf_pool_t *pool, size_t bytes)
+lf_token_t *lf_c_pool_take(lf_pool_t *pool, size_t bytes)
 {
 	/* On Linux pools are empty. */
 	if (pool == NULL || pool->block_size < LF_TOKEN_SIZE_ + bytes) {
@@ -34,7 +34,7 @@ static lf_token_t *pool_take(lf_pool_t *pool, size_t bytes)
 
 static lf_token_t *take(token_type_t *type, lf_pool_t *pool, size_t length, size_t bytes)
 {
-	lf_token_t *token = pool_take(pool, bytes);
+	lf_token_t *token = lf_c_pool_take(pool, bytes);
 
 	if (token == NULL) {
 		token = lf_c_store_take(bytes);
