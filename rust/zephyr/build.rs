@@ -51,6 +51,7 @@ const NUMBERS: &[&str] = &[
     "LF_RTI_IN_TRANSIT",
     "LF_RTI_BUFFER_SIZE",
     "LF_LINE_SIZE",
+    "LF_TOKEN_SIZE",
     "LF_LOG_LEVEL",
     "SYS_CLOCK_TICKS_PER_SEC",
 ];

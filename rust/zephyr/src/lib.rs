@@ -32,7 +32,7 @@ pub use c_api::Federate;
 #[doc(hidden)]
 pub use lf_embedded::run;
 #[cfg(feature = "c")]
-pub use lf_c as c;
+pub mod c;
 pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;

@@ -18,7 +18,7 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
     let (plan, folder, deployment) = (job.plan, job.folder, job.settings.deployment);
     let sizes = Sizes::new(plan, job.federate, job.rti);
     files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job) });
-    files.push(build_script(job)?);
+    build_script(job, files)?;
     for (index, header) in preamble_headers(plan).iter().enumerate() {
         files.push(class::preamble_header(plan, index, header, folder));
     }
@@ -57,48 +57,84 @@ pub(in crate::languages) fn workspace(plan: &Plan, folders: &[String]) -> File {
     manifest::of_workspace(plan, folders)
 }
 
-/// What has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
-fn build_script(job: &Job<'_>) -> Result<File, EmitError> {
-    let (plan, native) = (job.plan, &job.plan.target.c);
-    let mut calls = String::new();
-    let mut call = |method: &str, argument: &str| calls = format!("{calls}        .{method}({argument:?})\n");
-    if !job.is_image {
+/// How the C of a program is compiled.
+#[derive(Default)]
+struct Compilation {
+    folders: Vec<String>,
+    flags: Vec<String>,
+    sources: Vec<String>,
+    libraries: Vec<String>,
+}
+
+impl Compilation {
+    fn new(job: &Job<'_>) -> Self {
+        let (plan, native, mut all) = (job.plan, &job.plan.target.c, Self::default());
         // Headers lie beside the program, or where `files` are, each of which code calls by its own name.
         let beside = [plan.files.first().map_or("", |file| file.path.as_str())].into_iter();
-        let mut folders: Vec<String> = Vec::new();
         for path in beside.chain(native.files.iter().map(|file| file.path.as_str())) {
-            let folder =
-                job.settings.absolute(path.trim_end_matches('/').rsplit_once('/').map_or(".", |(folder, _)| folder));
-            if !folders.contains(&folder) {
-                call("include", &folder);
-                folders.push(folder);
+            let folder = path.trim_end_matches('/').rsplit_once('/').map(|(folder, _)| job.settings.absolute(folder));
+            let folder = folder.unwrap_or_else(|| job.settings.current.to_owned());
+            if !all.folders.contains(&folder) {
+                all.folders.push(folder);
             }
         }
-        let source = folders[0].clone();
+        let source = all.folders[0].clone();
         let package = source.strip_suffix("/src").or_else(|| source.split_once("/src/").map(|(package, _)| package));
         for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
-            call("flag", &format!("-DLF_{name}_DIRECTORY={folder:?}"));
+            all.flags.push(format!("-DLF_{name}_DIRECTORY={folder:?}"));
         }
-        for definition in &native.definitions {
-            call("flag", &format!("-D{}={}", definition.name, definition.value));
-        }
-        native.flags.iter().for_each(|flag| call("flag", flag));
-        for cmake in &native.cmake {
+        all.flags.extend(native.definitions.iter().map(|one| format!("-D{}={}", one.name, one.value)));
+        all.flags.extend(native.flags.iter().cloned());
+        all
+    }
+
+    /// Adds what files for CMake say, for a program that is built without it.
+    fn add_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
+        for cmake in &job.plan.target.c.cmake {
             if let Some(unread) = &cmake.unread {
-                let message =
-                    format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
-                return Err(EmitError::new(plan, cmake.at, message));
+                let message = format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
+                return Err(EmitError::new(job.plan, cmake.at, message));
             }
-            cmake.folders.iter().for_each(|folder| call("include", &job.settings.absolute(folder)));
-            cmake.sources.iter().for_each(|source| call("source", source));
-            cmake.definitions.iter().for_each(|definition| call("flag", &format!("-D{definition}")));
-            cmake.options.iter().for_each(|option| call("flag", option));
-            cmake.libraries.iter().for_each(|library| call("library", library));
+            self.folders.extend(cmake.folders.iter().map(|folder| job.settings.absolute(folder)));
+            self.sources.extend(cmake.sources.iter().cloned());
+            self.flags.extend(cmake.definitions.iter().map(|definition| format!("-D{definition}")));
+            self.flags.extend(cmake.options.iter().cloned());
+            self.libraries.extend(cmake.libraries.iter().cloned());
+        }
+        Ok(())
+    }
+}
+
+/// What has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
+fn build_script(job: &Job<'_>, files: &mut Vec<File>) -> Result<(), EmitError> {
+    let (mut all, folder, mut calls) = (Compilation::new(job), job.folder, String::new());
+    if job.is_image {
+        files.push(File { path: format!("{folder}/c/program.cmake"), text: cmake(job, &all) });
+    } else {
+        all.add_cmake(job)?;
+        let lists = [("include", all.folders), ("flag", all.flags), ("source", all.sources), ("library", all.libraries)];
+        for (method, argument) in lists.iter().flat_map(|(method, list)| list.iter().map(move |one| (method, one))) {
+            calls = format!("{calls}        .{method}({argument:?})\n");
         }
     }
     let text = format!(
         "// Generated by lfz; do not edit.\n//! Has the C compiled.\n\nfn main() {{\n    lf_c_build::program()\n\
          {calls}        .build();\n}}\n"
     );
-    Ok(File { path: format!("{}/build.rs", job.folder), text })
+    files.push(File { path: format!("{folder}/build.rs"), text });
+    Ok(())
+}
+
+/// What Zephyr's build does for the program, beside compiling the files of this folder.
+fn cmake(job: &Job<'_>, all: &Compilation) -> String {
+    let mut text = String::from("# Generated by lfz; do not edit.\nset(LF_MAIN_TARGET app)\n");
+    for (command, list) in [("target_include_directories", &all.folders), ("target_compile_options", &all.flags)] {
+        for one in list {
+            text += &format!("{command}(app PRIVATE [=[{one}]=])\n");
+        }
+    }
+    for cmake in &job.plan.target.c.cmake {
+        text += &format!("include([=[{}]=])\n", job.settings.absolute(&cmake.path));
+    }
+    text
 }
