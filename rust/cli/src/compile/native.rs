@@ -21,6 +21,10 @@ pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
     all
 }
 
+/// What stands between a place and a message, and the level that it is.
+const LEVELS: [(&str, &str); 4] =
+    [(": fatal error: ", "error"), (": error: ", "error"), (": warning: ", "warning"), (": note: ", "note")];
+
 /// One line.
 struct Said<'a> {
     file: &'a str,
@@ -37,8 +41,6 @@ impl<'a> Said<'a> {
             Some(rest) => rest.split_once(": ").map_or(rest, |(_, rest)| rest),
             None => line.trim_start(),
         };
-        const LEVELS: [(&str, &str); 4] =
-            [(": fatal error: ", "error"), (": error: ", "error"), (": warning: ", "warning"), (": note: ", "note")];
         let (at, mark, level) =
             LEVELS.iter().filter_map(|(mark, level)| Some((line.find(mark)?, *mark, *level))).min()?;
         let (place, message) = (&line[..at], &line[at + mark.len()..]);

@@ -85,7 +85,7 @@ pub(super) fn order(
     Some(Levels { steps, sends })
 }
 
-/// The deadlines of reactions, in nanoseconds; the highest number for none. Those that are not known are told elsewhere.
+/// The deadlines of reactions, in nanoseconds; the highest number for none. What is not known is told elsewhere.
 fn deadlines(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Vec<i64> {
     let deadline = |step: &Step| {
         let Work::Reaction(reaction) = step.work else { return None };

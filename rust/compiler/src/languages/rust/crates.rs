@@ -23,7 +23,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     let payloads = job.rti.then(|| Payloads::new(plan, deployment));
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types, job.workers());
-    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job) });
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, false) });
     let mut generated = vec![root(job, Some(&layout))?];
     if let Some(federate) = job.federate {
         generated.push(federate::emit(

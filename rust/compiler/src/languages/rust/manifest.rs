@@ -10,8 +10,8 @@ use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 /// The edition of a program that names none.
 const EDITION_DEFAULT: &str = "2024";
 
-/// The manifest of a participant's crate.
-pub(in crate::languages) fn of_crate(job: &Job<'_>) -> String {
+/// The manifest of a participant's crate; whether its bodies are C.
+pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
     let (program, cargo) = (&job.plan.name, &job.plan.target.cargo);
     let about = format!("{} of the Lingua Franca program {program}", job.name);
     let (package, version) = (job.package, job.settings.version);
@@ -24,13 +24,14 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>) -> String {
     if job.is_image {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-        let features =
-            features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(job)));
+        let features = features(
+            has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c.then_some("c")),
+        );
         text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)
             + &dependencies(job, cargo)
-            + &build_dependencies(job, job.settings.lf_zephyr)
+            + &build_dependencies(of_c, job.settings.lf_zephyr)
             + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
@@ -38,28 +39,19 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>) -> String {
     } else {
         let path = toml_text(job.settings.lf_linux);
         let workers = (job.workers() > 1).then_some("workers");
-        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c(job)));
+        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c.then_some("c")));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)
             + &dependencies(job, cargo)
-            + &build_dependencies(job, job.settings.lf_linux);
+            + &build_dependencies(of_c, job.settings.lf_linux);
     }
     text
 }
 
-/// The feature of the crate `lf` that bodies in C need.
-fn of_c(job: &Job<'_>) -> Option<&'static str> {
-    is_c(job).then_some("c")
-}
-
-fn is_c(job: &Job<'_>) -> bool {
-    job.plan.target.language == crate::languages::c::NAME
-}
-
 /// What the build script needs that compiles C.
-fn build_dependencies(job: &Job<'_>, lf: &str) -> String {
-    if !is_c(job) {
+fn build_dependencies(of_c: bool, lf: &str) -> String {
+    if !of_c {
         return String::new();
     }
     let path = toml_text(&format!("{lf}/../c-build"));

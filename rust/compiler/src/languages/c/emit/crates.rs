@@ -8,7 +8,7 @@ use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::languages::rust::crates::{main, root};
 use crate::languages::rust::federate::{self, Bodies};
 use crate::languages::rust::{manifest, rti};
-use crate::plan::Plan;
+use crate::plan::{FileIndex, Location, Plan};
 
 /// Adds a crate's files.
 ///
@@ -17,7 +17,7 @@ use crate::plan::Plan;
 pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
     let (plan, folder, deployment) = (job.plan, job.folder, job.settings.deployment);
     let sizes = Sizes::new(plan, job.federate, job.rti);
-    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job) });
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, true) });
     build_script(job, files)?;
     for (index, header) in preamble_headers(plan).iter().enumerate() {
         files.push(class::preamble_header(plan, index, header, folder));
@@ -71,7 +71,9 @@ impl Compilation {
         let (plan, native, mut all) = (job.plan, &job.plan.target.c, Self::default());
         // Headers lie beside the program, or where `files` are, each of which code calls by its own name.
         let beside = [plan.files.first().map_or("", |file| file.path.as_str())].into_iter();
-        for path in beside.chain(native.files.iter().map(|file| file.path.as_str())) {
+        for path in
+            beside.chain(native.files.iter().filter(|file| concerns(job, file.at)).map(|file| file.path.as_str()))
+        {
             let folder = path.trim_end_matches('/').rsplit_once('/').map(|(folder, _)| job.settings.absolute(folder));
             let folder = folder.unwrap_or_else(|| job.settings.current.to_owned());
             if !all.folders.contains(&folder) {
@@ -83,16 +85,25 @@ impl Compilation {
         for (name, folder) in [("SOURCE", source.as_str()), ("PACKAGE", package.unwrap_or(&source))] {
             all.flags.push(format!("-DLF_{name}_DIRECTORY={folder:?}"));
         }
-        all.flags.extend(native.definitions.iter().map(|one| format!("-D{}={}", one.name, one.value)));
+        // As many threads run reactions as in images.
+        all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
+        all.flags.extend(
+            native
+                .definitions
+                .iter()
+                .filter(|one| concerns(job, one.at))
+                .map(|one| format!("-D{}={}", one.name, one.value)),
+        );
         all.flags.extend(native.flags.iter().cloned());
         all
     }
 
     /// Adds what files for CMake say, for a program that is built without it.
     fn add_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
-        for cmake in &job.plan.target.c.cmake {
+        for cmake in job.plan.target.c.cmake.iter().filter(|cmake| concerns(job, cmake.at)) {
             if let Some(unread) = &cmake.unread {
-                let message = format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
+                let message =
+                    format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
                 return Err(EmitError::new(job.plan, cmake.at, message));
             }
             self.folders.extend(cmake.folders.iter().map(|folder| job.settings.absolute(folder)));
@@ -105,6 +116,13 @@ impl Compilation {
     }
 }
 
+/// Whether a participant is meant by what a file says: the main one, or one of which it has reactors.
+fn concerns(job: &Job<'_>, at: Location) -> bool {
+    let classes = job.federate.iter().flat_map(|federate| &federate.instances);
+    let mut classes = classes.map(|instance| &job.plan.classes[instance.class.0]);
+    at.file == FileIndex(0) || classes.any(|class| class.at.file == at.file || class.files.contains(&at.file))
+}
+
 /// What has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
 fn build_script(job: &Job<'_>, files: &mut Vec<File>) -> Result<(), EmitError> {
     let (mut all, folder, mut calls) = (Compilation::new(job), job.folder, String::new());
@@ -112,7 +130,8 @@ fn build_script(job: &Job<'_>, files: &mut Vec<File>) -> Result<(), EmitError> {
         files.push(File { path: format!("{folder}/c/program.cmake"), text: cmake(job, &all) });
     } else {
         all.add_cmake(job)?;
-        let lists = [("include", all.folders), ("flag", all.flags), ("source", all.sources), ("library", all.libraries)];
+        let lists =
+            [("include", all.folders), ("flag", all.flags), ("source", all.sources), ("library", all.libraries)];
         for (method, argument) in lists.iter().flat_map(|(method, list)| list.iter().map(move |one| (method, one))) {
             calls = format!("{calls}        .{method}({argument:?})\n");
         }
@@ -130,11 +149,11 @@ fn cmake(job: &Job<'_>, all: &Compilation) -> String {
     let mut text = String::from("# Generated by lfz; do not edit.\nset(LF_MAIN_TARGET app)\n");
     for (command, list) in [("target_include_directories", &all.folders), ("target_compile_options", &all.flags)] {
         for one in list {
-            text += &format!("{command}(app PRIVATE [=[{one}]=])\n");
+            text = format!("{text}{command}(app PRIVATE [=[{one}]=])\n");
         }
     }
-    for cmake in &job.plan.target.c.cmake {
-        text += &format!("include([=[{}]=])\n", job.settings.absolute(&cmake.path));
+    for cmake in job.plan.target.c.cmake.iter().filter(|cmake| concerns(job, cmake.at)) {
+        text = format!("{text}include([=[{}]=])\n", job.settings.absolute(&cmake.path));
     }
     text
 }

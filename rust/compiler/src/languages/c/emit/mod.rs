@@ -2,10 +2,12 @@
 //! From a plan to C: a file per reactor class, and the crate of Rust that runs them.
 
 mod class;
+mod class_file;
 mod crates;
 mod program;
 mod reactions;
 mod sizes;
+mod storage;
 mod symbols;
 mod text;
 mod types;

@@ -3,8 +3,9 @@
 
 use std::collections::BTreeSet;
 
-use super::class::{pool_name, reset_function};
-use super::reactions::{DEADLINE, TARDY, arguments, functions};
+use super::class::reset_function;
+use super::reactions::{DEADLINE, TARDY, all_arguments, functions};
+use super::storage::pool_name;
 use super::symbols::Symbols;
 use super::text::Text;
 use super::types::CType;
@@ -69,7 +70,7 @@ impl ProgramFile<'_, '_> {
                 self.text.line(format_args!("void {}(void *);", reset_function(name, mode)));
             }
             for reaction in declared.reactions.iter().filter(|reaction| symbols.reacts(class, reaction.number)) {
-                let given: String = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
+                let given = all_arguments(reaction);
                 for body in functions(reaction) {
                     let number = reaction.number;
                     self.text.line(format_args!("void {name}_reaction_{number}{}(void *self{given});", body.suffix));
@@ -178,7 +179,7 @@ impl ProgramFile<'_, '_> {
             Argument::Port(port) => format!(", &lf_port_{}", port.0),
             Argument::Ports(ports) => format!(", {}, {}", places(ports), ports.len()),
             Argument::Bank { ports, widths } => {
-                let listed: String = widths.iter().map(|width| format!("{width}, ")).collect();
+                let listed = widths.iter().map(|width| format!("{width}, ")).collect::<Vec<_>>().concat();
                 format!(", {}, (const int[]){{ {listed}0 }}, {}", places(ports), widths.len())
             }
             Argument::Trigger(trigger) => format!(", &lf_trigger_{}", trigger.0),
@@ -215,8 +216,8 @@ impl ProgramFile<'_, '_> {
 
 /// The addresses of ports, as an array; one of no elements is none.
 fn places(ports: &[PortIndex]) -> String {
-    let places: String = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect();
-    format!("(void *[]){{ {places}NULL }}")
+    let places = ports.iter().map(|port| format!("&lf_port_{}, ", port.0)).collect::<Vec<_>>();
+    format!("(void *[]){{ {}NULL }}", places.concat())
 }
 
 /// Whether bodies see a trigger.

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The functions of a reaction: one with the body as it is written, and one by which it is called.
 
-use super::class::ClassFile;
+use std::fmt::Write as _;
+
+use super::class_file::ClassFile;
 use crate::plan::{ChildPort, ClassIndex, Code, Reaction, ReactionParameter, Tardy, VariableKind};
 
 /// A body of a reaction, and what the name of its function ends with.
@@ -31,7 +33,7 @@ fn own_name(parameter: &ReactionParameter) -> String {
 
 /// The variables of the function by which a reaction is called, one group per parameter. Of a bank's multiport, the
 /// width is how many members there are.
-pub(super) fn arguments(parameter: &ReactionParameter) -> String {
+fn arguments(parameter: &ReactionParameter) -> String {
     let name = own_name(parameter);
     match (&parameter.kind, &parameter.child) {
         (VariableKind::Mode { .. }, _) => format!("lf_mode_change_t {name}"),
@@ -41,6 +43,12 @@ pub(super) fn arguments(parameter: &ReactionParameter) -> String {
         (VariableKind::Multiport { .. }, _) => format!("void **{name}, int {name}_width"),
         _ => format!("void *{name}"),
     }
+}
+
+/// The variables for all parameters of a reaction, behind that of the reactor itself.
+pub(super) fn all_arguments(reaction: &Reaction) -> String {
+    let all: Vec<String> = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
+    all.concat()
 }
 
 /// A contained reactor, or a bank of them, with those of its ports that a reaction has.
@@ -55,10 +63,10 @@ impl<'p> ClassFile<'p, '_> {
     pub(super) fn reaction(&mut self, reaction: &'p Reaction, body: &Body<'_>) {
         let (name, types) = (self.name, self.types);
         let function = format!("{name}_reaction_{}{}", reaction.number, body.suffix);
-        let (mut typed, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
+        let (mut variables, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
         for parameter in &reaction.parameters {
             let Some(port) = &parameter.child else {
-                typed = typed + ", " + &self.own_variable(parameter);
+                variables = variables + ", " + &self.own_variable(parameter);
                 given = given + ", " + &self.own_argument(parameter);
                 continue;
             };
@@ -67,12 +75,13 @@ impl<'p> ClassFile<'p, '_> {
                 continue;
             }
             let own = &port.child;
+            // Writing to a String cannot fail.
             if port.is_bank {
-                typed += &format!(", {function}_{own}_t *{own}, int {own}_width");
-                given += &format!(", lf_{own}, {}_width", own_name(parameter));
+                let _ = write!(variables, ", {function}_{own}_t *{own}, int {own}_width");
+                let _ = write!(given, ", lf_{own}, {}_width", own_name(parameter));
             } else {
-                typed += &format!(", {function}_{own}_t {own}");
-                given += &format!(", lf_{own}");
+                let _ = write!(variables, ", {function}_{own}_t {own}");
+                let _ = write!(given, ", lf_{own}");
             }
             let class = self.class.children.iter().find(|child| child.name == *own).map(|child| child.class);
             let class = class.unwrap_or(self.index);
@@ -89,9 +98,10 @@ impl<'p> ClassFile<'p, '_> {
             let fields: String = fields.collect();
             self.text.line(format_args!("typedef struct {{{fields} }} {function}_{}_t;", first.child));
         }
-        self.text.line(format_args!("static void {function}_body({types}_self_t *self{typed}) {{\n    (void)self;"));
+        self.text
+            .line(format_args!("static void {function}_body({types}_self_t *self{variables}) {{\n    (void)self;"));
         self.text.code(body.code).line("}");
-        let parameters: String = reaction.parameters.iter().map(|one| format!(", {}", arguments(one))).collect();
+        let parameters = all_arguments(reaction);
         self.text.line(format_args!("void {function}(void *self{parameters}) {{"));
         for contained in &children {
             self.contained(&function, contained);
