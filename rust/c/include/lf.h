@@ -285,6 +285,12 @@ static inline void tracepoint_user_value(void *self, char *description, long lon
 	(void)value;
 }
 
+/* How long the tags of a federate wait for messages, where these can be tardy. */
+interval_t lf_get_fed_maxwait(void);
+void lf_set_fed_maxwait(interval_t max_wait);
+#define lf_get_stp_offset()       lf_get_fed_maxwait()
+#define lf_set_stp_offset(offset) lf_set_fed_maxwait(offset)
+
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
 
