@@ -158,8 +158,8 @@ impl<'s> Engine<'s> {
         self.state.stop_request.take()
     }
 
-    /// How long, after a tag's time, the tag waits for what may come to an input before it: what the tables say, or what
-    /// a body has said instead. Zero for an input that does not exist.
+    /// How long, after a tag's time, the tag waits for what may come to an input before it: what the tables say, or
+    /// what a body has said instead. Zero for an input that does not exist.
     pub fn max_wait(&self, input: InputId) -> Interval {
         let input = self.tables.inputs.get(usize::from(input.0));
         input.map_or(Interval::ZERO, |input| self.state.max_wait.unwrap_or(input.max_wait))
