@@ -268,6 +268,29 @@ bool lf_c_check_deadline(bool handle);
 #define lf_update_deadline(self, deadline) lf_c_update_deadline(deadline)
 void lf_c_update_deadline(interval_t deadline);
 
+/* A program is not traced, so these do nothing, as in the C runtime where it is not. */
+static inline int register_user_trace_event(void *self, char *description)
+{
+	return self != NULL && description != NULL;
+}
+static inline void tracepoint_user_event(void *self, char *description)
+{
+	(void)self;
+	(void)description;
+}
+static inline void tracepoint_user_value(void *self, char *description, long long value)
+{
+	(void)self;
+	(void)description;
+	(void)value;
+}
+
+/* How long the tags of a federate wait for messages, where these can be tardy. */
+interval_t lf_get_fed_maxwait(void);
+void lf_set_fed_maxwait(interval_t max_wait);
+#define lf_get_stp_offset()       lf_get_fed_maxwait()
+#define lf_set_stp_offset(offset) lf_set_fed_maxwait(offset)
+
 /* Asks the program to stop: at the next microstep, or later where other federates have to agree. */
 void lf_request_stop(void);
 

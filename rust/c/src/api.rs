@@ -81,6 +81,18 @@ extern "C" fn lf_c_update_deadline(deadline: i64) {
 }
 
 #[unsafe(no_mangle)]
+extern "C" fn lf_get_fed_maxwait() -> i64 {
+    with_running(|running| running.ctx.max_wait()).unwrap_or_default().as_nanos()
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn lf_set_fed_maxwait(max_wait: i64) {
+    if with_running(|running| running.ctx.set_max_wait(Interval(max_wait))).is_none() {
+        error(c"lf_set_fed_maxwait: it can be set in reactions only, and not in other threads");
+    }
+}
+
+#[unsafe(no_mangle)]
 extern "C" fn lf_request_stop() {
     if with_running(|running| running.ctx.request_stop(Offset::Asap)).is_some() {
         return;

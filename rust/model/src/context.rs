@@ -14,7 +14,7 @@ use crate::port::Port;
 use crate::queue::Full;
 use crate::state::{Settings, State, intended_for, mark_tardy};
 use crate::tables::{PortId, Tables, TriggerKind};
-use crate::time::{EventTag, Instant, Offset, Tag};
+use crate::time::{EventTag, Instant, Interval, Offset, Tag};
 use crate::watchdog::Watchdog;
 
 /// The `ctx` of a reaction's body.
@@ -181,6 +181,20 @@ impl ReactionContext<'_> {
     pub fn request_stop(&mut self, offset: Offset) {
         let tag = self.state.current.after(offset.to_interval());
         self.state.request_stop(tag, self.settings.federated);
+    }
+
+    /// How long tags wait for messages, at the longest: the largest [`NetworkInput::max_wait`], or what was set last.
+    ///
+    /// [`NetworkInput::max_wait`]: crate::NetworkInput::max_wait
+    pub fn max_wait(&self) -> Interval {
+        let longest = || self.tables.inputs.iter().map(|input| input.max_wait).max();
+        self.state.max_wait.or_else(longest).unwrap_or_default()
+    }
+
+    /// Sets how long tags wait for messages from now on, whichever input they may come to. It matters where messages
+    /// can be tardy only: with decentralized coordination.
+    pub fn set_max_wait(&mut self, max_wait: Interval) {
+        self.state.max_wait = Some(max_wait);
     }
 
     /// Ends the program with an error after this reaction. Where several things fail, the first is reported.

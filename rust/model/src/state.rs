@@ -51,6 +51,8 @@ pub(crate) struct State {
     pub(crate) network_input: bool,
     /// The least level of which no reaction has run at the open tag, nor any of a higher level.
     pub(crate) untouched: u16,
+    /// How long tags wait for messages, where a body has said so.
+    pub(crate) max_wait: Option<Interval>,
 }
 
 impl State {

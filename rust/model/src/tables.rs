@@ -158,7 +158,7 @@ impl ActionTiming {
 pub enum Policy {
     /// It happens later, when the spacing is kept.
     Defer,
-    /// It does not happen.
+    /// It does not happen. Without a spacing, that goes for an event at the same tag only.
     Drop,
     /// Its value takes the place of the pending event's; if that one has happened, it is deferred. Without a spacing,
     /// that goes for an event at the same tag only.

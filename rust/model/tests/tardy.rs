@@ -4,7 +4,7 @@
 mod common;
 
 use common::bench::{Bench, Builder, By, Cells, MS, at, bench, entries};
-use lf_model::{Delivery, ReactionContext, Settings};
+use lf_model::{Delivery, InputId, Interval, ReactionContext, Settings};
 
 fn program() -> Builder {
     bench().settings(Settings { federated: true, ..Settings::DEFAULT }).timer(0, 0, 10).tardy()
@@ -157,4 +157,15 @@ fn what_comes_after_the_last_tag_does_not_happen() {
     assert!(bench.engine.is_done());
     assert_eq!(bench.deliver_tardy(at(20, 0), 3), Delivery::Lost);
     assert_eq!(bench.deliver_tardy(at(3, 0), 4), Delivery::Lost);
+}
+
+#[test]
+fn a_body_can_change_how_long_tags_wait() {
+    let raise =
+        |_: &mut Cells, ctx: &mut ReactionContext<'_>| ctx.set_max_wait(ctx.max_wait().saturating_add(Interval(5)));
+    let mut bench = program().reaction(0, &[By::Timer(0)], raise).build();
+    let before = bench.engine.max_wait(InputId(0));
+    bench.steps(2);
+    assert_eq!(bench.engine.max_wait(InputId(0)), before.saturating_add(Interval(10)));
+    assert_eq!(bench.engine.max_wait(InputId(9)), Interval::ZERO, "there is no such input");
 }

@@ -82,6 +82,7 @@ impl<'s> Engine<'s> {
                 error: None,
                 network_input: false,
                 untouched: 0,
+                max_wait: None,
             },
             events: Events { next, winners },
             active: Bits(active),
@@ -155,6 +156,13 @@ impl<'s> Engine<'s> {
     /// The stop that a reaction or a thread of a federate has asked for since the last call. The RTI is to grant it.
     pub fn take_stop_request(&mut self) -> Option<Tag> {
         self.state.stop_request.take()
+    }
+
+    /// How long, after a tag's time, the tag waits for what may come to an input before it: what the tables say, or
+    /// what a body has said instead. Zero for an input that does not exist.
+    pub fn max_wait(&self, input: InputId) -> Interval {
+        let input = self.tables.inputs.get(usize::from(input.0));
+        input.map_or(Interval::ZERO, |input| self.state.max_wait.unwrap_or(input.max_wait))
     }
 
     /// Whether another message fits into the queue of an input; `false` for an input that does not exist.

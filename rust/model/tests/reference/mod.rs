@@ -263,11 +263,16 @@ impl Reference<'_> {
             }
         }
         if plan.spacing.is_none()
-            && plan.policy == 2
             && let Some(pending) = action.pending.get_mut(&tag)
         {
-            *pending = value;
-            return;
+            match plan.policy {
+                1 => return,
+                2 => {
+                    *pending = value;
+                    return;
+                }
+                _ => {}
+            }
         }
         if tag > self.stop {
             action.beyond.insert(tag);

@@ -270,8 +270,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// From when on the next tag may begin, and whether all is known that comes before it. `None` when it can, or what
     /// it waits for.
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
-        let inputs = self.engine.tables().inputs;
-        let max_wait = |port| inputs.get(usize::from(port)).map_or(Interval::ZERO, |input| input.max_wait);
+        let max_wait = |port| self.engine.max_wait(InputId(port));
         let is_known = self.awaited.knows_before(tag);
         let begins = self.awaited.begin_time(tag, max_wait);
         let is_free = is_known && self.engine.settings().fast;
@@ -290,8 +289,8 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// It is this time, and all has been read that had come: the inputs whose time is over are taken as absent.
     pub(super) fn assume_absent(&mut self, now: Instant) {
         let now = if self.is_last_tag() { Instant::FOREVER } else { self.physical(now) };
-        let inputs = self.engine.tables().inputs;
-        self.awaited.assume_absent(self.engine.current_tag(), now, |port| patience(inputs, port));
+        let engine = &self.engine;
+        self.awaited.assume_absent(engine.current_tag(), now, |port| patience(engine, port));
     }
 
     /// The others stop too, and need not tell anything at the last tag.
@@ -308,7 +307,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     }
 
     fn patience(&self, port: u16) -> Interval {
-        patience(self.engine.tables().inputs, port)
+        patience(&self.engine, port)
     }
 
     /// A federate sends nothing any more, apart from what is held for some of its inputs.
@@ -332,9 +331,9 @@ impl<N: Needs> Execution<'_, '_, N> {
 }
 
 /// How long after a tag's time an input is waited for within the tag.
-fn patience(inputs: &[lf_model::NetworkInput], port: u16) -> Interval {
-    let input = inputs.get(usize::from(port));
-    input.map_or(Interval::ZERO, |input| input.max_wait.saturating_add(input.absent_after))
+fn patience(engine: &Engine<'_>, port: u16) -> Interval {
+    let input = engine.tables().inputs.get(usize::from(port));
+    input.map_or(Interval::ZERO, |input| engine.max_wait(InputId(port)).saturating_add(input.absent_after))
 }
 
 /// The engine's environment while a tag runs: what may be sent, and which way.

@@ -50,12 +50,24 @@ static void *press(void *action)
 	return NULL;
 }
 
+/* Runs in an interrupt. */
+static void press_in_interrupt(struct k_timer *unused)
+{
+	ARG_UNUSED(unused);
+	if (lf_schedule_int(&button, 0, 3) < 0) {
+		lf_print_error("the button is stuck");
+	}
+}
+
+static K_TIMER_DEFINE(presser, press_in_interrupt, NULL);
+
 static void main_reaction_1(main_self_t *self, button_t *button)
 {
 	lf_thread_t thread;
 
 	lf_print("%s starts, a point takes %d bytes", lf_reactor_name(self), (int)sizeof(point_t));
 	(void)lf_thread_create(&thread, press, button);
+	k_timer_start(&presser, K_MSEC(2), K_NO_WAIT);
 }
 
 static void main_reaction_2(main_self_t *self, points_t *points)
