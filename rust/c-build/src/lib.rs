@@ -82,7 +82,8 @@ impl Program {
         }
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
-        let includes = [runtime.join("include"), code.to_owned()].into_iter().chain(self.includes).collect();
+        let includes =
+            [runtime.join("include"), runtime.clone(), code.to_owned()].into_iter().chain(self.includes).collect();
         let mut compiler = Compiler::new(includes, self.flags, &out);
 
         let types = code.join("sizes.c");

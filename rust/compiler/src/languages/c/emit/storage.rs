@@ -47,9 +47,8 @@ impl ClassFile<'_, '_> {
                     self.text.line(format_args!("/* {} */\n{text}", trigger.path));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
-                    let text = format!(
-                        "lf_action_base_t lf_trigger_{index} = {{ .info = &(const lf_cell_info_t){{ .id = {index} }} }};"
-                    );
+                    let info = format!("&(const lf_cell_info_t){{ .id = {index} }}");
+                    let text = format!("lf_action_base_t lf_trigger_{index} = {{ .info = {info} }};");
                     self.text.line(format_args!("/* {} */\n{text}", trigger.path));
                 }
                 TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
