@@ -133,8 +133,10 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
 
     /// Schedules what has come from other threads. `can_receive`: other federates can send something past the RTI.
     pub(super) fn collect(&mut self, outside: &'static dyn Outside, can_receive: bool) {
-        // Asked first: who leaves now has left all its events behind.
-        self.machine.set_physical_sources(outside.mailbox().links() > 0 || can_receive);
+        // Asked first: who leaves now has left all its events behind. A program that stays without events has sources
+        // that nobody has told of.
+        let stays = self.engine.settings().keepalive;
+        self.machine.set_physical_sources(stays || outside.mailbox().links() > 0 || can_receive);
         self.engine.drain_physical(self.program, &World(outside));
         self.take_stop_request();
     }

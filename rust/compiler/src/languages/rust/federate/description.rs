@@ -20,7 +20,8 @@ impl Module<'_> {
         // In C anybody may have started a thread, and physical actions are there to be scheduled.
         let of_c = self.layout().is_none();
         let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
-        let stays = of_c && target.c.keepalive.is_none() && self.federate.triggers.iter().any(physical);
+        let may_end = self.rti.is_none() && target.c.keepalive == Some(false);
+        let stays = of_c && !may_end && self.federate.triggers.iter().any(physical);
         let keepalive = stays || target.keepalive && (of_c || self.rti.is_some());
         description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
