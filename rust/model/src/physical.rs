@@ -24,7 +24,7 @@ use crate::modes::ModeCell;
 use crate::outside::Outside;
 use crate::queue::{Event, Full, Owned, View};
 use crate::tables::{ActionTiming, TriggerId};
-use crate::time::{Instant, Offset, Tag};
+use crate::time::{Instant, Interval, Offset, Tag};
 
 /// An event on its way from a thread to the event loop.
 #[derive(Debug)]
@@ -35,11 +35,14 @@ pub struct Posted<T> {
 
 /// What is common to the inboxes of all capacities. Only [`PhysicalInbox`] implements it.
 pub trait Inbox<T>: Sync {
-    /// Puts an event in.
+    /// Puts an event in that happens later than now by `offset`.
+    ///
+    /// It is stamped while nobody can take events out. So when all are taken out after the clock has been read, none
+    /// comes with an earlier time.
     ///
     /// # Errors
     /// When there is no room.
-    fn post(&self, posted: Posted<T>) -> Result<(), ScheduleError>;
+    fn post(&self, outside: &dyn Outside, offset: Interval, value: Option<T>) -> Result<(), ScheduleError>;
 
     /// Takes the oldest event out.
     fn take(&self) -> Option<Posted<T>>;
@@ -70,9 +73,12 @@ impl<T, const N: usize> fmt::Debug for PhysicalInbox<T, N> {
 }
 
 impl<T: Send, const N: usize> Inbox<T> for PhysicalInbox<T, N> {
-    fn post(&self, posted: Posted<T>) -> Result<(), ScheduleError> {
+    fn post(&self, outside: &dyn Outside, offset: Interval, value: Option<T>) -> Result<(), ScheduleError> {
         // The value that did not fit is dropped outside the critical section, because it may be the user's code.
-        let rejected = critical_section::with(|cs| self.0.borrow_ref_mut(cs).push_back(posted).err());
+        let rejected = critical_section::with(|cs| {
+            let time = outside.physical_time() + offset;
+            self.0.borrow_ref_mut(cs).push_back(Posted { time, value }).err()
+        });
         if rejected.is_some() { Err(ScheduleError { capacity: N }) } else { Ok(()) }
     }
 
@@ -106,8 +112,7 @@ impl<T> PhysicalActionRef<T> {
     }
 
     pub(crate) fn post(&self, outside: &dyn Outside, value: Option<T>, offset: Offset) -> Result<(), ScheduleError> {
-        let time = outside.physical_time() + offset.to_interval();
-        self.inbox.post(Posted { time, value })?;
+        self.inbox.post(outside, offset.to_interval(), value)?;
         outside.wake();
         Ok(())
     }

@@ -312,13 +312,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     /// Begins the next tag, if it may begin; else says what it waits for.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn begin_next(&mut self) -> Result<Option<Advance>, Failed> {
-        let outside = self.platform.outside();
+        // The clock first: then all that was scheduled before this time is collected.
+        let (now, outside) = (self.platform.now(), self.platform.outside());
         self.execution.collect(outside, self.direct.peers.can_receive());
         let is_decentralized = self.execution.is_decentralized();
         if is_decentralized {
             self.direct.take_held(self.platform, &mut self.execution)?;
         }
-        let (now, held) = (self.platform.now(), self.session.receiver.held.earliest);
+        let held = self.session.receiver.held.earliest;
         let next = if is_decentralized { self.execution.engine.next_tag() } else { self.execution.announce(now, held) };
         let Some(tag) = next else {
             return Ok(Some(self.execution.idle(now, held, outside, self.direct.peers.can_receive())));
