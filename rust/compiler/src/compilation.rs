@@ -4,7 +4,7 @@
 use crate::diagnostics::{Code, Diagnostics};
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
-use crate::{analysis, federates, instances, languages};
+use crate::{analysis, federates, instances};
 
 /// What came of a program.
 #[derive(Debug)]
@@ -33,21 +33,20 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     if diagnostics.keep_wrong_targets() {
         return None;
     }
-    let language = languages::named(&target.language)?;
-    resolve::check_code(&program, language, diagnostics);
+    resolve::check_code(&program, diagnostics);
     // A declaration that could not be read would be missed at every use.
     if incomplete {
         return None;
     }
-    let expanded = resolve::expand(&program, language, diagnostics);
-    let (classes, main) = resolve::check(&program, &expanded, language, diagnostics);
+    let expanded = resolve::expand(&program, diagnostics);
+    let (classes, main) = resolve::check(&program, &expanded, diagnostics);
     let main = main?;
     if diagnostics.has_errors() {
         return None;
     }
-    let mut tree = instances::build(&classes, main, language, diagnostics)?;
+    let mut tree = instances::build(&classes, main, diagnostics)?;
     let parts = federates::cut(&mut tree, &classes, diagnostics);
-    analysis::analyse(&program, &classes, &tree, &parts, language, target, diagnostics)
+    analysis::analyse(&program, &classes, &tree, &parts, target, diagnostics)
 }
 
 /// Whether text was skipped at an error of this kind.

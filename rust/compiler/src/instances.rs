@@ -5,7 +5,6 @@
 //! Other parameters stay as they are written: the target language evaluates them when the program starts.
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::languages::Language;
 use crate::plan::BANK_INDEX;
 use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::{Expression, ExpressionKind, Instantiation, Literal, Width, WidthTerm};
@@ -86,13 +85,8 @@ struct Next {
 }
 
 /// Builds the tree below the main reactor. The classes must not contain each other in a cycle.
-pub(crate) fn build(
-    classes: &[Class<'_>],
-    main: ClassId,
-    language: &'static dyn Language,
-    diagnostics: &mut Diagnostics,
-) -> Option<Tree> {
-    let mut work = Builder { classes, language, diagnostics, tree: Tree { instances: Vec::new(), modes: Vec::new() } };
+pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Tree> {
+    let mut work = Builder { classes, diagnostics, tree: Tree { instances: Vec::new(), modes: Vec::new() } };
     // What is to be added next stands last.
     let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
     while let Some(next) = open.pop() {
@@ -133,7 +127,6 @@ pub(crate) fn build(
 
 struct Builder<'a> {
     classes: &'a [Class<'a>],
-    language: &'static dyn Language,
     diagnostics: &'a mut Diagnostics,
     tree: Tree,
 }
@@ -162,12 +155,10 @@ impl Builder<'_> {
             let number = match (given, member, parameter.default, container) {
                 (Some(value), _, _, Some(container)) => {
                     let scope = Scope { class: &self.classes[container.class.0], numbers: &container.numbers };
-                    scope.number(value, next.bank_index, self.language)
+                    scope.number(value, next.bank_index)
                 }
                 (None, Some(member), _, _) => Some(member),
-                (None, None, Some(value), _) => {
-                    Scope { class: declared, numbers: &numbers }.number(value, None, self.language)
-                }
+                (None, None, Some(value), _) => Scope { class: declared, numbers: &numbers }.number(value, None),
                 _ => None,
             };
             numbers.push(number);
@@ -208,7 +199,7 @@ impl Builder<'_> {
         let mut sum = 0_i64;
         for term in &width.terms {
             let (known, span) = match term {
-                WidthTerm::Value(value) => (scope.number(value, None, self.language), value.span),
+                WidthTerm::Value(value) => (scope.number(value, None), value.span),
                 WidthTerm::WidthOf(port) => {
                     let own = class.ports.iter().position(|own| own.name.text == port.name.text);
                     let own = own.filter(|_| port.container.is_none());
@@ -300,7 +291,7 @@ impl Scope<'_> {
 
     /// A time or an integer. In what is given to a member of a bank, `bank_index` is its number, unless the container
     /// has such a parameter.
-    fn number(&self, value: &Expression, bank_index: Option<usize>, language: &dyn Language) -> Option<i64> {
+    fn number(&self, value: &Expression, bank_index: Option<usize>) -> Option<i64> {
         let named = |name: &str| {
             let own = self.class.parameters.iter().any(|parameter| parameter.name.text == name);
             let member = bank_index.filter(|_| name == BANK_INDEX && !own);
@@ -309,7 +300,7 @@ impl Scope<'_> {
         match &value.kind {
             ExpressionKind::Name(name) => named(name),
             ExpressionKind::Literal(Literal::Int(digits)) => digits.parse().ok(),
-            ExpressionKind::Code(code) => language.integer(&code.text, &named),
+            ExpressionKind::Code(code) => self.class.language.integer(&code.text, &named),
             _ => literal_ns(value),
         }
     }

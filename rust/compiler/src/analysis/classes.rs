@@ -14,16 +14,11 @@ use crate::syntax::{ast, literal_ns};
 #[derive(Debug)]
 pub(super) struct Places<'s> {
     sources: &'s SourceMap,
-    language: &'static dyn Language,
 }
 
 impl<'s> Places<'s> {
-    pub(super) fn new(sources: &'s SourceMap, language: &'static dyn Language) -> Self {
-        Self { sources, language }
-    }
-
-    pub(super) fn language(&self) -> &'static dyn Language {
-        self.language
+    pub(super) fn new(sources: &'s SourceMap) -> Self {
+        Self { sources }
     }
 
     pub(super) fn at(&self, span: Span) -> Location {
@@ -41,13 +36,13 @@ impl<'s> Places<'s> {
         Type { text: text.to_owned(), at: self.at(span) }
     }
 
-    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool) -> Value {
+    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool, language: &dyn Language) -> Value {
         if let Some(ns) = literal_ns(value).filter(|_| is_time) {
             return Value::Time { ns };
         }
         match &value.kind {
             ast::ExpressionKind::Code(code) => Value::Code(self.code(code)),
-            _ => Value::Code(plan::Code { text: self.language.value_text(value, ty), at: self.at(value.span) }),
+            _ => Value::Code(plan::Code { text: language.value_text(value, ty), at: self.at(value.span) }),
         }
     }
 }
@@ -87,13 +82,13 @@ fn class(
     let parameters = class.parameters.iter().map(|parameter| plan::Parameter {
         name: parameter.name.text.clone(),
         ty: places.ty(&parameter.ty, parameter.ty_span),
-        default: parameter.default.map(|value| places.value(value, &parameter.ty, parameter.is_time)),
+        default: parameter.default.map(|value| places.value(value, &parameter.ty, parameter.is_time, class.language)),
         at: places.at(parameter.name.span),
     });
     let state = class.states.iter().map(|state| plan::StateVariable {
         name: state.name.text.clone(),
         ty: places.ty(&state.ty, state.ty_span),
-        init: state.init.map(|value| places.value(value, &state.ty, state.is_time)),
+        init: state.init.map(|value| places.value(value, &state.ty, state.is_time, class.language)),
         resets: state.resets,
         mode: state.mode,
         at: places.at(state.name.span),
@@ -163,11 +158,9 @@ fn children(
         let Some((id, class_index)) = child.class.and_then(|id| index.get(&id).map(|index| (id, *index))) else {
             continue;
         };
-        let arguments = child
-            .arguments
-            .iter()
-            .zip(&classes[id.0].parameters)
-            .map(|(given, parameter)| given.map(|value| places.value(value, &parameter.ty, parameter.is_time)));
+        let arguments = child.arguments.iter().zip(&classes[id.0].parameters).map(|(given, parameter)| {
+            given.map(|value| places.value(value, &parameter.ty, parameter.is_time, classes[id.0].language))
+        });
         children.push(plan::Child {
             name: child.ast.name.text.clone(),
             class: class_index,
@@ -194,7 +187,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             })
         });
         let declared = reaction.ast;
-        let is_external = declared.code.is_none() && places.language().has_external_bodies();
+        let is_external = declared.code.is_none() && class.language.has_external_bodies();
         let empty = || plan::Code { text: String::new(), at: places.at(declared.keyword) };
         reactions.push(plan::Reaction {
             number: position + 1,

@@ -8,7 +8,6 @@ use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
-use crate::languages::Language;
 use crate::plan::Serializer;
 use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
 use crate::syntax::ast::{ReactionKind, Transition};
@@ -112,7 +111,6 @@ impl Graph {
         classes: &[Class<'_>],
         tree: &Tree,
         parts: &Parts,
-        language: &dyn Language,
         diagnostics: &mut Diagnostics,
     ) -> Option<Self> {
         let mut graph = Self {
@@ -143,7 +141,7 @@ impl Graph {
             diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
             return None;
         }
-        graph.link(classes, tree, parts, language, diagnostics);
+        graph.link(classes, tree, parts, diagnostics);
         graph.alias(classes, tree, diagnostics)?;
         graph.place_reactions(classes, tree, parts);
         Some(graph)
@@ -195,14 +193,7 @@ impl Graph {
         }
     }
 
-    fn link(
-        &mut self,
-        classes: &[Class<'_>],
-        tree: &Tree,
-        parts: &Parts,
-        language: &dyn Language,
-        diagnostics: &mut Diagnostics,
-    ) {
+    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts, diagnostics: &mut Diagnostics) {
         self.into = vec![None; self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
             let sources = self.sources(position, classes, tree);
@@ -215,7 +206,7 @@ impl Graph {
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
                 let mode = tree.mode_of(position, connection.mode);
-                for (from, to) in self.pairs(connection, position, classes, tree, language, diagnostics) {
+                for (from, to) in self.pairs(connection, position, classes, tree, diagnostics) {
                     let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
                     // What is in the mode itself sees nothing when the mode is not active.
                     let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
@@ -300,7 +291,6 @@ impl Graph {
         position: usize,
         classes: &[Class<'_>],
         tree: &Tree,
-        language: &dyn Language,
         diagnostics: &mut Diagnostics,
     ) -> Vec<(Node, Node)> {
         let class = &classes[tree.instances[position].class.0];
@@ -333,7 +323,7 @@ impl Graph {
         let pairs = left.iter().cycle().take(times).zip(&right).map(|((from, from_end), (to, to_end))| {
             if checked.insert((from_end, to_end)) {
                 let ends = (&connection.left[*from_end], &connection.right[*to_end]);
-                diagnostics.extend(type_mismatch(ends.0, ends.1, class, classes, language));
+                diagnostics.extend(type_mismatch(ends.0, ends.1, class, classes));
             }
             (*from, *to)
         });

@@ -22,7 +22,6 @@ pub use triggers::NETWORK_CAPACITY;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::federates::Parts;
 use crate::instances::Tree;
-use crate::languages::Language;
 use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, Unit, program_name};
 use builder::Context;
@@ -41,13 +40,12 @@ pub(crate) fn analyse(
     classes: &[Class<'_>],
     tree: &Tree,
     parts: &Parts,
-    language: &'static dyn Language,
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
-    let graph = Graph::build(classes, tree, parts, language, diagnostics)?;
-    sending::check(&graph, program, classes, tree, language, diagnostics);
-    let order = order::order(&graph, tree, classes, language, diagnostics);
+    let graph = Graph::build(classes, tree, parts, diagnostics)?;
+    sending::check(&graph, program, classes, tree, diagnostics);
+    let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {
         target.coordination = plan::Coordination::Centralized;
@@ -58,7 +56,7 @@ pub(crate) fn analyse(
     }
     let levels = order?;
     let sources = diagnostics.sources().clone();
-    let places = Places::new(&sources, language);
+    let places = Places::new(&sources);
     let decentralized = target.coordination == plan::Coordination::Decentralized;
     let described = classes::describe(classes, tree, decentralized, &places);
     let network = network::number(&graph, parts);

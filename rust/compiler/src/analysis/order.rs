@@ -10,7 +10,6 @@ use super::graph::{Graph, Node, Step, Work};
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
-use crate::languages::Language;
 use crate::resolve::Class;
 
 /// The levels of all that runs.
@@ -42,7 +41,6 @@ pub(super) fn order(
     graph: &Graph,
     tree: &Tree,
     classes: &[Class<'_>],
-    language: &dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> Option<Levels> {
     let followers = collect_followers(graph, tree);
@@ -70,10 +68,8 @@ pub(super) fn order(
         }
         return None;
     }
-    if language.deadlines_come_first() {
-        let deadlines = inherited(deadlines(graph, tree, classes), &done, &followers);
-        by_deadline(&mut levels, &deadlines);
-    }
+    let deadlines = inherited(deadlines(graph, tree, classes), &done, &followers);
+    by_deadline(&mut levels, &deadlines);
     // The highest number stands for "no level".
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
     let Some(mut steps) = levels.into_iter().map(level).collect::<Option<Vec<_>>>() else {
@@ -85,12 +81,14 @@ pub(super) fn order(
     Some(Levels { steps, sends })
 }
 
-/// The deadlines of reactions, in nanoseconds; the highest number for none. What is not known is told elsewhere.
+/// The deadlines by which reactions come first, in nanoseconds; the highest number for none. What is not known is told
+/// elsewhere.
 fn deadlines(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Vec<i64> {
     let deadline = |step: &Step| {
         let Work::Reaction(reaction) = step.work else { return None };
         let class = &classes[tree.instances[step.instance].class.0];
-        let value = &class.reactions[reaction].ast.deadline.as_ref()?.value;
+        let deadline = class.reactions[reaction].ast.deadline.as_ref();
+        let value = &deadline.filter(|_| class.language.deadlines_come_first())?.value;
         tree.time(step.instance, value, classes, &mut Diagnostics::default())
     };
     graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()

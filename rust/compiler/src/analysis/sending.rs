@@ -4,7 +4,7 @@
 use super::graph::Graph;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::instances::Tree;
-use crate::languages::{Language, Preambles};
+use crate::languages::Preambles;
 use crate::resolve::{Class, Program};
 
 /// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
@@ -14,7 +14,6 @@ pub(super) fn check(
     program: &Program,
     classes: &[Class<'_>],
     tree: &Tree,
-    language: &dyn Language,
     diagnostics: &mut Diagnostics,
 ) {
     let texts = |preambles: &'_ [crate::syntax::ast::Preamble]| -> Vec<String> {
@@ -37,10 +36,10 @@ pub(super) fn check(
         let visible = [of_file, texts(&declared.ast.body.preambles)].concat();
         let preambles = Preambles { visible: &visible, all: &all };
         let (code, spans, what, why) = if link.network {
-            let why = language.unsendable(&port.ty, link.serializer.as_ref(), preambles);
+            let why = declared.language.unsendable(&port.ty, link.serializer.as_ref(), preambles);
             (Code::Unsendable, (port.ty_span, link.span), "it goes to another federate here", why)
         } else {
-            let why = language.uncopyable(&port.ty, preambles);
+            let why = declared.language.uncopyable(&port.ty, preambles);
             (Code::Uncopyable, (link.span, port.ty_span), "the type of the source", why)
         };
         let Some(why) = why else { continue };

@@ -10,6 +10,7 @@ use crate::syntax::ast;
 /// What all checks share.
 pub(super) struct Checker<'p> {
     pub(super) program: &'p Program,
+    /// That of the reactor that is being checked.
     pub(super) language: &'static dyn Language,
     pub(super) found: Vec<Diagnostic>,
 }

@@ -40,6 +40,7 @@ impl<'p> Checker<'p> {
         }
         Class {
             id,
+            language: self.language,
             types: &expanded.types,
             files: &expanded.files,
             users: expanded.users.iter().map(|user| ClassId(*user)).collect(),

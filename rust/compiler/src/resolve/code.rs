@@ -14,22 +14,28 @@ const BLOCKS_PER_THREAD: usize = 256;
 /// Reports for each code block the first thing that is wrong with it.
 ///
 /// This is half of what the front end does of large programs, so all processors take part.
-pub(crate) fn check(program: &Program, language: &dyn Language, diagnostics: &mut Diagnostics) {
-    let codes: Vec<_> = program.units.iter().flat_map(|unit| &unit.ast.codes).collect();
+pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) {
+    let units = program.units.iter().enumerate();
+    let codes: Vec<_> = units
+        .flat_map(|(index, unit)| {
+            let language = program.language(index);
+            unit.ast.codes.iter().map(move |code| (code, language))
+        })
+        .collect();
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let mut parts = codes.chunks(codes.len().div_ceil(threads).max(BLOCKS_PER_THREAD));
     let first = parts.next().unwrap_or_default();
     thread::scope(|scope| {
-        let others: Vec<_> = parts.map(|part| scope.spawn(|| problems(part, language))).collect();
-        diagnostics.extend(problems(first, language));
+        let others: Vec<_> = parts.map(|part| scope.spawn(|| problems(part))).collect();
+        diagnostics.extend(problems(first));
         for other in others {
             diagnostics.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
         }
     });
 }
 
-fn problems(codes: &[&(ast::Code, CodeKind)], language: &dyn Language) -> Vec<Diagnostic> {
-    codes.iter().filter_map(|(code, kind)| problem(code, *kind, language)).collect()
+fn problems(codes: &[(&(ast::Code, CodeKind), &dyn Language)]) -> Vec<Diagnostic> {
+    codes.iter().filter_map(|((code, kind), language)| problem(code, *kind, *language)).collect()
 }
 
 fn problem(code: &ast::Code, kind: CodeKind, language: &dyn Language) -> Option<Diagnostic> {

@@ -7,7 +7,6 @@ use super::attributes::{Attributes, Container, Target};
 use super::checker::Checker;
 use super::model::{Class, Connection, End, PortRef, Variable};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::Language;
 use crate::syntax::ast::{self, Direction, Reference};
 
 impl<'p> Checker<'p> {
@@ -92,7 +91,7 @@ impl<'p> Checker<'p> {
         }
         let mut fits = true;
         for (from, to) in left.iter().cycle().zip(right) {
-            let mismatch = type_mismatch(from, to, class, classes, self.language);
+            let mismatch = type_mismatch(from, to, class, classes);
             fits &= mismatch.is_none();
             self.found.extend(mismatch);
         }
@@ -188,10 +187,13 @@ pub(crate) fn type_mismatch(
     to: &End<'_>,
     class: &Class<'_>,
     classes: &[Class<'_>],
-    language: &dyn Language,
 ) -> Option<Diagnostic> {
     let (source, destination) = (class.port(from.port, classes)?, class.port(to.port, classes)?);
-    if language.is_same_type(&source.ty, &destination.ty) {
+    let language = class.language_at(from.port, classes);
+    // What two languages have in common is compared where the federates are known.
+    if language.name() != class.language_at(to.port, classes).name()
+        || language.is_same_type(&source.ty, &destination.ty)
+    {
         return None;
     }
     let message = format!(

@@ -50,12 +50,8 @@ pub(crate) struct TypeArgument {
 }
 
 /// Expands the reactors of the main file and all that they contain; those of the main file come first.
-pub(crate) fn expand(
-    program: &Program,
-    language: &'static dyn Language,
-    diagnostics: &mut Diagnostics,
-) -> Vec<Expanded> {
-    let mut work = Expander { program, language, diagnostics, list: Vec::new(), known: BTreeMap::new() };
+pub(crate) fn expand(program: &Program, diagnostics: &mut Diagnostics) -> Vec<Expanded> {
+    let mut work = Expander { program, diagnostics, list: Vec::new(), known: BTreeMap::new() };
     let own = program.units.first().map_or(&[][..], |unit| &unit.ast.reactors);
     let ids = (0..own.len()).map(|reactor| ReactorId { unit: 0, reactor });
     let (plain, generic): (Vec<_>, Vec<_>) = ids.partition(|id| own[id.reactor].type_parameters.is_empty());
@@ -76,7 +72,6 @@ pub(crate) fn expand(
 
 struct Expander<'a> {
     program: &'a Program,
-    language: &'static dyn Language,
     diagnostics: &'a mut Diagnostics,
     list: Vec<Expanded>,
     /// By reactor, and the types for its type parameters.
@@ -90,7 +85,8 @@ impl<'a> Expander<'a> {
 
     /// The position of a reactor with these types; it is expanded if it is not known yet.
     fn add(&mut self, id: ReactorId, arguments: &[Type], user: Option<usize>) -> usize {
-        let texts: Vec<String> = arguments.iter().map(|ty| self.language.type_text(ty)).collect();
+        let language = self.program.language(id.unit);
+        let texts: Vec<String> = arguments.iter().map(|ty| language.type_text(ty)).collect();
         if let Some(known) = self.known.get(&(id, texts.clone())).copied() {
             let users = &mut self.list[known].users;
             users.extend(user.filter(|user| !users.contains(user)));
@@ -105,7 +101,7 @@ impl<'a> Expander<'a> {
         let named = declared.type_parameters.iter().zip(arguments);
         let types: Vec<(&str, &Type)> = named.map(|(parameter, ty)| (parameter.name.text.as_str(), ty)).collect();
         for ty in types_of(&mut ast) {
-            self.substitute(ty, &types);
+            substitute(ty, &types, language);
         }
         files.extend(arguments.iter().map(|ty| self.unit_of(ty.span)));
         files.sort_unstable();
@@ -142,10 +138,11 @@ impl<'a> Expander<'a> {
     fn child(&mut self, instance: &Instantiation, container: usize) -> Option<usize> {
         let id = self.find(&instance.class, "declare it, or import it")?;
         let declared = self.declared(id);
+        let language = self.program.language(id.unit);
         let (given, needed) = (instance.type_arguments.len(), declared.type_parameters.len());
         let name = &instance.class.text;
         let mut arguments = &instance.type_arguments[..];
-        if given > 0 && needed == 0 && self.language.allows_superfluous_types() {
+        if given > 0 && needed == 0 && language.allows_superfluous_types() {
             let message = format!("`{name}` has no type parameters, so these types have no effect");
             let diagnostic = Diagnostic::new(Code::NoEffect, instance.class.span, message);
             self.diagnostics.push(diagnostic.hint(format!("write `new {name}(…)`")));
@@ -162,7 +159,7 @@ impl<'a> Expander<'a> {
             self.diagnostics.push(diagnostic.also(declared.span(), "its declaration"));
             return None;
         }
-        if arguments.iter().any(|ty| self.language.type_text(ty).len() > TYPE_MAX) {
+        if arguments.iter().any(|ty| language.type_text(ty).len() > TYPE_MAX) {
             let message = format!("the name of a type is longer than {TYPE_MAX} bytes here");
             let hint = "a reactor cannot contain itself with another type";
             self.diagnostics.push(Diagnostic::new(Code::TooLarge, instance.class.span, message).hint(hint));
@@ -226,29 +223,29 @@ impl<'a> Expander<'a> {
         let bases = self.declared(id).extends.iter().filter_map(|name| scope.get(&name.text));
         depth > BASES_MAX || bases.into_iter().any(|base| *base == from || self.inherits(*base, from, depth + 1))
     }
+}
 
-    /// Puts types in place of type parameters.
-    fn substitute(&self, ty: &mut Type, types: &[(&str, &Type)]) {
-        match &mut ty.kind {
-            TypeKind::Time => {}
-            TypeKind::Code(text) => {
-                for (name, by) in types {
-                    *text = replace_word(text, name, &self.language.type_text(by));
-                }
+/// Puts types in place of type parameters.
+fn substitute(ty: &mut Type, types: &[(&str, &Type)], language: &dyn Language) {
+    match &mut ty.kind {
+        TypeKind::Time => {}
+        TypeKind::Code(text) => {
+            for (name, by) in types {
+                *text = replace_word(text, name, &language.type_text(by));
             }
-            TypeKind::Path { segments, arguments, c_suffix } => {
-                if let ([one], []) = (&segments[..], &arguments[..])
-                    && let Some((_, by)) = types.iter().find(|(name, _)| name == one)
-                {
-                    ty.kind = match c_suffix {
-                        Some(suffix) => TypeKind::Code(self.language.type_text(by) + &suffix.text),
-                        None => by.kind.clone(),
-                    };
-                    return;
-                }
-                for argument in arguments {
-                    self.substitute(argument, types);
-                }
+        }
+        TypeKind::Path { segments, arguments, c_suffix } => {
+            if let ([one], []) = (&segments[..], &arguments[..])
+                && let Some((_, by)) = types.iter().find(|(name, _)| name == one)
+            {
+                ty.kind = match c_suffix {
+                    Some(suffix) => TypeKind::Code(language.type_text(by) + &suffix.text),
+                    None => by.kind.clone(),
+                };
+                return;
+            }
+            for argument in arguments {
+                substitute(argument, types, language);
             }
         }
     }

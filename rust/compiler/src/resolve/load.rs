@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
+use crate::languages::{self, Language};
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
@@ -52,6 +53,15 @@ pub(crate) struct Unit {
 #[derive(Debug)]
 pub(crate) struct Program {
     pub(crate) units: Vec<Unit>,
+}
+
+impl Program {
+    /// The language of a file: that of its own target declaration, or else that of the main file.
+    pub(crate) fn language(&self, unit: usize) -> &'static dyn Language {
+        let target = |unit: usize| self.units.get(unit)?.ast.target.as_ref();
+        let named = [unit, 0].into_iter().find_map(|unit| languages::named(&target(unit)?.name.text));
+        named.unwrap_or_else(languages::default)
+    }
 }
 
 /// Reads the main file and all imports. Nothing if the main file cannot be read.

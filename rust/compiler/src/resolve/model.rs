@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::expand::TypeArgument;
 pub(crate) use super::load::ReactorId;
 use crate::diagnostics::Span;
+use crate::languages::Language;
 use crate::syntax::ast;
 
 /// The position of a checked reactor.
@@ -16,6 +17,8 @@ pub(crate) struct ClassId(pub(crate) usize);
 #[derive(Debug)]
 pub(crate) struct Class<'p> {
     pub(crate) id: ReactorId,
+    /// The language of its bodies, types and values.
+    pub(crate) language: &'static dyn Language,
     pub(crate) types: &'p [TypeArgument],
     /// The files in which names of its code may be declared, beside its own.
     pub(crate) files: &'p [usize],
@@ -41,6 +44,15 @@ impl Class<'_> {
             PortRef::Own(port) => self.ports.get(port),
             PortRef::Child(child, port) => classes[self.children.get(child)?.class?.0].ports.get(port),
         }
+    }
+
+    /// The language of a port as this reactor sees it.
+    pub(crate) fn language_at(&self, port: PortRef, classes: &[Class<'_>]) -> &'static dyn Language {
+        let child = match port {
+            PortRef::Own(_) => None,
+            PortRef::Child(child, _) => self.children.get(child).and_then(|child| child.class),
+        };
+        child.map_or(self.language, |ClassId(class)| classes[class].language)
     }
 
     /// Whether a port as this reactor sees it is several: a multiport, or one of a bank.

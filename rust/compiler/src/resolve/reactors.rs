@@ -8,7 +8,6 @@ use super::load::Program;
 use super::model::{Child, Class, ClassId};
 use super::{mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::languages::Language;
 use crate::syntax::ast;
 
 /// How deeply reactors may contain each other.
@@ -19,21 +18,23 @@ const DEPTH_MAX: usize = 200;
 pub(crate) fn check<'p>(
     program: &'p Program,
     expanded: &'p [Expanded],
-    language: &'static dyn Language,
     diagnostics: &mut Diagnostics,
 ) -> (Vec<Class<'p>>, Option<ClassId>) {
-    let mut checker = Checker { program, language, found: Vec::new() };
+    let mut checker = Checker { program, language: program.language(0), found: Vec::new() };
     let mut classes: Vec<Class<'p>> = Vec::new();
     for reactor in expanded {
-        names::check(&reactor.ast, language, &mut checker.found);
+        checker.language = program.language(reactor.id.unit);
+        names::check(&reactor.ast, checker.language, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
         modes::check(&reactor.ast, &mut checker.found);
         classes.push(checker.declare(reactor));
     }
     for (position, reactor) in expanded.iter().enumerate() {
+        checker.language = classes[position].language;
         checker.children(position, &reactor.children, &mut classes);
     }
     for position in 0..classes.len() {
+        checker.language = classes[position].language;
         let connections = checker.connections(position, &classes);
         classes[position].connections = connections;
         let reactions = checker.reactions(position, &classes);
