@@ -63,12 +63,24 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
     for (position, part) in parts.iter().enumerate() {
         let child = tree.instances[part.top].child;
         let mut reactions = class.reactions.iter().map(Reaction::children);
-        if reactions.any(|children| children.keys().all(|it| Some(*it) == child)) {
+        if let Some(reaction) = reactions.position(|children| children.keys().all(|it| Some(*it) == child)) {
+            check_share(class, reaction, &classes[tree.instances[part.top].class.0], diagnostics);
             tree.add_share(part.top);
             of.push(Some(position));
         }
     }
     Parts { federated: true, list: parts, of }
+}
+
+/// Reports a reaction of the federated reactor that would be in a federate of another language.
+fn check_share(class: &Class<'_>, reaction: usize, federate: &Class<'_>, diagnostics: &mut Diagnostics) {
+    let (outer, inner) = (class.language.name(), federate.language.name());
+    if outer != inner {
+        let message = format!("this reaction is in {outer}, and would be in a federate with bodies in {inner}");
+        let hint = format!("put it into a reactor of its own, or into `{}`", federate.name);
+        let span = class.reactions[reaction].ast.keyword;
+        diagnostics.push(Diagnostic::new(Code::FederatedReaction, span, message).hint(hint));
+    }
 }
 
 /// Reports what a federated reactor cannot have, and what has no effect in it.

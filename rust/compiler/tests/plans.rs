@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn federates_of_other_languages_have_what_their_files_say_and_know_what_comes() {
+    check("languages");
+}
+
+#[test]
 fn reactions_of_the_federated_reactor_are_in_the_federate_that_they_name_or_in_all() {
     check("federated_reactions");
     check("idle_federated_reactor");

@@ -186,6 +186,28 @@ fn bodies_in_c_send_all_kinds_of_values() {
     assert_eq!(said, expected, "{finished}");
 }
 
+/// Structs, lists, texts and times are the same for bodies in C and in Rust.
+#[test]
+fn federates_in_two_languages_understand_each_other() {
+    let finished = Lfz::run("languages", &programs().join("Languages.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said = |federate: &str| -> Vec<String> {
+        finished.of(federate).filter(|line| !line.contains("info:")).map(str::to_owned).collect()
+    };
+    let ready = |ready: bool| format!("ready: Some({ready})");
+    assert_eq!(said("relay"), [ready(false), ready(true), ready(true), ready(true)], "{finished}");
+    let expected: Vec<String> = (0..4)
+        .flat_map(|count| {
+            let celsius = (20.0 + f64::from(count) * 0.5) * 1.5;
+            [
+                format!("kind {}, {celsius:.2}, 3 2 1", count.min(1)),
+                format!("3 counts, the first is {}; cba; {}", 10 * count + 2, count * 100_000_000),
+            ]
+        })
+        .collect();
+    assert_eq!(said("sink"), expected, "{finished}");
+}
+
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");

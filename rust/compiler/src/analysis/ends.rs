@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::builder::{Builder, Source};
 use super::graph::{Link, Node};
 use super::zero_delay::is_immediate;
-use crate::plan::{self, Type, Upstream};
+use crate::plan::{self, Shape, Type, Upstream};
 
 impl Builder<'_> {
     fn federate_of(&self, node: Node) -> u16 {
@@ -14,10 +14,10 @@ impl Builder<'_> {
         u16::try_from(part).unwrap_or(u16::MAX)
     }
 
-    fn value_type(&self, link: &Link) -> Type {
+    fn value_type(&self, node: Node) -> Type {
         let (graph, tree) = (self.context.graph, self.context.tree);
-        let class = &self.context.classes[tree.instances[graph.instance[link.from]].class.0];
-        let port = &class.ports[graph.port_of(link.from)];
+        let class = &self.context.classes[tree.instances[graph.instance[node]].class.0];
+        let port = &class.ports[graph.port_of(node)];
         self.context.places.ty(&port.ty, port.ty_span)
     }
 
@@ -37,8 +37,9 @@ impl Builder<'_> {
                 tells_absence: self.tells_absence(link),
                 physical: link.physical,
                 direct: link.physical || self.context.decentralized,
-                ty: self.value_type(link),
+                ty: self.value_type(link.from),
                 serializer: link.serializer.clone(),
+                counterpart: counterpart(link.shapes.as_ref().map(|(own, other)| (own, other))),
                 at: self.context.places.at(link.span),
             });
         }
@@ -61,8 +62,10 @@ impl Builder<'_> {
                 max_wait_ns: self.context.waits[*position].max_wait_ns,
                 absent_after_ns: self.context.waits[*position].absent_after_ns,
                 spacings_ns: spacings_ns.clone(),
-                ty: self.value_type(link),
+                // Both ends have one type, if they are in one language.
+                ty: self.value_type(if link.shapes.is_some() { link.to } else { link.from }),
                 serializer: link.serializer.clone(),
+                counterpart: counterpart(link.shapes.as_ref().map(|(other, own)| (own, other))),
                 at: self.context.places.at(link.span),
             });
         }
@@ -122,4 +125,9 @@ impl Builder<'_> {
         let federates: BTreeSet<u16> = logical.map(|link| self.federate_of(link.to)).collect();
         federates.into_iter().collect()
     }
+}
+
+/// What the other end says of a value, if this end has only a name for it.
+fn counterpart(shapes: Option<(&Shape, &Shape)>) -> Option<Shape> {
+    shapes.filter(|(own, _)| own.has_names()).map(|(_, other)| other.clone())
 }

@@ -8,7 +8,7 @@ use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
 use crate::instances::Tree;
-use crate::plan::Serializer;
+use crate::plan::{Serializer, Shape};
 use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
 use crate::syntax::ast::{ReactionKind, Transition};
 
@@ -55,6 +55,8 @@ pub(super) struct Link {
     pub(super) absent_after: Option<i64>,
     /// How values become bytes, where it leaves a federate and the type alone does not say it.
     pub(super) serializer: Option<Serializer>,
+    /// What values are at the source and at the destination, where these are in different languages.
+    pub(super) shapes: Option<(Shape, Shape)>,
     pub(super) span: Span,
 }
 
@@ -235,6 +237,7 @@ impl Graph {
                         max_wait,
                         absent_after,
                         serializer,
+                        shapes: None,
                         span,
                     });
                 }
@@ -279,6 +282,7 @@ impl Graph {
             max_wait: None,
             absent_after: None,
             serializer: None,
+            shapes: None,
             span,
         });
         from

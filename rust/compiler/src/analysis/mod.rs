@@ -43,8 +43,8 @@ pub(crate) fn analyse(
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
-    let graph = Graph::build(classes, tree, parts, diagnostics)?;
-    sending::check(&graph, program, classes, tree, diagnostics);
+    let mut graph = Graph::build(classes, tree, parts, diagnostics)?;
+    sending::check(&mut graph, program, classes, tree, diagnostics);
     let order = order::order(&graph, tree, classes, diagnostics);
     idle_properties(program, parts, diagnostics);
     if !parts.federated {
@@ -82,6 +82,7 @@ pub(crate) fn analyse(
     }
     let files = program.units.iter().enumerate().map(|(index, unit)| plan::SourceFile {
         path: unit.path.clone(),
+        language: Some(program.language(index).name().to_owned()).filter(|name| *name != target.language),
         imports: imports(index, unit),
         preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
     });

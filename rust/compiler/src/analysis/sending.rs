@@ -1,50 +1,163 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values that go from federate to federate, or are copied on their way, and whether they can.
 
-use super::graph::Graph;
+use std::collections::BTreeSet;
+
+use super::graph::{Graph, Link, Node};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::instances::Tree;
-use crate::languages::Preambles;
-use crate::resolve::{Class, Program};
+use crate::languages::{Preambles, Unsendable};
+use crate::plan::{Serializer, Shape};
+use crate::resolve::{Class, ClassId, Port, Program};
+use crate::syntax::ast::Preamble;
+
+/// The serializer that both languages have: a value goes as it lies in memory.
+const NATIVE: &str = "native";
 
 /// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
-/// known without the target language's own compiler; each declaration of a port once.
+/// known without the target languages' own compilers; each declaration of a port once. Connections between federates in
+/// different languages are told what values are at both ends.
 pub(super) fn check(
-    graph: &Graph,
+    graph: &mut Graph,
     program: &Program,
     classes: &[Class<'_>],
     tree: &Tree,
     diagnostics: &mut Diagnostics,
 ) {
-    let texts = |preambles: &'_ [crate::syntax::ast::Preamble]| -> Vec<String> {
-        preambles.iter().map(|preamble| preamble.code.text.clone()).collect()
-    };
-    let all: Vec<String> = program
-        .units
-        .iter()
-        .flat_map(|unit| {
-            let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
-            texts(&unit.ast.preambles).into_iter().chain(inner)
-        })
-        .collect();
-    let mut seen = std::collections::BTreeSet::new();
-    for link in graph.links.iter().filter(|link| link.network || link.copies || link.is_delayed()) {
-        let class = tree.instances[graph.instance[link.from]].class;
-        let declared = &classes[class.0];
-        let port = &declared.ports[graph.port_of(link.from)];
-        let of_file = texts(&program.units[declared.id.unit].ast.preambles);
-        let visible = [of_file, texts(&declared.ast.body.preambles)].concat();
-        let preambles = Preambles { visible: &visible, all: &all };
-        let (code, spans, what, why) = if link.network {
-            let why = declared.language.unsendable(&port.ty, link.serializer.as_ref(), preambles);
-            (Code::Unsendable, (port.ty_span, link.span), "it goes to another federate here", why)
-        } else {
-            let why = declared.language.uncopyable(&port.ty, preambles);
-            (Code::Uncopyable, (link.span, port.ty_span), "the type of the source", why)
-        };
-        let Some(why) = why else { continue };
-        if seen.insert((class, graph.port_of(link.from))) {
-            diagnostics.push(Diagnostic::new(code, spans.0, why.message).also(spans.1, what).hint(why.hint));
+    let all = program.units.iter().flat_map(|unit| {
+        let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
+        texts(&unit.ast.preambles).into_iter().chain(inner)
+    });
+    let mut ends = Ends { program, classes, tree, all: all.collect(), seen: BTreeSet::new(), diagnostics };
+    let mut shapes = Vec::new();
+    for link in &graph.links {
+        let mut between = None;
+        if link.network {
+            let serializer = link.serializer.as_ref();
+            ends.check(graph, link.from, link, |end| end.class.language.unsendable(&end.port.ty, serializer, end.of()));
+            let is_other = ends.end(graph, link.from).language_differs(&ends.end(graph, link.to));
+            if is_other {
+                ends.check(graph, link.to, link, |end| {
+                    end.class.language.unsendable(&end.port.ty, serializer, end.of())
+                });
+                between = ends.shapes(graph, link);
+            }
+        } else if link.copies || link.is_delayed() {
+            ends.check_copies(graph, link);
         }
+        shapes.push(between);
+    }
+    for (link, shapes) in graph.links.iter_mut().zip(shapes) {
+        link.shapes = shapes;
+    }
+}
+
+fn texts(preambles: &[Preamble]) -> Vec<String> {
+    preambles.iter().map(|preamble| preamble.code.text.clone()).collect()
+}
+
+/// A port at the end of a connection, and what its type can name.
+struct End<'a> {
+    id: (ClassId, usize),
+    class: &'a Class<'a>,
+    port: &'a Port<'a>,
+    visible: Vec<String>,
+    all: &'a [String],
+}
+
+impl End<'_> {
+    fn of(&self) -> Preambles<'_> {
+        Preambles { visible: &self.visible, all: self.all }
+    }
+
+    fn language_differs(&self, other: &Self) -> bool {
+        self.class.language.name() != other.class.language.name()
+    }
+}
+
+struct Ends<'a> {
+    program: &'a Program,
+    classes: &'a [Class<'a>],
+    tree: &'a Tree,
+    /// All preambles.
+    all: Vec<String>,
+    /// The ports of classes that have been reported.
+    seen: BTreeSet<(ClassId, usize)>,
+    diagnostics: &'a mut Diagnostics,
+}
+
+impl Ends<'_> {
+    fn end(&self, graph: &Graph, node: Node) -> End<'_> {
+        let id = self.tree.instances[graph.instance[node]].class;
+        let class = &self.classes[id.0];
+        let of_file = texts(&self.program.units[class.id.unit].ast.preambles);
+        let visible = [of_file, texts(&class.ast.body.preambles)].concat();
+        End { id: (id, graph.port_of(node)), class, port: &class.ports[graph.port_of(node)], visible, all: &self.all }
+    }
+
+    /// Reports a port whose values cannot go over a connection to another federate.
+    fn check(&mut self, graph: &Graph, node: Node, link: &Link, why: impl FnOnce(&End<'_>) -> Option<Unsendable>) {
+        let end = self.end(graph, node);
+        let (id, span, found) = (end.id, end.port.ty_span, why(&end));
+        let Some(why) = found else { return };
+        if self.seen.insert(id) {
+            let diagnostic = Diagnostic::new(Code::Unsendable, span, why.message).hint(why.hint);
+            self.diagnostics.push(diagnostic.also(link.span, "it goes to another federate here"));
+        }
+    }
+
+    /// Reports a connection that cannot copy its values.
+    fn check_copies(&mut self, graph: &Graph, link: &Link) {
+        let end = self.end(graph, link.from);
+        let (id, span) = (end.id, end.port.ty_span);
+        let Some(why) = end.class.language.uncopyable(&end.port.ty, end.of()) else { return };
+        if self.seen.insert(id) {
+            let diagnostic = Diagnostic::new(Code::Uncopyable, link.span, why.message).hint(why.hint);
+            self.diagnostics.push(diagnostic.also(span, "the type of the source"));
+        }
+    }
+
+    /// What values are at both ends of a connection between two languages; nothing where they do not fit, which is
+    /// reported.
+    fn shapes(&mut self, graph: &Graph, link: &Link) -> Option<(Shape, Shape)> {
+        let (from, to) = (self.end(graph, link.from), self.end(graph, link.to));
+        let mut found = Vec::new();
+        let mut shape = |end: &End<'_>| {
+            let shape = end.class.language.shape(&end.port.ty, end.of());
+            let refused = |why: Unsendable| {
+                Diagnostic::new(Code::Unsendable, end.port.ty_span, why.message)
+                    .also(link.span, "it goes to a federate in another language here")
+                    .hint(why.hint)
+            };
+            shape.map_err(|why| found.push(refused(why))).ok()
+        };
+        let shapes = shape(&from).zip(shape(&to));
+        if let Some((one, other)) = shapes.as_ref().filter(|(one, other)| !one.fits(other)) {
+            let ports = [&from, &to].map(|end| format!("{}.{}", end.class.name, end.port.name.text));
+            let message = format!(
+                "`{}` has type `{}`, {one}, but `{}` has type `{}`, {other}",
+                ports[0], from.port.ty, ports[1], to.port.ty
+            );
+            let diagnostic = Diagnostic::new(Code::TypeMismatch, link.span, message)
+                .also(from.port.ty_span, "the type of the source")
+                .also(to.port.ty_span, "the type of the destination");
+            found.push(diagnostic.hint("a value has the same bytes at both ends, whatever it is called there"));
+        }
+        let name = link.serializer.as_ref().and_then(Serializer::name_beside_memory);
+        if let Some(name) = name {
+            let message = format!("only one of the two languages of this connection has the serializer \"{name}\"");
+            let hint = "remove it: values go as they lie in memory";
+            found.push(Diagnostic::new(Code::BadAttribute, link.span, message).hint(hint));
+        }
+        let fits = found.is_empty();
+        self.diagnostics.extend(found);
+        shapes.filter(|_| fits)
+    }
+}
+
+impl Serializer {
+    /// The name, unless it stands for what lies in memory.
+    fn name_beside_memory(&self) -> Option<&str> {
+        self.name.as_deref().filter(|name| *name != NATIVE)
     }
 }

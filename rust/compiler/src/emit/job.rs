@@ -40,6 +40,8 @@ pub(crate) struct Job<'a> {
     pub(crate) federate: Option<&'a Federate>,
     /// Whether the RTI is in it.
     pub(crate) rti: bool,
+    /// How long the values are that this RTI passes on between federates in other languages.
+    pub(crate) passed_on: &'a [u64],
     /// Whether it is a static library for a Zephyr image, and not a program for this computer.
     pub(crate) is_image: bool,
     /// The folder below the output folder.

@@ -5,13 +5,13 @@
 //! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
 
 mod job;
+mod language;
 pub(crate) mod names;
 mod source_map;
 #[cfg(test)]
 mod tests;
 
 use crate::deployment::{Place, Platform, RtiHome};
-use crate::languages::{self, Language};
 use crate::plan::{Federate, Plan};
 use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
 use names::{Names, kebab_case};
@@ -86,8 +86,8 @@ pub enum Artifact {
 pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
     let emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
-    let language = languages::named(&plan.target.language).unwrap_or_else(languages::default);
-    let mut work = Emitter { plan, settings, language, emitted, errors: Vec::new() };
+    let language = plan.language(plan.main);
+    let mut work = Emitter { plan, settings, emitted, errors: Vec::new() };
     let (mut folders, mut packages) = (Names::default(), Names::default());
     for federate in &plan.federates {
         let folder = folders.give(&federate.name);
@@ -136,7 +136,6 @@ const ZEPHYR_PACKAGE: &str = "rustapp";
 struct Emitter<'a> {
     plan: &'a Plan,
     settings: &'a Settings<'a>,
-    language: &'static dyn Language,
     emitted: Emitted,
     errors: Vec<EmitError>,
 }
@@ -179,17 +178,25 @@ impl Emitter<'_> {
 
     /// Adds the program of a participant.
     fn program(&mut self, participant: Participant, federate: Option<&Federate>) -> Participant {
-        let job = Job {
-            plan: self.plan,
-            settings: self.settings,
-            name: &participant.name,
-            federate,
-            rti: matches!(participant.role, Role::Rti | Role::Federate { joint_rti: true, .. }),
-            is_image: participant.artifact != Artifact::Host,
-            folder: &participant.folder,
-            package: &participant.package,
-        };
-        let result = self.language.emit(&job, &mut self.emitted.files, &mut self.emitted.source_map);
+        let rti = matches!(participant.role, Role::Rti | Role::Federate { joint_rti: true, .. });
+        let language = federate.map_or_else(|| self.plan.language(self.plan.main), |it| self.plan.language_of(it));
+        let plan = self.plan.in_language(language);
+        let passed_on = if rti { self.plan.lengths_beside(language) } else { Ok(Vec::new()) };
+        let result = passed_on.and_then(|passed_on| {
+            let job = Job {
+                plan: &plan,
+                settings: self.settings,
+                name: &participant.name,
+                // Nothing of a federate but its place among the others differs.
+                federate: federate.and_then(|federate| plan.federates.iter().find(|it| it.id == federate.id)),
+                rti,
+                passed_on: &passed_on,
+                is_image: participant.artifact != Artifact::Host,
+                folder: &participant.folder,
+                package: &participant.package,
+            };
+            language.emit(&job, &mut self.emitted.files, &mut self.emitted.source_map)
+        });
         if let Err(error) = result
             && !self.errors.contains(&error)
         {

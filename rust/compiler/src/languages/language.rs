@@ -5,7 +5,7 @@ use core::fmt::Debug;
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
-use crate::plan::{Plan, Serializer};
+use crate::plan::{Plan, Serializer, Shape};
 use crate::syntax::ast::{Expression, Literal, Type};
 
 /// A target language: how it reads what is written in it, and what it makes of a plan.
@@ -58,6 +58,12 @@ pub(crate) trait Language: Debug + Sync {
     /// Why values of a type cannot go to another federate, as far as the program's text tells; what only the language's
     /// own compiler knows, it says.
     fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable>;
+
+    /// What values of a type are in messages, as far as that is known here: for a federate in another language.
+    ///
+    /// # Errors
+    /// Why no other language can know it.
+    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable>;
 
     /// Why a connection cannot copy values of a type, as far as the program's text tells.
     fn uncopyable(&self, ty: &str, preambles: Preambles<'_>) -> Option<Unsendable>;

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::serializer::Serializer;
+use super::shape::Shape;
 use super::source::{
     ClassIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex,
     Type,
@@ -315,6 +316,10 @@ pub struct NetworkOutput {
     /// How they become bytes, where their type alone does not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
+    /// What a value is at the other end, if that is in another language and this one's compiler has to say whether it is
+    /// the same here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counterpart: Option<Shape>,
     /// Where the connection is written.
     pub at: Location,
 }
@@ -355,6 +360,10 @@ pub struct NetworkInput {
     /// How they become bytes, where their type alone does not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
+    /// What a value is at the other end, if that is in another language and this one's compiler has to say whether it is
+    /// the same here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counterpart: Option<Shape>,
     /// Where the connection is written.
     pub at: Location,
 }

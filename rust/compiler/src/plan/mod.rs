@@ -9,6 +9,7 @@ mod federate;
 mod native;
 mod render;
 mod serializer;
+mod shape;
 mod source;
 
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,7 @@ pub use federate::{
 pub use native::{CmakeFile, Definition, IncludedFile, NativeCode};
 pub(crate) use render::Time;
 pub use serializer::Serializer;
+pub use shape::Shape;
 pub use source::{
     ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex,
     SourceFile, TriggerIndex, Type, Value,

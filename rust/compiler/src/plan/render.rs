@@ -65,7 +65,10 @@ impl Display for Plan {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         writeln!(f, "program {}", self.name)?;
         for file in &self.files {
-            writeln!(f, "  file {}", file.path)?;
+            match &file.language {
+                None => writeln!(f, "  file {}", file.path)?,
+                Some(language) => writeln!(f, "  file {}, in {language}", file.path)?,
+            }
         }
         render_target(&self.target, f)?;
         if let Some(rti) = &self.rti {

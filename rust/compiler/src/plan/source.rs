@@ -45,6 +45,9 @@ index! {
 pub struct SourceFile {
     /// The path as the user gave it, or as the import resolved to.
     pub path: String,
+    /// The language of its bodies, where it is not that of the main file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub language: Option<String>,
     /// The files whose reactors it has imported.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub imports: Vec<FileIndex>,

@@ -221,10 +221,17 @@ impl<'p> Checker<'p> {
             // The number of a member of a bank is no parameter of the container.
             let member = instance.width.is_some()
                 && matches!(&given.init.value.kind, ast::ExpressionKind::Name(name) if name == BANK_INDEX);
+            let mut value = &given.init.value;
             if !member || container.parameters.iter().any(|parameter| parameter.name.text == BANK_INDEX) {
-                self.check_value(&given.init.value, place, &container.parameters);
+                if container.language.name() != class.language.name() {
+                    value = self.translatable(value, container, class);
+                }
+                // The value is one of the contained reactor's language.
+                self.language = class.language;
+                self.check_value(value, place, &container.parameters);
+                self.language = container.language;
             }
-            arguments[position] = Some(&given.init.value);
+            arguments[position] = Some(value);
         }
         for (parameter, given) in class.parameters.iter().zip(&arguments) {
             if parameter.default.is_none() && given.is_none() {
@@ -236,5 +243,31 @@ impl<'p> Checker<'p> {
             }
         }
         arguments
+    }
+
+    /// A value that means the same in another language: a literal, in place of a parameter with such a default.
+    fn translatable(
+        &mut self,
+        value: &'p ast::Expression,
+        container: &Class<'p>,
+        class: &Class<'p>,
+    ) -> &'p ast::Expression {
+        let mut found = value;
+        let mut earlier = &container.parameters[..];
+        while let ast::ExpressionKind::Name(name) = &found.kind {
+            let Some(position) = earlier.iter().position(|parameter| parameter.name.text == *name) else { break };
+            let Some(default) = earlier[position].default else { break };
+            (found, earlier) = (default, &earlier[..position]);
+        }
+        if matches!(found.kind, ast::ExpressionKind::Code(_)) {
+            let (outer, inner) = (container.language.name(), class.language.name());
+            let message = format!("this value is code of {outer}, and `{}` has bodies in {inner}", class.name);
+            let mut diagnostic = Diagnostic::new(Code::WrongValue, value.span, message);
+            if found.span != value.span {
+                diagnostic = diagnostic.also(found.span, "the code");
+            }
+            self.report(diagnostic.hint("give a number, a time, a text or another literal"));
+        }
+        found
     }
 }

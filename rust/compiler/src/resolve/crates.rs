@@ -86,7 +86,7 @@ impl Reader<'_> {
     /// The folder of a crate, which has to be one.
     fn crate_folder(&mut self, key: &Name, value: &PropertyValue) -> Option<String> {
         let written = self.text(key, value, "a folder in quotes")?;
-        let folder = join(self.main_path, &written);
+        let folder = join(self.path_of(key.span), &written);
         let manifest = join("", &format!("{folder}/Cargo.toml"));
         match self.sources.read(&manifest) {
             Ok(_) => Some(folder),
@@ -117,7 +117,7 @@ impl Reader<'_> {
 
     pub(super) fn modules(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
-            let path = join(self.main_path, &written);
+            let path = join(self.path_of(span), &written);
             let name = path.rsplit('/').next().unwrap_or(&path);
             let (name, file) = match name.strip_suffix(".rs") {
                 Some(stem) => (stem.to_owned(), path.clone()),

@@ -200,6 +200,11 @@ impl<'a> Expander<'a> {
                 let message = format!("`{}` inherits from itself", name.text);
                 let hint = "a reactor cannot extend itself, neither directly nor through others";
                 self.diagnostics.push(Diagnostic::new(Code::CyclicInstantiation, name.span, message).hint(hint));
+            } else if self.program.language(base.unit).name() != self.program.language(id.unit).name() {
+                let language = self.program.language(base.unit).name();
+                let message = format!("`{}` has bodies in {language}, so nothing else can inherit from it", name.text);
+                let hint = "only federates of one federation can be in different languages";
+                self.diagnostics.push(Diagnostic::new(Code::WrongTarget, name.span, message).hint(hint));
             } else if !done.contains(&base) {
                 files.push(base.unit);
                 self.inherit(base, to, files, done);

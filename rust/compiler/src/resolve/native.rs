@@ -16,17 +16,21 @@ const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATI
 
 impl Reader<'_> {
     /// What an imported file says for whoever imports it.
-    pub(super) fn imported(&mut self, target: &Target) {
-        if self.target.language != "C" {
-            return;
-        }
+    pub(super) fn imported(&mut self, target: &Target, language: &str) {
+        let is_other = self.target.language != language;
         for Property { key, value } in &target.properties {
-            match key.text.as_str() {
-                "files" => self.files(key, value),
-                "cmake-include" => self.cmake_include(key, value),
-                "compile-definitions" => self.definitions(key, value),
+            match (language, key.text.as_str()) {
+                ("C", "files") => self.files(key, value),
+                ("C", "cmake-include") => self.cmake_include(key, value),
+                ("C", "compile-definitions") => self.definitions(key, value),
+                ("C", "compiler-flags") if is_other => self.flags(key, value),
+                ("Rust", "cargo-dependencies") if is_other => self.dependencies(key, value),
+                ("Rust", "rust-include") if is_other => self.modules(key, value),
                 _ => {}
             }
+        }
+        if is_other && language == "Rust" {
+            self.features(&target.properties);
         }
     }
 
@@ -123,7 +127,7 @@ impl Reader<'_> {
     }
 
     /// The path of the file in which something is written.
-    fn path_of(&self, span: Span) -> &str {
+    pub(super) fn path_of(&self, span: Span) -> &str {
         self.texts.get(span.file).map_or("", |file| file.path())
     }
 }

@@ -61,10 +61,26 @@ impl<'p> Checker<'p> {
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
             let container = Container { is_main, parameters: &class.parameters };
             let max_wait = self.check_attributes(&instance.attributes, Target::Instance(container)).max_wait;
+            if let Some(ClassId(contained)) = id {
+                self.check_language(instance, class, &classes[contained]);
+            }
             let arguments = id.map_or_else(Vec::new, |id| self.arguments(instance, class, &classes[id.0]));
             children.push(Child { ast: instance, class: id, arguments, max_wait });
         }
         classes[position].children = children;
+    }
+
+    /// Reports a contained reactor in another language than that of what contains it: only federates can be.
+    fn check_language(&mut self, instance: &ast::Instantiation, class: &Class<'p>, contained: &Class<'p>) {
+        let (outer, inner) = (class.language.name(), contained.language.name());
+        if outer == inner || class.ast.kind == ast::ReactorKind::Federated {
+            return;
+        }
+        let message = format!("`{}` has bodies in {inner}, and what contains it has bodies in {outer}", contained.name);
+        let diagnostic = Diagnostic::new(Code::WrongTarget, instance.class.span, message)
+            .also(contained.ast.span(), "its declaration")
+            .hint("federates can be in different languages, and each is in one: make it a federate, or translate it");
+        self.report(diagnostic);
     }
 
     /// Reports reactors that contain each other.

@@ -13,12 +13,12 @@ use crate::syntax::{TimeError, nanoseconds};
 
 /// Checks the target of the main file and gives the properties that have an effect.
 ///
-/// Properties of imported files have no effect, as in LF: they belong to the programs in those files.
+/// Properties of imported files have no effect, as in LF: they belong to the programs in those files. What is about
+/// bodies of another language than that of the main file has.
 pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> plan::Target {
     let language = languages::default().name().to_owned();
     let target = plan::Target { language, ..plan::Target::default() };
-    let main_path = program.units.first().map_or("", |unit| unit.path.as_str());
-    let mut reader = Reader { target, found: Vec::new(), main_path, sources, texts: diagnostics.sources() };
+    let mut reader = Reader { target, found: Vec::new(), sources, texts: diagnostics.sources() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
@@ -45,15 +45,13 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
             }
         },
     }
-    let language = reader.target.language.clone();
-    let targets = imported.iter().filter_map(|unit| unit.ast.target.as_ref());
-    for target in targets.clone() {
-        reader.imported(target);
+    for target in imported.iter().filter_map(|unit| unit.ast.target.as_ref()) {
+        match languages::named(&target.name.text) {
+            Some(language) => reader.imported(target, language.name()),
+            None => reader.wrong_target(target),
+        }
     }
     reader.find_sources();
-    for target in targets.filter(|target| languages::named(&target.name.text).is_none_or(|it| it.name() != language)) {
-        reader.wrong_target(target);
-    }
     let Reader { target, found, .. } = reader;
     diagnostics.extend(found);
     target
@@ -70,7 +68,6 @@ const CLOCK_SYNC_OPTIONS: [&str; 6] =
 pub(super) struct Reader<'p> {
     pub(super) target: plan::Target,
     pub(super) found: Vec<Diagnostic>,
-    pub(super) main_path: &'p str,
     pub(super) sources: &'p dyn SourceProvider,
     pub(super) texts: &'p SourceMap,
 }
@@ -78,10 +75,7 @@ pub(super) struct Reader<'p> {
 impl Reader<'_> {
     fn wrong_target(&mut self, target: &Target) {
         let language = &self.target.language;
-        let message = match languages::named(&target.name.text) {
-            None => format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names()),
-            Some(_) => format!("the target is `{}`, and that of the program is `{language}`", target.name.text),
-        };
+        let message = format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names());
         let hint = format!("write `target {language}`, and the reaction bodies in {language}");
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }

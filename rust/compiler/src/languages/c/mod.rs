@@ -5,6 +5,7 @@ mod code_block;
 pub(in crate::languages) mod emit;
 mod integer;
 mod names;
+mod shape;
 mod types;
 mod values;
 
@@ -14,7 +15,7 @@ use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Pr
 use super::lexical;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
-use crate::plan::{Plan, Serializer};
+use crate::plan::{Plan, Serializer, Shape};
 use crate::syntax::ast::{Expression, Literal, Type};
 
 /// Its name in the target declaration.
@@ -87,6 +88,10 @@ impl Language for C {
 
     fn unsendable(&self, ty: &str, _: Option<&Serializer>, _: Preambles<'_>) -> Option<Unsendable> {
         types::unsendable(ty)
+    }
+
+    fn shape(&self, ty: &str, _: Preambles<'_>) -> Result<Shape, Unsendable> {
+        shape::shape(ty)
     }
 
     // Values are copied as they lie, and those behind pointers are counted.

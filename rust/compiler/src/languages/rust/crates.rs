@@ -35,7 +35,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
         )?);
     }
     if let (Some(payloads), Some(deployed)) = (&payloads, &deployment.rti_of(plan)) {
-        generated.push(rti::emit(plan, payloads, &layout, deployed, format!("{folder}/src/rti.rs"))?);
+        generated.push(rti::emit(job, payloads, &layout, deployed, format!("{folder}/src/rti.rs"))?);
     }
     for (file, module) in layout.files() {
         let folder = format!("{folder}/src/{module}");

@@ -14,6 +14,7 @@ mod reactor;
 pub(in crate::languages) mod rti;
 mod sendable;
 pub(in crate::languages) mod sending;
+mod shape;
 mod splice;
 mod types;
 mod values;
@@ -22,7 +23,7 @@ use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Pr
 use super::lexical;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
-use crate::plan::{Plan, Serializer};
+use crate::plan::{Plan, Serializer, Shape};
 use crate::syntax::ast::{Expression, Literal, Type};
 
 /// `target Rust`
@@ -92,6 +93,10 @@ impl Language for Rust {
 
     fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable> {
         sendable::unsendable(ty, serializer, preambles)
+    }
+
+    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable> {
+        shape::shape(ty, preambles)
     }
 
     fn uncopyable(&self, ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {

@@ -17,7 +17,7 @@ use super::sending::{declared, max_len};
 use super::splice::Splices;
 use super::types::is_copy;
 use crate::deployment::{Deployment, Platform};
-use crate::emit::{EmitError, File, FileMap};
+use crate::emit::{EmitError, File, FileMap, Job};
 use crate::plan::{ClassIndex, ClockSync, Federate, Plan, Rti, Serializer, TriggerKind, Type};
 
 /// The types of all that the RTI passes on, each once.
@@ -37,7 +37,7 @@ impl<'p> Payloads<'p> {
         let mut payloads: Vec<Payload<'p>> = Vec::new();
         for federate in &plan.federates {
             for (port, input) in federate.inputs.iter().enumerate().filter(|(_, input)| !input.direct) {
-                let payload = payload(plan, deployment, federate, port, input.federate);
+                let Some(payload) = payload(plan, deployment, federate, port, input.federate) else { continue };
                 if !payloads.iter().any(|known| known.is_same(&payload)) {
                     payloads.push(payload);
                 }
@@ -78,7 +78,7 @@ impl Payload<'_> {
     }
 }
 
-/// The type of an input from another federate. What a preamble declares may ask for a system that Zephyr is not, so
+/// The type of an input from another federate, if it is one of this language. What a preamble declares may ask for a system that Zephyr is not, so
 /// the end of the connection that is an image is asked, and the receiver where both are.
 fn payload<'p>(
     plan: &'p Plan,
@@ -86,45 +86,50 @@ fn payload<'p>(
     receiver: &'p Federate,
     port: usize,
     sender: u16,
-) -> Payload<'p> {
+) -> Option<Payload<'p>> {
     let input = &receiver.inputs[port];
     let filled = match receiver.triggers[input.trigger.0].kind {
         TriggerKind::NetworkInput { fills, .. } => Some(fills),
         _ => None,
     };
-    let at_receiver = filled.and_then(|port| declared(receiver, port));
+    let is_known = |federate: &Federate| !plan.is_foreign(federate.instances[0].class);
+    let at_receiver = filled.and_then(|port| declared(receiver, port)).filter(|_| is_known(receiver));
     let outputs = plan.federates.iter().filter(|federate| federate.id == sender);
     let source = outputs.flat_map(|sender| sender.outputs.iter().map(move |output| (sender, output)));
-    let source = source.filter(|(_, output)| output.federate == receiver.id && usize::from(output.port) == port);
-    let source = source.map(|(sender, output)| (sender, output.source)).next();
+    let mut source = source.filter(|(_, output)| output.federate == receiver.id && usize::from(output.port) == port);
+    let source = source.next();
     let is_image = |federate: &Federate| deployment.place(&federate.name).platform != Platform::Host;
-    let at_sender = source.filter(|(sender, _)| is_image(sender) && !is_image(receiver));
-    let at_sender = at_sender.and_then(|(sender, port)| declared(sender, port));
+    let asked =
+        |sender: &Federate| is_known(sender) && (!is_known(receiver) || is_image(sender) && !is_image(receiver));
+    let at_sender = source.filter(|(sender, _)| asked(sender));
+    let ty = if is_known(receiver) { &input.ty } else { &at_sender?.1.ty };
+    let at_sender = at_sender.and_then(|(sender, output)| declared(sender, output.source));
     let serializer = input.serializer.as_ref();
     // The length of a serialized value that has a bound of its own says nothing of the type.
     let is_number = serializer.is_some_and(|by| by.name.is_some() && by.max_length.is_some());
     let declared = at_sender.or(at_receiver).filter(|_| !is_number);
-    Payload { ty: &input.ty, serializer, declared }
+    Some(Payload { ty, serializer, declared })
 }
 
 /// Emits the module.
 pub(super) fn emit(
-    plan: &Plan,
+    job: &Job<'_>,
     payloads: &Payloads<'_>,
     layout: &Layout<'_>,
     deployed: &Rti,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
-    emit_with(plan, &payloads.lengths(plan, layout)?, deployed, path)
+    emit_with(job, payloads.lengths(job.plan, layout)?, deployed, path)
 }
 
 /// Emits the module of an RTI that passes on payloads of these lengths, which are expressions.
 pub(in crate::languages) fn emit_with(
-    plan: &Plan,
-    lengths: &[String],
+    job: &Job<'_>,
+    mut lengths: Vec<String>,
     deployed: &Rti,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
+    let plan = job.plan;
     let (about, target) = (format!(" The RTI of {}.", plan.name), &plan.target);
     let trials = target.clock_sync_trials;
     let clock_sync = match target.clock_sync {
@@ -140,6 +145,7 @@ pub(in crate::languages) fn emit_with(
     rti.set("authentication", if target.authentication { "Some(lf::rti::AUTHENTICATOR)" } else { "None" });
     rti.set("clock_sync", clock_sync).set("dnet", target.dnet).set("log_waits", optional_ns(target.log_waits_ns));
     rti.set("logging", log_level(target.logging));
+    lengths.extend(job.passed_on.iter().map(u64::to_string));
     let lengths = lengths.join(", ");
     rti.set("payload_bytes_max", format_args!("lf::rti::longest(&[{lengths}])"));
     let mut splices = Splices::new(plan);

@@ -76,7 +76,7 @@ pub(super) fn growing(ty: &Type) -> Option<Growing<'_>> {
     }
 }
 
-fn arguments(path: &TypePath) -> Vec<&GenericArgument> {
+pub(super) fn arguments(path: &TypePath) -> Vec<&GenericArgument> {
     match path.path.segments.last().map(|last| &last.arguments) {
         Some(PathArguments::AngleBracketed(list)) => list.args.iter().collect(),
         _ => Vec::new(),
@@ -206,23 +206,8 @@ impl Look<'_> {
         why("has no bound, by which buffers could be sized", &hint)
     }
 
-    /// The declaration of a name, if it is certain which one it is.
     fn declared(&self, name: &str) -> Option<Item> {
-        let mut found = None;
-        for preamble in self.preambles.visible {
-            for item in syn::parse_str::<syn::File>(preamble).ok()?.items {
-                let declared = match &item {
-                    Item::Struct(item) => Some(&item.ident),
-                    Item::Enum(item) => Some(&item.ident),
-                    Item::Type(item) => Some(&item.ident),
-                    _ => None,
-                };
-                if declared.is_some_and(|declared| declared == name) {
-                    found = Some(item);
-                }
-            }
-        }
-        found
+        declaration(self.preambles, name)
     }
 
     /// Whether a preamble implements one of these traits for a type, or may do it by a macro.
@@ -245,8 +230,27 @@ impl Look<'_> {
     }
 }
 
+/// The declaration of a name, if it is certain which one it is.
+pub(super) fn declaration(preambles: Preambles<'_>, name: &str) -> Option<Item> {
+    let mut found = None;
+    for preamble in preambles.visible {
+        for item in syn::parse_str::<syn::File>(preamble).ok()?.items {
+            let declared = match &item {
+                Item::Struct(item) => Some(&item.ident),
+                Item::Enum(item) => Some(&item.ident),
+                Item::Type(item) => Some(&item.ident),
+                _ => None,
+            };
+            if declared.is_some_and(|declared| declared == name) {
+                found = Some(item);
+            }
+        }
+    }
+    found
+}
+
 /// The last names in `#[derive(…)]`; nothing where an attribute may add some.
-fn derives(attributes: &[Attribute]) -> Option<Vec<String>> {
+pub(super) fn derives(attributes: &[Attribute]) -> Option<Vec<String>> {
     let mut names = Vec::new();
     for attribute in attributes {
         if attribute.path().is_ident("derive") {
@@ -274,7 +278,7 @@ fn mentions(tokens: TokenStream, name: &str) -> bool {
 }
 
 /// A type as people write it.
-fn text(ty: &Type) -> String {
+pub(super) fn text(ty: &Type) -> String {
     let wrapped: syn::File = syn::parse_quote!(type T = #ty;);
     let text = prettyplease::unparse(&wrapped);
     text.trim().trim_start_matches("type T = ").trim_end_matches(';').to_owned()

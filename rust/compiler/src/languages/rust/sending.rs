@@ -60,7 +60,7 @@ fn filled(federate: &Federate, input: &NetworkInput) -> Option<PortIndex> {
 }
 
 /// The class and the name of a port.
-pub(super) fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassIndex, &str)> {
+pub(in crate::languages) fn declared(federate: &Federate, port: PortIndex) -> Option<(ClassIndex, &str)> {
     let (owner, name) = federate.ports[port.0].path.rsplit_once('.')?;
     // A channel is declared with its multiport.
     let name = name.split('[').next().unwrap_or(name);
@@ -85,7 +85,8 @@ pub(super) fn copied_ports(federate: &Federate) -> impl Iterator<Item = (ClassIn
 /// them need its crates then.
 fn uses_postcard(plan: &Plan) -> bool {
     let is_named = |input: &NetworkInput| input.serializer.as_ref().is_some_and(|serializer| serializer.name.is_some());
-    plan.federates.iter().any(|federate| federate.inputs.iter().any(is_named))
+    let mut own = plan.federates.iter().filter(|federate| !plan.is_foreign(federate.instances[0].class));
+    own.any(|federate| federate.inputs.iter().any(is_named))
 }
 
 /// The features of the crate `lf` that sending needs.

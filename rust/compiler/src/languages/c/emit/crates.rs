@@ -3,7 +3,7 @@
 
 use super::sizes::Sizes;
 use super::symbols::{Symbols, preamble_headers};
-use super::{class, program};
+use super::{class, counterparts, program};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::languages::rust::crates::{main, root};
 use crate::languages::rust::federate::{self, Bodies};
@@ -30,6 +30,7 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
             files.push(class::emit(&symbols, class, folder)?);
         }
         files.push(program::emit(&symbols, folder));
+        files.extend(counterparts::emit(plan, federate, folder));
         let path = format!("{folder}/src/federate.rs");
         generated.push(federate::emit(
             plan,
@@ -43,7 +44,7 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
         }
     }
     if let Some(deployed) = deployment.rti_of(plan).filter(|_| job.rti) {
-        generated.push(rti::emit_with(plan, &sizes.all(), &deployed, format!("{folder}/src/rti.rs"))?);
+        generated.push(rti::emit_with(job, sizes.all(), &deployed, format!("{folder}/src/rti.rs"))?);
     }
     for (file, file_map) in generated {
         map.insert(file.path.clone(), file_map);

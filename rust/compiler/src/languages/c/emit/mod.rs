@@ -3,6 +3,7 @@
 
 mod class;
 mod class_file;
+mod counterparts;
 mod crates;
 mod program;
 mod reactions;

@@ -19,7 +19,9 @@ pub(in crate::languages) struct Sizes<'p> {
 impl<'p> Sizes<'p> {
     pub(in crate::languages) fn new(plan: &'p Plan, federate: Option<&Federate>, rti: bool) -> Self {
         let mut sizes = Self { plan, rows: Vec::new(), ports: Vec::new() };
-        for known in plan.federates.iter().filter(|known| rti || federate.is_some_and(|own| own.id == known.id)) {
+        let is_own = |known: &Federate| federate.is_some_and(|own| own.id == known.id);
+        let is_c = |known: &Federate| !plan.is_foreign(known.instances[0].class);
+        for known in plan.federates.iter().filter(|known| is_own(known) || rti && is_c(known)) {
             for (port, _) in sent_ports(known) {
                 let port = &known.ports[port.0];
                 let ty = sizes.type_of(known, port);

@@ -4,7 +4,7 @@
 use core::fmt::Display;
 
 use crate::emit::File;
-use crate::plan::{Code, Plan};
+use crate::plan::{Code, Location, Plan};
 
 /// A file, line by line. The compiler is told by `#line` which lines are the program's.
 pub(super) struct Text<'p> {
@@ -27,13 +27,21 @@ impl<'p> Text<'p> {
         self
     }
 
+    /// Says that the next line is one of the program.
+    pub(super) fn place(&mut self, at: Location) -> &mut Self {
+        if self.plan.target.c.no_lines {
+            return self;
+        }
+        let path = self.plan.path(at);
+        self.line(format_args!("#line {} {path:?}", at.line))
+    }
+
     /// Adds the program's code, on lines of its own.
     pub(super) fn code(&mut self, code: &Code) -> &mut Self {
         if self.plan.target.c.no_lines {
             return self.line(code.text.trim_end());
         }
-        let path = self.plan.path(code.at);
-        self.line(format_args!("#line {} {path:?}", code.at.line));
+        self.place(code.at);
         // So that the compiler counts columns as they are in the program.
         self.lines.push_str(&" ".repeat(code.at.column.saturating_sub(1)));
         let text = code.text.clone();

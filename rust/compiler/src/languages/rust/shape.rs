@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What Rust's types are in messages, as far as their text and the preambles tell.
+
+use syn::{Expr, ExprLit, Fields, GenericArgument, Item, Lit, Type, TypePath};
+
+use super::sendable::{Growing, arguments, declaration, derives, growing, text};
+use crate::languages::{Preambles, Unsendable};
+use crate::plan::Shape;
+
+/// Types of which each value takes a fixed number of bytes.
+const KNOWN: [(&str, Shape); 15] = [
+    ("bool", Shape::Bool),
+    ("char", Shape::Unsigned(4)),
+    ("u8", Shape::Unsigned(1)),
+    ("u16", Shape::Unsigned(2)),
+    ("u32", Shape::Unsigned(4)),
+    ("u64", Shape::Unsigned(8)),
+    ("i8", Shape::Signed(1)),
+    ("i16", Shape::Signed(2)),
+    ("i32", Shape::Signed(4)),
+    ("i64", Shape::Signed(8)),
+    ("f32", Shape::Float(4)),
+    ("f64", Shape::Float(8)),
+    ("Duration", Shape::Signed(8)),
+    ("Instant", Shape::Signed(8)),
+    ("Interval", Shape::Signed(8)),
+];
+
+/// How deeply declarations may contain each other.
+const DEPTH_MAX: usize = 32;
+
+/// What values of a type are in messages.
+pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable> {
+    let refused = |reason: &str, hint: &str| Unsendable {
+        message: format!("another language cannot read `{ty}`: {reason}"),
+        hint: hint.to_owned(),
+    };
+    let parsed: Type = syn::parse_str(ty).map_err(|error| refused(&error.to_string(), "write a type of Rust"))?;
+    let look = |ty: &Type| {
+        let shape = Look { preambles }.shape(ty, 0);
+        shape.map_err(|(reason, hint)| refused(&reason, hint))
+    };
+    match growing(&parsed) {
+        Some(Growing::Text) => Ok(Shape::Text),
+        Some(Growing::List(element)) => Ok(Shape::List(Box::new(look(element)?))),
+        None => match bounded(&parsed) {
+            Some(Growing::Text) => Ok(Shape::Text),
+            Some(Growing::List(element)) => Ok(Shape::List(Box::new(look(element)?))),
+            None => look(&parsed),
+        },
+    }
+}
+
+/// A list or a text of heapless.
+fn bounded(ty: &Type) -> Option<Growing<'_>> {
+    let Type::Path(path) = ty else { return None };
+    let name = path.path.segments.last()?.ident.to_string();
+    match (name.as_str(), &arguments(path)[..]) {
+        ("String", [_]) => Some(Growing::Text),
+        ("Vec", [GenericArgument::Type(element), _]) => Some(Growing::List(element)),
+        _ => None,
+    }
+}
+
+/// Why a type has no shape that others know, and what to write.
+type Why = (String, &'static str);
+
+struct Look<'a> {
+    preambles: Preambles<'a>,
+}
+
+impl Look<'_> {
+    fn shape(&self, ty: &Type, depth: usize) -> Result<Shape, Why> {
+        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        match ty {
+            _ if depth > DEPTH_MAX => why("contains itself", "send something smaller"),
+            Type::Paren(paren) => self.shape(&paren.elem, depth),
+            Type::Group(group) => self.shape(&group.elem, depth),
+            Type::Tuple(tuple) if tuple.elems.is_empty() => Ok(Shape::Nothing),
+            Type::Tuple(_) => {
+                why("is a tuple, whose parts have no names", "declare a struct with `#[derive(Payload)]`")
+            }
+            Type::Array(array) => match &array.len {
+                Expr::Lit(ExprLit { lit: Lit::Int(length), .. }) => {
+                    let length = length.base10_parse().unwrap_or(u64::MAX);
+                    Ok(Shape::Array(Box::new(self.shape(&array.elem, depth + 1)?), length))
+                }
+                _ => why("has a length that is known to Rust only", "write a number as the length"),
+            },
+            Type::Path(path) => self.path(path, ty, depth),
+            _ => why("has no such counterpart", "declare a struct with `#[derive(Payload)]`"),
+        }
+    }
+
+    fn path(&self, path: &TypePath, ty: &Type, depth: usize) -> Result<Shape, Why> {
+        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        let Some(last) = path.path.segments.last() else { return why("has no name", "write a type") };
+        let name = last.ident.to_string();
+        if path.path.get_ident().is_some()
+            && let Some(declared) = declaration(self.preambles, &name)
+        {
+            return self.declared(&declared, ty, depth);
+        }
+        if let Some((_, shape)) = KNOWN.iter().find(|(known, _)| *known == name) {
+            return Ok(shape.clone());
+        }
+        match (name.as_str(), &arguments(path)[..]) {
+            ("Option", [GenericArgument::Type(inner)]) => {
+                let value = self.shape(inner, depth + 1)?;
+                Ok(Shape::Struct(vec![("is_some".to_owned(), Shape::Bool), ("value".to_owned(), value)]))
+            }
+            ("Vec" | "String", _) => {
+                why("is not the whole of the message", "send it by a port of its own, or write an array")
+            }
+            _ => why("is declared nowhere in the preambles", "declare a struct with `#[derive(Payload)]` there"),
+        }
+    }
+
+    fn declared(&self, declared: &Item, ty: &Type, depth: usize) -> Result<Shape, Why> {
+        const DERIVE: &str = "write `#[derive(Payload)]` before its declaration";
+        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        let derived = |attributes| derives(attributes).is_some_and(|all| all.iter().any(|one| one == "Payload"));
+        match declared {
+            Item::Type(alias) if alias.generics.params.is_empty() => self.shape(&alias.ty, depth + 1),
+            Item::Struct(item) if !derived(&item.attrs) => why("has a layout of its own", DERIVE),
+            Item::Enum(item) if !derived(&item.attrs) => why("has a layout of its own", DERIVE),
+            Item::Struct(item) => match &item.fields {
+                Fields::Named(fields) => {
+                    let mut shapes = Vec::new();
+                    for field in &fields.named {
+                        let name = field.ident.as_ref().map(ToString::to_string).unwrap_or_default();
+                        shapes.push((name, self.shape(&field.ty, depth + 1)?));
+                    }
+                    Ok(Shape::Struct(shapes))
+                }
+                _ => why("has fields without names", "give them names"),
+            },
+            Item::Enum(item) if item.variants.iter().all(|variant| variant.fields.is_empty()) => {
+                Ok(integer_of(&item.attrs))
+            }
+            _ => why("has variants with fields", "send a struct with a number and what belongs to it"),
+        }
+    }
+}
+
+/// The integer that an enum without fields is.
+fn integer_of(attributes: &[syn::Attribute]) -> Shape {
+    let mut found = Shape::Signed(4);
+    for attribute in attributes.iter().filter(|attribute| attribute.path().is_ident("repr")) {
+        // What is no name of an integer, rustc judges.
+        let _ = attribute.parse_nested_meta(|meta| {
+            let known = KNOWN.iter().find(|(name, _)| meta.path.is_ident(name));
+            if let Some((_, shape @ (Shape::Unsigned(_) | Shape::Signed(_)))) = known {
+                found = shape.clone();
+            }
+            Ok(())
+        });
+    }
+    found
+}
+
+fn named(ty: &Type) -> String {
+    format!("`{}`", text(ty))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shape;
+    use crate::languages::Preambles;
+    use crate::plan::Shape::{self, Array, Bool, Float, List, Nothing, Signed, Struct, Text, Unsigned};
+
+    const PREAMBLE: &str = "
+        #[derive(Clone, Payload)] pub struct Point { pub x: f64, pub kind: Kind, pub more: [u16; 2] }
+        #[derive(Clone, Payload)] #[repr(u8)] pub enum Kind { A, B }
+        #[derive(Clone, Payload)] pub enum State { On, Off }
+        #[derive(Clone, Payload)] pub enum Rich { On(u8), Off }
+        #[derive(Clone, Payload)] pub struct Pair(u8, u8);
+        pub struct Own { x: u8 }
+        type Alias = [Point; 2];
+    ";
+
+    fn of(ty: &str) -> Option<Shape> {
+        let preambles = [PREAMBLE.to_owned()];
+        shape(ty, Preambles { visible: &preambles, all: &preambles }).ok()
+    }
+
+    #[test]
+    fn what_preambles_declare_has_the_shape_of_c() {
+        let field = |name: &str, shape| (name.to_owned(), shape);
+        let more = Array(Box::new(Unsigned(2)), 2);
+        let point = Struct(vec![field("x", Float(8)), field("kind", Unsigned(1)), field("more", more)]);
+        assert_eq!(of("Point"), Some(point.clone()));
+        assert_eq!(of("Alias"), Some(Array(Box::new(point.clone()), 2)));
+        assert_eq!(of("heapless::Vec<Point, 4>"), Some(List(Box::new(point))));
+        assert_eq!(of("State"), Some(Signed(4)));
+        assert_eq!(of("Option<i16>"), Some(Struct(vec![field("is_some", Bool), field("value", Signed(2))])));
+    }
+
+    #[test]
+    fn lists_and_texts_are_whole_messages() {
+        assert_eq!((of("String"), of("heapless::String<8>")), (Some(Text), Some(Text)));
+        assert_eq!(of("Vec<u8>"), Some(List(Box::new(Unsigned(1)))));
+        assert_eq!((of("()"), of("core::time::Duration")), (Some(Nothing), Some(Signed(8))));
+        assert_eq!(of("[heapless::String<8>; 2]"), None);
+    }
+
+    #[test]
+    fn what_others_cannot_know_is_refused() {
+        for ty in ["(u8, u8)", "Pair", "Own", "Rich", "Elsewhere", "usize", "[u8; N]", "&str"] {
+            assert_eq!(of(ty), None, "{ty}");
+        }
+    }
+}
