@@ -128,6 +128,31 @@ macro(_lf_add_bodies_in_c)
   endif()
 endmacro()
 
+# lf_find_program_files(TARGET FOLDER...)
+#
+# Sources and folders for headers that have been given to the target by relative paths, and are not in the application's
+# folder, are those in the first of the folders that has them.
+function(lf_find_program_files target)
+  foreach(property SOURCES INCLUDE_DIRECTORIES)
+    get_target_property(paths ${target} ${property})
+    set(found)
+    foreach(path IN LISTS paths)
+      cmake_path(IS_PREFIX CMAKE_CURRENT_SOURCE_DIR "${path}" NORMALIZE here)
+      if(here AND NOT EXISTS ${path})
+        cmake_path(RELATIVE_PATH path BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE relative)
+        foreach(folder IN LISTS ARGN)
+          if(EXISTS ${folder}/${relative})
+            set(path ${folder}/${relative})
+            break()
+          endif()
+        endforeach()
+      endif()
+      list(APPEND found "${path}")
+    endforeach()
+    set_property(TARGET ${target} PROPERTY ${property} "${found}")
+  endforeach()
+endfunction()
+
 # Writes what lf_cargo_build.cmake needs, once CMake knows the include folders. Uses the caller's variables.
 macro(_lf_write_settings file)
   # The profiles are set here and not in the crates, so that images that share a target folder agree on them: else

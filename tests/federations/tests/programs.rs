@@ -186,6 +186,17 @@ fn bodies_in_c_send_all_kinds_of_values() {
     assert_eq!(said, expected, "{finished}");
 }
 
+/// Their arguments are all kinds of ports, in the order of the signature.
+#[test]
+fn functions_are_bodies_of_reactions() {
+    let file = programs().join("functions_in_c/FunctionsInC.lf");
+    let finished = Lfz::run("functions_in_c", &file, &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["inside has 36, 100, 101 and 102"]);
+    finished.line(&["changed to 37 and 51"]);
+    assert!(!finished.of("changer").any(|line| line.contains("again")), "{finished}");
+}
+
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");

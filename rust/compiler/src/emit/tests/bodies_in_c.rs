@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{emit_on, listing};
+use super::{emit_on, listing, refused};
 use crate::compile;
 use crate::deployment::Deployment;
 
@@ -43,9 +43,55 @@ reactor Inside {
 }
 "#;
 
+/// Bodies that are functions, with all kinds of ports.
+const FUNCTIONS: &str = r#"target C
+preamble {= typedef struct { int a; } pair; =}
+reactor Numbers(first: int = 0) {
+  output one: int
+  output[2] several: int
+  reaction number(startup) -> one, several
+}
+reactor Keeper<T> {
+  mutable input x: T
+  input[3] more: T
+  physical action again
+  state last: T
+  reaction keep(x, more) -> again deadline(1 msec) {= lf_print("late"); =}
+}
+reactor Other<T> { output[3] list: T }
+main reactor {
+  bank = new[2] Numbers()
+  single = new Numbers()
+  keeper = new Keeper<pair>()
+  other = new Other<char*>()
+  reaction collect(bank.one, bank.several, single.one, other.list) -> keeper.x
+}
+"#;
+
 fn emitted(text: &str) -> String {
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     listing(&emit_on(&plan, &Deployment::default()))
+}
+
+#[test]
+fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
+    let text = "target C\nreactor A { reaction f(startup) }\nreactor B { reaction f(startup) }\n\
+                main reactor { a = new A()  b = new B() }\n";
+    let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
+    let errors = refused(&plan);
+    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: give one \
+                of the reactions another name, or a body";
+    assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
+}
+
+#[test]
+fn headers_for_bodies_that_are_functions() {
+    let all = emitted(FUNCTIONS);
+    let files = all.split("======== ").filter(|file| {
+        let name = file.lines().next().unwrap_or_default();
+        name.ends_with(".h") || (name.contains("/c/") && !name.ends_with("program.c"))
+    });
+    insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
 #[test]

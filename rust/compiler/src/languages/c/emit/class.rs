@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::class_file::ClassFile;
+use super::header;
 use super::reactions::functions;
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
@@ -29,12 +30,12 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.methods();
     for reaction in &class.reactions {
         if symbols.reacts(index, reaction.number) {
-            if reaction.external {
-                let message = "a reaction without a body is not supported: write the body here";
-                return Err(EmitError::new(plan, reaction.at, message.to_owned()));
-            }
             for body in functions(reaction) {
-                file.reaction(reaction, &body);
+                if reaction.external && body.suffix.is_empty() {
+                    file.external(reaction);
+                } else {
+                    file.reaction(reaction, &body);
+                }
             }
         }
     }
@@ -49,7 +50,7 @@ fn place(text: &str, at: Location) -> String {
 impl ClassFile<'_, '_> {
     fn preambles(&mut self) {
         self.text.line("#include <string.h>\n#include <lf.h>");
-        for file in self.files() {
+        for file in files(self.symbols.plan, self.class) {
             self.text.line(format_args!("#include \"{}.h\"", self.symbols.file(file)));
         }
         for (name, ty) in &self.class.types {
@@ -58,43 +59,18 @@ impl ClassFile<'_, '_> {
         for preamble in &self.class.preambles {
             self.text.code(preamble);
         }
-    }
-
-    /// The files whose preambles are known: what a file has imported before the file itself.
-    fn files(&self) -> Vec<FileIndex> {
-        fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
-            if seen.insert(file) {
-                plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
-                files.push(file);
-            }
+        if self.class.reactions.iter().any(|reaction| reaction.external) {
+            self.text.line(format_args!("#include \"../{}\"", header::path(self.symbols.plan, self.class)));
         }
-        let plan = self.symbols.plan;
-        // What contained reactors declare types with is known, too: their ports have them.
-        let contained = self.class.children.iter().map(|child| &plan.classes[child.class.0]).chain([self.class]);
-        let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
-        for class in contained {
-            class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
-        }
-        files
     }
 
     /// The struct of the state, and those of ports and actions.
     fn types(&mut self) {
         let (class, types) = (self.class, self.types);
-        self.text.line(format_args!("\n/* What bodies call `self`. */\ntypedef struct {{\n    lf_self_base_t base;"));
-        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
-            self.text.line("    int bank_index;");
-        }
-        for parameter in &class.parameters {
-            let hidden = class.state.iter().any(|state| state.name == parameter.name);
-            if !hidden {
-                self.text.line(format_args!("    {};", self.ty(&parameter.ty).declare(&parameter.name)));
-            }
-        }
-        for state in &class.state {
-            self.text.line(format_args!("    {};", self.ty(&state.ty).declare(&state.name)));
-        }
-        self.text.line(format_args!("}} {types}_self_t;\n"));
+        self.text
+            .line("\n/* What bodies call `self`. */")
+            .line(self_struct(class, &format!("{types}_self_t")))
+            .line("");
         for port in &class.ports {
             let text = port_struct(class, port, &format!("{types}_{}_t", port.name));
             self.text.line(text);
@@ -334,7 +310,40 @@ fn field(ty: &CType) -> String {
     if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
 }
 
-fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
+/// The struct of the state and the parameters of an instance.
+pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
+    let mut fields = vec!["lf_self_base_t base".to_owned()];
+    if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+        fields.push("int bank_index".to_owned());
+    }
+    // State hides a parameter of the same name.
+    let is_hidden = |parameter: &&Parameter| class.state.iter().any(|state| state.name == parameter.name);
+    for parameter in class.parameters.iter().filter(|parameter| !is_hidden(parameter)) {
+        fields.push(CType::new(class, &parameter.ty).declare(&parameter.name));
+    }
+    fields.extend(class.state.iter().map(|state| CType::new(class, &state.ty).declare(&state.name)));
+    format!("typedef struct {{\n    {};\n}} {name};", fields.join(";\n    "))
+}
+
+/// The files whose preambles a class knows: what a file has imported before the file itself.
+pub(super) fn files(plan: &Plan, class: &ReactorClass) -> Vec<FileIndex> {
+    fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
+        if seen.insert(file) {
+            plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
+            files.push(file);
+        }
+    }
+    // What contained reactors declare types with is known, too: their ports have them.
+    let contained = class.children.iter().map(|child| &plan.classes[child.class.0]).chain([class]);
+    let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
+    for class in contained {
+        class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
+    }
+    files
+}
+
+/// The struct of a port.
+pub(super) fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
     format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
 }
 

@@ -4,6 +4,8 @@
 mod class;
 mod class_file;
 mod crates;
+mod external;
+mod header;
 mod program;
 mod reactions;
 mod sizes;

@@ -27,7 +27,7 @@ pub(super) fn functions(reaction: &Reaction) -> Vec<Body<'_>> {
 }
 
 /// The variable of a parameter in the function by which a reaction is called.
-fn own_name(parameter: &ReactionParameter) -> String {
+pub(super) fn own_name(parameter: &ReactionParameter) -> String {
     parameter.name.replace('.', "__")
 }
 
@@ -129,7 +129,7 @@ impl<'p> ClassFile<'p, '_> {
     }
 
     /// What is given for it.
-    fn own_argument(&self, parameter: &ReactionParameter) -> String {
+    pub(super) fn own_argument(&self, parameter: &ReactionParameter) -> String {
         let (class, own) = (self.types, &parameter.name);
         match (&parameter.kind, self.is_copied(parameter)) {
             (VariableKind::Multiport { .. }, true) => format!("lf_copies_{own}, {own}_width"),
@@ -176,12 +176,12 @@ impl<'p> ClassFile<'p, '_> {
     }
 
     /// Whether a body has a copy of its own: of a `mutable` input.
-    fn is_copied(&self, parameter: &ReactionParameter) -> bool {
+    pub(super) fn is_copied(&self, parameter: &ReactionParameter) -> bool {
         let declared = self.class.ports.iter().find(|port| port.name == parameter.name);
         declared.is_some_and(|port| port.mutable && parameter.child.is_none())
     }
 
-    fn copy(&mut self, parameter: &ReactionParameter) {
+    pub(super) fn copy(&mut self, parameter: &ReactionParameter) {
         let (ty, own) = (format!("{}_{}_t", self.types, parameter.name), &parameter.name);
         if matches!(parameter.kind, VariableKind::Multiport { .. }) {
             self.text.line(format_args!("    {ty} lf_copy_{own}[{own}_width + 1], *lf_copies_{own}[{own}_width + 1];"));
