@@ -197,6 +197,17 @@ fn functions_are_bodies_of_reactions() {
     assert!(!finished.of("changer").any(|line| line.contains("again")), "{finished}");
 }
 
+/// State and ports have values of classes.
+#[test]
+fn bodies_can_be_cpp() {
+    let finished = Lfz::run("bodies_in_cpp", &programs().join("BodiesInCpp.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.of("both").filter(|line| !line.contains("info:")).collect();
+    assert_eq!(said[..6], ["first 1", "first 2", "second 1", "second 2", "both: 1.5, 5", "both: 1.5, 5"], "{finished}");
+    let said: Vec<&str> = finished.of("sink").filter(|line| !line.contains("info:")).collect();
+    assert_eq!(said, ["sum 9.5", "sum 2.5", "sum 3.5"], "{finished}");
+}
+
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");

@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::class_file::ClassFile;
+use super::cpp::{self, extension};
 use super::header;
 use super::reactions::functions;
 use super::symbols::Symbols;
@@ -19,7 +20,8 @@ use crate::plan::{
 pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
     let (plan, name) = (symbols.plan, symbols.class(index));
     let class = &plan.classes[index.0];
-    let text = Text::new(plan, format!("{folder}/c/{name}.c"), &format!("Reactor `{}`.", class.name));
+    cpp::check(plan, class)?;
+    let text = Text::new(plan, format!("{folder}/c/{name}.{}", extension(plan)), &format!("Reactor `{}`.", class.name));
     let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
     file.types();
@@ -93,10 +95,11 @@ impl ClassFile<'_, '_> {
     fn construct(&mut self) {
         let (class, name, types) = (self.class, self.name, self.types);
         self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
-        self.text
-            .line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
+        let linkage = self.linkage();
         self.text.line(format_args!(
-            "    {types}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"
+            "{linkage}void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{\n    \
+             {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)lf_given;\n    \
+             self->base.bank_index = lf_member;"
         ));
         if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
             self.text.line("    self->bank_index = lf_member;");
@@ -111,12 +114,11 @@ impl ClassFile<'_, '_> {
                 format!("self->{own}")
             };
             self.text.line(format_args!("    if (lf_given[{index}] != NULL) {{"));
-            self.text
-                .line(format_args!("        memcpy(&{target}, lf_given[{index}], sizeof {target});\n    }} else {{"));
+            self.text.line(format_args!("        LF_ASSIGN_({target}, lf_given[{index}]);\n    }} else {{"));
             match &parameter.default {
                 Some(default) => self.assign(&target, &ty, default),
                 None => {
-                    self.text.line(format_args!("        memset(&{target}, 0, sizeof {target});"));
+                    self.text.line(format_args!("        LF_CLEAR_({target});"));
                 }
             }
             self.text.line("    }");
@@ -162,7 +164,7 @@ impl ClassFile<'_, '_> {
     fn assign(&mut self, target: &str, ty: &CType, value: &Value) {
         self.variable("lf_value", ty, value);
         let value = address("lf_value", ty, value);
-        self.text.line(format_args!("        memcpy(&{target}, {value}, sizeof {target});"));
+        self.text.line(format_args!("        LF_ASSIGN_({target}, {value});"));
     }
 
     /// A variable with a value.
@@ -202,12 +204,13 @@ impl ClassFile<'_, '_> {
     }
 
     fn child(&mut self, index: usize, child: &Child) -> Result<(), EmitError> {
-        let (plan, name, types) = (self.symbols.plan, self.name, self.types);
+        let (plan, name, types, linkage) = (self.symbols.plan, self.name, self.types, self.linkage());
         let (target, made) = (&plan.classes[child.class.0], self.symbols.class(child.class));
         self.text.line(format_args!("\n{}", place(&format!("`{} = new {}(…)`", child.name, target.name), child.at)));
-        self.text.line(format_args!("void {made}_construct(void *, const void *const *, int);"));
-        self.text.line(format_args!("void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
-        self.text.line(format_args!("    {types}_self_t *self = lf_self;\n    (void)self;"));
+        self.text.line(format_args!("{linkage}void {made}_construct(void *, const void *const *, int);"));
+        self.text
+            .line(format_args!("{linkage}void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
+        self.text.line(format_args!("    {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)self;"));
         let values: Vec<&Value> = child.arguments.iter().flatten().collect();
         self.locals(&values);
         let names = values.iter().any(|value| mentions(value, BANK_INDEX));
@@ -235,7 +238,8 @@ impl ClassFile<'_, '_> {
         }
         given.push("NULL".to_owned());
         let given = given.join(", ");
-        self.text.line(format_args!("    {made}_construct(lf_child, (const void *[]){{ {given} }}, lf_member);\n}}"));
+        self.text.line(format_args!("    const void *const lf_given[] = {{ {given} }};"));
+        self.text.line(format_args!("    {made}_construct(lf_child, lf_given, lf_member);\n}}"));
         Ok(())
     }
 
@@ -247,7 +251,10 @@ impl ClassFile<'_, '_> {
         for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
             let function = reset_function(name, mode);
             self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
-            self.text.line(format_args!("void {function}(void *lf_self) {{\n    {types}_self_t *self = lf_self;"));
+            let linkage = self.linkage();
+            self.text.line(format_args!(
+                "{linkage}void {function}(void *lf_self) {{\n    {types}_self_t *self = ({types}_self_t *)lf_self;"
+            ));
             let values: Vec<&Value> = class.state.iter().filter_map(|state| state.init.as_ref()).collect();
             self.locals(&values);
             for state in class.state.iter().filter(|state| state.resets && state.mode == mode) {

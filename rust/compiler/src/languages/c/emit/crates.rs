@@ -22,7 +22,7 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
     for (index, header) in preamble_headers(plan).iter().enumerate() {
         files.push(class::preamble_header(plan, index, header, folder));
     }
-    files.push(sizes.file(format!("{folder}/c/sizes.c")));
+    files.push(sizes.file(folder));
     let mut generated = vec![root(job, None)?];
     if let Some(federate) = job.federate {
         let symbols = Symbols::new(plan, federate);
@@ -158,13 +158,12 @@ fn cmake(job: &Job<'_>, all: &Compilation) -> String {
         }
     };
     add("target_include_directories", &all.folders);
-    if header::are_needed(job.plan) {
-        add(
-            "target_include_directories",
-            &header::FOLDERS.map(|folder| format!("${{CMAKE_CURRENT_LIST_DIR}}/../{folder}")),
-        );
-    }
     add("target_compile_options", &all.flags);
+    if header::are_needed(job.plan) {
+        for folder in header::FOLDERS {
+            text = format!("{text}target_include_directories(app PRIVATE ${{CMAKE_CURRENT_LIST_DIR}}/../{folder})\n");
+        }
+    }
     // A program names its files by paths from its own folders, which CMake looks for in that of the application.
     let mut places = all.folders.clone();
     for cmake in job.plan.target.c.cmake.iter().filter(|cmake| concerns(job, cmake.at)) {

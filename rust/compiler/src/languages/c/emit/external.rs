@@ -17,8 +17,8 @@ impl<'p> ClassFile<'p, '_> {
         let (plan, class) = (self.symbols.plan, self.class);
         let signature = reaction.signature.replace("*/", "* /");
         self.text.line(format_args!("\n/* `{signature}`, line {}: the body is elsewhere. */", reaction.at.line));
-        let (name, parameters) = (self.name, all_arguments(reaction));
-        self.text.line(format_args!("void {name}_reaction_{}(void *self{parameters}) {{", reaction.number));
+        let (name, parameters, linkage) = (self.name, all_arguments(reaction), self.linkage());
+        self.text.line(format_args!("{linkage}void {name}_reaction_{}(void *self{parameters}) {{", reaction.number));
         let mut given = format!("({} *)self", self_type(class));
         for parameter in &reaction.parameters {
             let own = own_name(parameter);

@@ -3,6 +3,7 @@
 
 mod class;
 mod class_file;
+mod cpp;
 mod crates;
 mod external;
 mod header;
