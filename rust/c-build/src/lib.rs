@@ -5,9 +5,9 @@
 //! lf_c_build::program().define("LOG_LEVEL", "3").source("../src/helpers.c").build();
 //! ```
 //!
-//! The C files of the program are those of the folder `c` beside its manifest; `c/sizes.c` has one array
-//! `char lf_size_N[sizeof(T)]` for each size that the tables need, and is not linked. In a build for Zephyr, which
-//! compiles C itself, `LF_C_SIZES` names the object of `c/sizes.c`, and nothing is compiled here.
+//! The C files of the program are those of the folder `c` beside its manifest, those that end with `.cpp` in C++;
+//! `c/sizes.c`, or `.cpp`, has one array `char lf_size_N[sizeof(T)]` for each size that the tables need, and is not
+//! linked. In a build for Zephyr, which compiles C itself, `LF_C_SIZES` names its object, and nothing is compiled here.
 #![forbid(unsafe_code)]
 
 mod compiler;
@@ -86,13 +86,14 @@ impl Program {
             [runtime.join("include"), runtime.clone(), code.to_owned()].into_iter().chain(self.includes).collect();
         let mut compiler = Compiler::new(includes, self.flags, &out);
 
-        let types = code.join("sizes.c");
-        let has_types = types.exists();
-        let own = files_in(code).into_iter().filter(|file| *file != types).chain(self.sources);
+        let (types, own): (Vec<_>, Vec<_>) =
+            files_in(code).into_iter().partition(|file| file.file_stem().is_some_and(|stem| stem == "sizes"));
         let support = files_in(&runtime.join("src")).into_iter().filter(|file| !file.ends_with("zephyr.c"));
-        let objects = compiler.compile(&own.chain(support).collect::<Vec<_>>());
-        let types = compiler.compile(if has_types { std::slice::from_ref(&types) } else { &[] });
+        let files: Vec<_> = own.into_iter().chain(self.sources).chain(support).collect();
+        let objects = compiler.compile(&files);
+        let types = compiler.compile(&types);
         compiler.finish();
+        let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
 
         write_sizes(&out, types.first().map(PathBuf::as_path));
         println!("cargo::rerun-if-changed=c");
@@ -101,7 +102,7 @@ impl Program {
         for object in objects {
             println!("cargo::rustc-link-arg={}", object.display());
         }
-        for library in self.libraries.iter().map(String::as_str).chain(["m"]) {
+        for library in self.libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
             println!("cargo::rustc-link-arg=-l{library}");
         }
     }

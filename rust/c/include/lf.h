@@ -309,6 +309,23 @@ void lf_reset_mode(uint16_t mode);
 
 #ifdef __cplusplus
 }
+
+/* Gives state and parameters, which may be arrays, the value that lies at an address. */
+template <typename T> inline void lf_assign_(T &to, const void *from)
+{
+	to = *static_cast<const T *>(from);
+}
+template <typename T, size_t length> inline void lf_assign_(T (&to)[length], const void *from)
+{
+	for (size_t i = 0; i < length; i++) {
+		lf_assign_(to[i], static_cast<const T *>(from) + i);
+	}
+}
+#define LF_ASSIGN_(to, from) lf_assign_((to), (from))
+#define LF_CLEAR_(to)        ((to) = __typeof__(to)())
+#else
+#define LF_ASSIGN_(to, from) ((void)memcpy(&(to), (from), sizeof(to)))
+#define LF_CLEAR_(to)        ((void)memset(&(to), 0, sizeof(to)))
 #endif
 
 #endif /* LF_H_ */

@@ -208,6 +208,28 @@ fn federates_in_two_languages_understand_each_other() {
     assert_eq!(said("sink"), expected, "{finished}");
 }
 
+/// Their arguments are all kinds of ports, in the order of the signature.
+#[test]
+fn functions_are_bodies_of_reactions() {
+    let file = programs().join("functions_in_c/FunctionsInC.lf");
+    let finished = Lfz::run("functions_in_c", &file, &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["inside has 36, 100, 101 and 102"]);
+    finished.line(&["changed to 37 and 51"]);
+    assert!(!finished.of("changer").any(|line| line.contains("again")), "{finished}");
+}
+
+/// State and ports have values of classes.
+#[test]
+fn bodies_can_be_cpp() {
+    let finished = Lfz::run("bodies_in_cpp", &programs().join("BodiesInCpp.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.of("both").filter(|line| !line.contains("info:")).collect();
+    assert_eq!(said[..6], ["first 1", "first 2", "second 1", "second 2", "both: 1.5, 5", "both: 1.5, 5"], "{finished}");
+    let said: Vec<&str> = finished.of("sink").filter(|line| !line.contains("info:")).collect();
+    assert_eq!(said, ["sum 9.5", "sum 2.5", "sum 3.5"], "{finished}");
+}
+
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");

@@ -175,8 +175,9 @@ impl Request<'_> {
         };
         let begun = if self.checks_only { ["Checking", "Checked"] } else { ["Compiling", "Compiled"] };
         let progress = Progress::begin(begun, &what(&program.plan, on_host.len()));
-        let outcome = job.run(&progress)?;
+        let mut outcome = job.run(&progress)?;
         progress.end(outcome.success);
+        outcome.diagnostics = native::with_missing_functions(outcome.diagnostics, &program.plan);
         let origin = LfOrigin::new(program, emitted, &folders.out);
         let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
         terminal::remark(diagnostics);

@@ -144,6 +144,11 @@ impl Diagnostic {
         self.children.iter_mut().for_each(|child| child.resolve(folder));
     }
 
+    /// The whole in the words of whoever says it.
+    pub(crate) fn rendered(&self) -> &str {
+        self.rendered.as_deref().unwrap_or_default()
+    }
+
     /// Whether the program does not compile because of it.
     pub(crate) fn is_error(&self) -> bool {
         self.level.starts_with("error")

@@ -149,7 +149,8 @@ impl Emitter<'_> {
         let (package, artifact) = match &place.platform {
             Platform::Host => (package, Artifact::Host),
             Platform::Zephyr(board) => {
-                let text = federate_kconfig(plan, federate, deployment);
+                let plan = plan.in_language(plan.language_of(federate));
+                let text = federate_kconfig(&plan, federate, deployment);
                 (ZEPHYR_PACKAGE.to_owned(), self.image(&name, &folder, board, &place, text))
             }
         };

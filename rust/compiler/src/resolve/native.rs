@@ -18,6 +18,7 @@ impl Reader<'_> {
     /// What an imported file says for whoever imports it.
     pub(super) fn imported(&mut self, target: &Target, language: &str) {
         let is_other = self.target.language != language;
+        self.target.c.is_cpp |= is_other && target.name.text.eq_ignore_ascii_case("CCpp");
         for Property { key, value } in &target.properties {
             match (language, key.text.as_str()) {
                 ("C", "files") => self.files(key, value),

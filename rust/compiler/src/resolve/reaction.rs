@@ -29,8 +29,12 @@ impl<'p> Checker<'p> {
             let is_external = declared.name.is_some() && self.language.has_external_bodies();
             if declared.code.is_none() && !is_external {
                 let message = "this reaction has no body, so it does nothing";
-                let diagnostic = Diagnostic::new(Code::MissingBody, declared.keyword, message);
-                self.report(diagnostic.hint("write `{= … =}` behind the effects"));
+                let hint = if self.language.has_external_bodies() {
+                    "write `{= … =}` behind the effects, or the name of a function that is the body: `reaction name(…)`"
+                } else {
+                    "write `{= … =}` behind the effects"
+                };
+                self.report(Diagnostic::new(Code::MissingBody, declared.keyword, message).hint(hint));
             }
             if let Some(absent_after) = declared.tardy.as_ref().and_then(|tardy| tardy.absent_after.as_ref()) {
                 self.check_time(absent_after, "the offset of this handler", &class.parameters, false);

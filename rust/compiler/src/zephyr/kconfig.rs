@@ -50,6 +50,11 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
         fragment.set("MAIN_THREAD_PRIORITY", 1);
         fragment.set("LF_USER_THREAD_PRIORITY", 2);
     }
+    if plan.target.c.is_cpp {
+        fragment.comment("Bodies are C++.");
+        fragment.set("CPP", "y");
+        fragment.set("STD_CPP17", "y");
+    }
     network(&mut fragment, &place);
     let own = federate_sockets(plan, federate);
     fragment.comment("What the federate needs.");

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{emit_on, listing};
+use super::{emit_on, listing, refused};
 use crate::compile;
 use crate::deployment::Deployment;
 
@@ -43,9 +43,74 @@ reactor Inside {
 }
 "#;
 
+/// Bodies that are functions, with all kinds of ports.
+const FUNCTIONS: &str = r#"target C
+preamble {= typedef struct { int a; } pair; =}
+reactor Numbers(first: int = 0) {
+  output one: int
+  output[2] several: int
+  reaction number(startup) -> one, several
+}
+reactor Keeper<T> {
+  mutable input x: T
+  input[3] more: T
+  physical action again
+  state last: T
+  reaction keep(x, more) -> again deadline(1 msec) {= lf_print("late"); =}
+}
+reactor Other<T> { output[3] list: T }
+main reactor {
+  bank = new[2] Numbers()
+  single = new Numbers()
+  keeper = new Keeper<pair>()
+  other = new Other<char*>()
+  reaction collect(bank.one, bank.several, single.one, other.list) -> keeper.x
+}
+"#;
+
 fn emitted(text: &str) -> String {
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     listing(&emit_on(&plan, &Deployment::default()))
+}
+
+#[test]
+fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
+    let text = "target C\nreactor A { reaction f(startup) }\nreactor B { reaction f(startup) }\n\
+                main reactor { a = new A()  b = new B() }\n";
+    let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
+    let errors = refused(&plan);
+    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: give one \
+                of the reactions another name, or a body";
+    assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
+}
+
+#[test]
+fn cpp_keeps_its_own_words_for_itself() {
+    let text = "target CCpp\nreactor A { input class: int }\nmain reactor { a = new A() }\n";
+    let plan =
+        compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("C has no such word");
+    let told = "P.lf:2:19: error: nothing can be called `class` here: it is a word of C++";
+    assert_eq!(refused(&plan).iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
+}
+
+#[test]
+fn cpp_of_banks_and_delays() {
+    let (head, _) = TEXT.split_once("federated reactor").expect("it is there");
+    let (_, inside) = TEXT.split_once("reactor Inside").expect("it is there");
+    let text = format!("{head}main reactor{inside}").replacen("target C", "target CCpp", 1);
+    let all = emitted(&text);
+    let files = all.split("======== ").filter(|file| file.lines().next().unwrap_or_default().ends_with(".cpp"));
+    insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
+}
+
+#[test]
+fn headers_for_bodies_that_are_functions() {
+    let all = emitted(FUNCTIONS);
+    let files = all.split("======== ").filter(|file| {
+        let name = file.lines().next().unwrap_or_default();
+        name.ends_with(".h") || (name.contains("/c/") && !name.ends_with("program.c"))
+    });
+    insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
 #[test]

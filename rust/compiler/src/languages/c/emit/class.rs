@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 
 use super::class_file::ClassFile;
+use super::cpp::{self, extension};
+use super::header;
 use super::reactions::functions;
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
@@ -18,7 +20,8 @@ use crate::plan::{
 pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
     let (plan, name) = (symbols.plan, symbols.class(index));
     let class = &plan.classes[index.0];
-    let text = Text::new(plan, format!("{folder}/c/{name}.c"), &format!("Reactor `{}`.", class.name));
+    cpp::check(plan, class)?;
+    let text = Text::new(plan, format!("{folder}/c/{name}.{}", extension(plan)), &format!("Reactor `{}`.", class.name));
     let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
     file.types();
@@ -29,12 +32,12 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.methods();
     for reaction in &class.reactions {
         if symbols.reacts(index, reaction.number) {
-            if reaction.external {
-                let message = "a reaction without a body is not supported: write the body here";
-                return Err(EmitError::new(plan, reaction.at, message.to_owned()));
-            }
             for body in functions(reaction) {
-                file.reaction(reaction, &body);
+                if reaction.external && body.suffix.is_empty() {
+                    file.external(reaction);
+                } else {
+                    file.reaction(reaction, &body);
+                }
             }
         }
     }
@@ -49,7 +52,7 @@ fn place(text: &str, at: Location) -> String {
 impl ClassFile<'_, '_> {
     fn preambles(&mut self) {
         self.text.line("#include <string.h>\n#include <lf.h>");
-        for file in self.files() {
+        for file in files(self.symbols.plan, self.class) {
             self.text.line(format_args!("#include \"{}.h\"", self.symbols.file(file)));
         }
         for (name, ty) in &self.class.types {
@@ -58,43 +61,18 @@ impl ClassFile<'_, '_> {
         for preamble in &self.class.preambles {
             self.text.code(preamble);
         }
-    }
-
-    /// The files whose preambles are known: what a file has imported before the file itself.
-    fn files(&self) -> Vec<FileIndex> {
-        fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
-            if seen.insert(file) {
-                plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
-                files.push(file);
-            }
+        if self.class.reactions.iter().any(|reaction| reaction.external) {
+            self.text.line(format_args!("#include \"../{}\"", header::path(self.symbols.plan, self.class)));
         }
-        let plan = self.symbols.plan;
-        // What contained reactors declare types with is known, too: their ports have them.
-        let contained = self.class.children.iter().map(|child| &plan.classes[child.class.0]).chain([self.class]);
-        let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
-        for class in contained {
-            class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
-        }
-        files
     }
 
     /// The struct of the state, and those of ports and actions.
     fn types(&mut self) {
         let (class, types) = (self.class, self.types);
-        self.text.line(format_args!("\n/* What bodies call `self`. */\ntypedef struct {{\n    lf_self_base_t base;"));
-        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
-            self.text.line("    int bank_index;");
-        }
-        for parameter in &class.parameters {
-            let hidden = class.state.iter().any(|state| state.name == parameter.name);
-            if !hidden {
-                self.text.line(format_args!("    {};", self.ty(&parameter.ty).declare(&parameter.name)));
-            }
-        }
-        for state in &class.state {
-            self.text.line(format_args!("    {};", self.ty(&state.ty).declare(&state.name)));
-        }
-        self.text.line(format_args!("}} {types}_self_t;\n"));
+        self.text
+            .line("\n/* What bodies call `self`. */")
+            .line(self_struct(class, &format!("{types}_self_t")))
+            .line("");
         for port in &class.ports {
             let text = port_struct(class, port, &format!("{types}_{}_t", port.name));
             self.text.line(text);
@@ -117,10 +95,11 @@ impl ClassFile<'_, '_> {
     fn construct(&mut self) {
         let (class, name, types) = (self.class, self.name, self.types);
         self.text.line(format_args!("\n{}", place("A new instance: what is not given has its default", class.at)));
-        self.text
-            .line(format_args!("void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{"));
+        let linkage = self.linkage();
         self.text.line(format_args!(
-            "    {types}_self_t *self = lf_self;\n    (void)lf_given;\n    self->base.bank_index = lf_member;"
+            "{linkage}void {name}_construct(void *lf_self, const void *const *lf_given, int lf_member) {{\n    \
+             {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)lf_given;\n    \
+             self->base.bank_index = lf_member;"
         ));
         if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
             self.text.line("    self->bank_index = lf_member;");
@@ -135,12 +114,11 @@ impl ClassFile<'_, '_> {
                 format!("self->{own}")
             };
             self.text.line(format_args!("    if (lf_given[{index}] != NULL) {{"));
-            self.text
-                .line(format_args!("        memcpy(&{target}, lf_given[{index}], sizeof {target});\n    }} else {{"));
+            self.text.line(format_args!("        LF_ASSIGN_({target}, lf_given[{index}]);\n    }} else {{"));
             match &parameter.default {
                 Some(default) => self.assign(&target, &ty, default),
                 None => {
-                    self.text.line(format_args!("        memset(&{target}, 0, sizeof {target});"));
+                    self.text.line(format_args!("        LF_CLEAR_({target});"));
                 }
             }
             self.text.line("    }");
@@ -186,7 +164,7 @@ impl ClassFile<'_, '_> {
     fn assign(&mut self, target: &str, ty: &CType, value: &Value) {
         self.variable("lf_value", ty, value);
         let value = address("lf_value", ty, value);
-        self.text.line(format_args!("        memcpy(&{target}, {value}, sizeof {target});"));
+        self.text.line(format_args!("        LF_ASSIGN_({target}, {value});"));
     }
 
     /// A variable with a value.
@@ -226,12 +204,13 @@ impl ClassFile<'_, '_> {
     }
 
     fn child(&mut self, index: usize, child: &Child) -> Result<(), EmitError> {
-        let (plan, name, types) = (self.symbols.plan, self.name, self.types);
+        let (plan, name, types, linkage) = (self.symbols.plan, self.name, self.types, self.linkage());
         let (target, made) = (&plan.classes[child.class.0], self.symbols.class(child.class));
         self.text.line(format_args!("\n{}", place(&format!("`{} = new {}(…)`", child.name, target.name), child.at)));
-        self.text.line(format_args!("void {made}_construct(void *, const void *const *, int);"));
-        self.text.line(format_args!("void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
-        self.text.line(format_args!("    {types}_self_t *self = lf_self;\n    (void)self;"));
+        self.text.line(format_args!("{linkage}void {made}_construct(void *, const void *const *, int);"));
+        self.text
+            .line(format_args!("{linkage}void {name}_make_{index}(void *lf_self, void *lf_child, int lf_member) {{"));
+        self.text.line(format_args!("    {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)self;"));
         let values: Vec<&Value> = child.arguments.iter().flatten().collect();
         self.locals(&values);
         let names = values.iter().any(|value| mentions(value, BANK_INDEX));
@@ -259,7 +238,8 @@ impl ClassFile<'_, '_> {
         }
         given.push("NULL".to_owned());
         let given = given.join(", ");
-        self.text.line(format_args!("    {made}_construct(lf_child, (const void *[]){{ {given} }}, lf_member);\n}}"));
+        self.text.line(format_args!("    const void *const lf_given[] = {{ {given} }};"));
+        self.text.line(format_args!("    {made}_construct(lf_child, lf_given, lf_member);\n}}"));
         Ok(())
     }
 
@@ -271,7 +251,10 @@ impl ClassFile<'_, '_> {
         for mode in modes.into_iter().filter(|mode| class.has_resets(*mode)) {
             let function = reset_function(name, mode);
             self.text.line(format_args!("\n{}", place("State that is reset", class.at)));
-            self.text.line(format_args!("void {function}(void *lf_self) {{\n    {types}_self_t *self = lf_self;"));
+            let linkage = self.linkage();
+            self.text.line(format_args!(
+                "{linkage}void {function}(void *lf_self) {{\n    {types}_self_t *self = ({types}_self_t *)lf_self;"
+            ));
             let values: Vec<&Value> = class.state.iter().filter_map(|state| state.init.as_ref()).collect();
             self.locals(&values);
             for state in class.state.iter().filter(|state| state.resets && state.mode == mode) {
@@ -334,7 +317,40 @@ fn field(ty: &CType) -> String {
     if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
 }
 
-fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
+/// The struct of the state and the parameters of an instance.
+pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
+    let mut fields = vec!["lf_self_base_t base".to_owned()];
+    if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+        fields.push("int bank_index".to_owned());
+    }
+    // State hides a parameter of the same name.
+    let is_hidden = |parameter: &&Parameter| class.state.iter().any(|state| state.name == parameter.name);
+    for parameter in class.parameters.iter().filter(|parameter| !is_hidden(parameter)) {
+        fields.push(CType::new(class, &parameter.ty).declare(&parameter.name));
+    }
+    fields.extend(class.state.iter().map(|state| CType::new(class, &state.ty).declare(&state.name)));
+    format!("typedef struct {{\n    {};\n}} {name};", fields.join(";\n    "))
+}
+
+/// The files whose preambles a class knows: what a file has imported before the file itself.
+pub(super) fn files(plan: &Plan, class: &ReactorClass) -> Vec<FileIndex> {
+    fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
+        if seen.insert(file) {
+            plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
+            files.push(file);
+        }
+    }
+    // What contained reactors declare types with is known, too: their ports have them.
+    let contained = class.children.iter().map(|child| &plan.classes[child.class.0]).chain([class]);
+    let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
+    for class in contained {
+        class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
+    }
+    files
+}
+
+/// The struct of a port.
+pub(super) fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
     format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
 }
 

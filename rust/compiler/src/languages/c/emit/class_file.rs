@@ -19,6 +19,11 @@ pub(super) struct ClassFile<'p, 's> {
 }
 
 impl ClassFile<'_, '_> {
+    /// What stands before a function that is called from elsewhere.
+    pub(super) fn linkage(&self) -> &'static str {
+        if self.symbols.plan.target.c.is_cpp { "extern \"C\" " } else { "" }
+    }
+
     /// A type in this class.
     pub(super) fn ty(&self, ty: &Type) -> CType {
         CType::new(self.class, ty)

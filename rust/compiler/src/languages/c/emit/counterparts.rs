@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `counterparts.c`: has the compiler check that types are what federates in other languages take them for.
+//! `counterparts.c`, or `.cpp`: has the compiler check that types are what federates in other languages take them for.
 
+use super::cpp::extension;
 use super::symbols::preamble_headers;
 use super::text::Text;
 use super::types::CType;
@@ -23,7 +24,8 @@ pub(super) fn emit(plan: &Plan, federate: &Federate, folder: &str) -> Option<Fil
         .chain(inputs)
         .filter_map(|(port, ty, shape, at)| Some((type_of(plan, federate, port?, ty)?, shape.as_ref()?, at)));
     let mut done: Vec<(CType, &Shape)> = Vec::new();
-    let mut text = Text::new(plan, format!("{folder}/c/counterparts.c"), "What values are at the other ends.");
+    let mut text =
+        Text::new(plan, format!("{folder}/c/counterparts.{}", extension(plan)), "What values are at the other ends.");
     text.line("#include <stddef.h>\n#include <lf.h>");
     for header in preamble_headers(plan) {
         text.line(format_args!("#include \"{header}.h\""));
@@ -40,7 +42,7 @@ pub(super) fn emit(plan: &Plan, federate: &Federate, folder: &str) -> Option<Fil
             _ => (ty.declare(&name), shape),
         };
         text.line(format_args!("\ntypedef {declared};"));
-        Check { text: &mut text, name: &name, ty: ty.element(), at }.value("", own, 0);
+        Check { text: &mut text, name: &name, ty: ty.element(), at, is_cpp: plan.target.c.is_cpp }.value("", own, 0);
         done.push((ty, shape));
     }
     (!done.is_empty()).then(|| text.file())
@@ -68,6 +70,7 @@ struct Check<'t, 'p> {
     name: &'t str,
     ty: &'t str,
     at: Location,
+    is_cpp: bool,
 }
 
 impl Check<'_, '_> {
@@ -109,6 +112,7 @@ impl Check<'_, '_> {
         let (ty, field) = (self.ty, field.trim_start_matches('.'));
         let part = if field.is_empty() { "it".to_owned() } else { format!("its `{field}`") };
         let message = format!("`{ty}` is not the type of the other end, where {part} {what}");
-        self.text.place(self.at).line(format_args!("_Static_assert({condition}, {message:?});"));
+        let word = if self.is_cpp { "static_assert" } else { "_Static_assert" };
+        self.text.place(self.at).line(format_args!("{word}({condition}, {message:?});"));
     }
 }

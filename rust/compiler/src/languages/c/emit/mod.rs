@@ -4,7 +4,10 @@
 mod class;
 mod class_file;
 mod counterparts;
+mod cpp;
 mod crates;
+mod external;
+mod header;
 mod program;
 mod reactions;
 mod sizes;

@@ -27,7 +27,7 @@ pub(super) fn functions(reaction: &Reaction) -> Vec<Body<'_>> {
 }
 
 /// The variable of a parameter in the function by which a reaction is called.
-fn own_name(parameter: &ReactionParameter) -> String {
+pub(super) fn own_name(parameter: &ReactionParameter) -> String {
     parameter.name.replace('.', "__")
 }
 
@@ -102,7 +102,8 @@ impl<'p> ClassFile<'p, '_> {
             .line(format_args!("static void {function}_body({types}_self_t *self{variables}) {{\n    (void)self;"));
         self.text.code(body.code).line("}");
         let parameters = all_arguments(reaction);
-        self.text.line(format_args!("void {function}(void *self{parameters}) {{"));
+        let linkage = self.linkage();
+        self.text.line(format_args!("{linkage}void {function}(void *self{parameters}) {{"));
         for contained in &children {
             self.contained(&function, contained);
         }
@@ -111,7 +112,7 @@ impl<'p> ClassFile<'p, '_> {
                 self.copy(parameter);
             }
         }
-        self.text.line(format_args!("    {function}_body(self{given});\n}}"));
+        self.text.line(format_args!("    {function}_body(({types}_self_t *)self{given});\n}}"));
     }
 
     /// The variable of a body.
@@ -129,26 +130,30 @@ impl<'p> ClassFile<'p, '_> {
     }
 
     /// What is given for it.
-    fn own_argument(&self, parameter: &ReactionParameter) -> String {
+    pub(super) fn own_argument(&self, parameter: &ReactionParameter) -> String {
         let (class, own) = (self.types, &parameter.name);
         match (&parameter.kind, self.is_copied(parameter)) {
             (VariableKind::Multiport { .. }, true) => format!("lf_copies_{own}, {own}_width"),
             (VariableKind::Multiport { .. }, false) => format!("({class}_{own}_t **){own}, {own}_width"),
             (_, true) => format!("&lf_copy_{own}"),
-            (_, false) => own.clone(),
+            (VariableKind::Mode { .. }, false) => own.clone(),
+            (VariableKind::Timer, false) => format!("(lf_timer_t *){own}"),
+            (VariableKind::Watchdog, false) => format!("(watchdog_t *){own}"),
+            (_, false) => format!("({class}_{own}_t *){own}"),
         }
     }
 
     /// Lines that put the ports of a contained reactor, or of each member of a bank, into a struct.
     fn contained(&mut self, function: &str, contained: &Contained<'_>) {
-        let Contained { first: ChildPort { child, is_bank, .. }, ports, .. } = contained;
+        let Contained { first: ChildPort { child, is_bank, .. }, class, ports } = contained;
+        let prefix = self.symbols.types(*class);
         let ty = format!("{function}_{child}_t");
         if !is_bank {
             let fields = ports.iter().map(|(parameter, ChildPort { port, is_wide, .. })| {
                 let own = own_name(parameter);
                 match is_wide {
-                    true => format!(" .{port} = (void *){own}, .{port}_width = {own}_width,"),
-                    false => format!(" .{port} = {own},"),
+                    true => format!(" .{port} = ({prefix}_{port}_t **){own}, .{port}_width = {own}_width,"),
+                    false => format!(" .{port} = ({prefix}_{port}_t *){own},"),
                 }
             });
             let fields: String = fields.collect();
@@ -163,25 +168,25 @@ impl<'p> ClassFile<'p, '_> {
             self.text.line(if *is_wide {
                 format!(
                     "    for (int lf_i = 0, lf_at = 0; lf_i < {width}; lf_at += {own}_widths[lf_i++]) {{\n        \
-                     lf_{child}[lf_i].{port} = (void *)&{own}[lf_at];\n        \
+                     lf_{child}[lf_i].{port} = ({prefix}_{port}_t **)&{own}[lf_at];\n        \
                      lf_{child}[lf_i].{port}_width = {own}_widths[lf_i];\n    }}"
                 )
             } else {
                 format!(
                     "    for (int lf_i = 0; lf_i < {width}; lf_i++) {{\n        \
-                     lf_{child}[lf_i].{port} = {own}[lf_i];\n    }}"
+                     lf_{child}[lf_i].{port} = ({prefix}_{port}_t *){own}[lf_i];\n    }}"
                 )
             });
         }
     }
 
     /// Whether a body has a copy of its own: of a `mutable` input.
-    fn is_copied(&self, parameter: &ReactionParameter) -> bool {
+    pub(super) fn is_copied(&self, parameter: &ReactionParameter) -> bool {
         let declared = self.class.ports.iter().find(|port| port.name == parameter.name);
         declared.is_some_and(|port| port.mutable && parameter.child.is_none())
     }
 
-    fn copy(&mut self, parameter: &ReactionParameter) {
+    pub(super) fn copy(&mut self, parameter: &ReactionParameter) {
         let (ty, own) = (format!("{}_{}_t", self.types, parameter.name), &parameter.name);
         if matches!(parameter.kind, VariableKind::Multiport { .. }) {
             self.text.line(format_args!("    {ty} lf_copy_{own}[{own}_width + 1], *lf_copies_{own}[{own}_width + 1];"));

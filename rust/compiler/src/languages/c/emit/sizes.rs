@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How long payloads are. The C compiler knows, so it is asked: an object has a variable as large as each type.
 
+use super::cpp::{as_bytes, extension};
 use super::symbols::preamble_headers;
 use super::text::Text;
 use super::types::CType;
@@ -65,7 +66,8 @@ impl<'p> Sizes<'p> {
     }
 
     /// The file by which the compiler is asked.
-    pub(super) fn file(&self, path: String) -> File {
+    pub(super) fn file(&self, folder: &str) -> File {
+        let path = format!("{folder}/c/sizes.{}", extension(self.plan));
         let mut text = Text::new(self.plan, path, "How large payloads are: nobody links this.");
         text.line("#include <lf.h>");
         if !self.rows.is_empty() {
@@ -76,6 +78,9 @@ impl<'p> Sizes<'p> {
         for (index, row) in self.rows.iter().enumerate() {
             text.line(format_args!("typedef {};", row.declare(&format!("lf_type_{index}"))));
             text.line(format_args!("char lf_size_{index}[sizeof(lf_type_{index})];"));
+            if self.plan.target.c.is_cpp {
+                text.line(as_bytes(&format!("lf_type_{index}"), "values for another federate"));
+            }
         }
         text.file()
     }

@@ -2,6 +2,7 @@
 //! The variables of a reactor's instances: their state, ports, what bodies see of triggers, and where values wait.
 
 use super::class_file::ClassFile;
+use super::cpp::as_bytes;
 use super::symbols::Symbols;
 use super::types::CType;
 use crate::plan::TriggerKind;
@@ -31,8 +32,13 @@ impl ClassFile<'_, '_> {
                 continue;
             };
             let ty = CType::new(&plan.classes[class.0], &port.ty);
-            let info = info(&format!("{types}_{declared}_t"), index, &ty, symbols.readers(index), None);
-            self.text.line(format_args!("/* {} */\n{types}_{declared}_t lf_port_{index} = {{ {info} }};", port.path));
+            let (name, variable) = (format!("{types}_{declared}_t"), format!("lf_port_{index}"));
+            self.text.line(format_args!("/* {} */", port.path));
+            if symbols.is_copied(index) {
+                self.as_bytes(&ty, &variable, &port.path);
+            }
+            let cell = Cell { ty: &ty, name: &name, id: index, readers: symbols.readers(index), pool: None };
+            self.text.line(cell.declare(&variable));
         }
         for (index, trigger) in federate.triggers.iter().enumerate() {
             let Some((_, declared)) = symbols.declared(&trigger.path).filter(|(class, _)| *class == self.index) else {
@@ -41,21 +47,22 @@ impl ClassFile<'_, '_> {
             match &trigger.kind {
                 TriggerKind::Action { ty, .. } => {
                     let ty = self.ty(ty);
-                    let pool = self.pool(index, &ty, trigger.capacity);
-                    let info = info(&format!("{types}_{declared}_t"), index, &ty, 1, pool);
-                    let text = format!("{types}_{declared}_t lf_trigger_{index} = {{ {info} }};");
-                    self.text.line(format_args!("/* {} */\n{text}", trigger.path));
+                    let (name, variable) = (format!("{types}_{declared}_t"), format!("lf_trigger_{index}"));
+                    self.text.line(format_args!("/* {} */", trigger.path));
+                    let pool = self.pool(index, &ty, trigger.capacity, &trigger.path);
+                    let cell = Cell { ty: &ty, name: &name, id: index, readers: 1, pool };
+                    self.text.line(cell.declare(&variable));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
-                    let info = format!("&(const lf_cell_info_t){{ .id = {index} }}");
-                    let text = format!("lf_action_base_t lf_trigger_{index} = {{ .info = {info} }};");
-                    self.text.line(format_args!("/* {} */\n{text}", trigger.path));
+                    let info = format!("static const lf_cell_info_t lf_trigger_{index}_info = {{ .id = {index} }};");
+                    let text = format!("lf_action_base_t lf_trigger_{index} = {{ .info = &lf_trigger_{index}_info }};");
+                    self.text.line(format_args!("/* {} */\n{info}\n{text}", trigger.path));
                 }
                 TriggerKind::Delay { fills, .. } | TriggerKind::NetworkInput { fills, .. } => {
                     let port = &federate.ports[fills.0];
                     if let Some((class, _)) = symbols.declared(&port.path) {
                         let ty = CType::new(&plan.classes[class.0], &port.ty);
-                        self.pool(index, &ty, trigger.capacity);
+                        self.pool(index, &ty, trigger.capacity, &trigger.path);
                     }
                 }
                 TriggerKind::Startup | TriggerKind::Shutdown | TriggerKind::Reset => {}
@@ -64,7 +71,7 @@ impl ClassFile<'_, '_> {
     }
 
     /// Where values wait that are not pointers; how large they are, the compiler knows.
-    fn pool(&mut self, trigger: usize, ty: &CType, capacity: usize) -> Option<usize> {
+    fn pool(&mut self, trigger: usize, ty: &CType, capacity: usize, path: &str) -> Option<usize> {
         let by_value = !ty.is_nothing() && !ty.is_token() && !ty.is_text();
         if by_value {
             let declared = ty.declare(&format!("lf_value_{trigger}"));
@@ -74,8 +81,19 @@ impl ClassFile<'_, '_> {
                 pool_name(trigger),
                 capacity + 2
             ));
+            self.as_bytes(ty, &format!("trigger_{trigger}"), path);
         }
         by_value.then_some(trigger)
+    }
+
+    /// Says that values are copied as bytes, which not all of C++ can be.
+    fn as_bytes(&mut self, ty: &CType, variable: &str, path: &str) {
+        if self.symbols.plan.target.c.is_cpp && !ty.is_nothing() {
+            let name = format!("lf_bytes_of_{variable}");
+            let declared = ty.declare(&name);
+            self.text.line(format_args!("typedef {declared};"));
+            self.text.line(as_bytes(&name, &format!("values of {path}")));
+        }
     }
 
     fn instance(&mut self, index: Option<usize>, own: &str, full: &str) {
@@ -91,21 +109,35 @@ pub(super) fn pool_name(trigger: usize) -> String {
     format!("lf_pool_{trigger}")
 }
 
-/// How a port or an action begins: what kind of values it has, and where they are.
-fn info(name: &str, id: usize, ty: &CType, readers: usize, pool: Option<usize>) -> String {
-    let mut of_cell = format!(".id = {id}, .readers = {readers}");
-    let mut of_type = String::new();
-    if !ty.is_nothing() {
-        of_cell =
-            format!("{of_cell}, .value_offset = offsetof({name}, value), .value_size = sizeof((({name} *)0)->value)");
-        of_type = if ty.is_token() {
-            format!(".type = {{ .element_size = sizeof({}) }}, ", ty.element())
-        } else {
-            format!(".type = {{ .element_size = sizeof((({name} *)0)->value) }}, ")
-        };
+/// A port or an action.
+struct Cell<'a> {
+    ty: &'a CType,
+    /// The name of its struct.
+    name: &'a str,
+    id: usize,
+    readers: usize,
+    pool: Option<usize>,
+}
+
+impl Cell<'_> {
+    /// Its variable, which begins with what kind of values it has, and where they are. Members come in the order in
+    /// which they are declared, as C++ has it.
+    fn declare(&self, variable: &str) -> String {
+        let Self { ty, name, id, readers, pool } = self;
+        let (mut of_cell, mut of_type) = (format!(".id = {id}"), String::new());
+        of_cell += if ty.is_token() { ", .is_token = true" } else { "" };
+        of_cell += if ty.is_text() { ", .is_string = true" } else { "" };
+        of_cell = format!("{of_cell}, .readers = {readers}");
+        if !ty.is_nothing() {
+            let value = format!("((({name} *)0)->value)");
+            of_cell = format!("{of_cell}, .value_offset = offsetof({name}, value), .value_size = sizeof{value}");
+            let element = if ty.is_token() { format!("({})", ty.element()) } else { value };
+            of_type = format!(".type = {{ .element_size = sizeof{element} }}, ");
+        }
+        let pool = pool.map(|trigger| format!(", .pool = &{}", pool_name(trigger))).unwrap_or_default();
+        format!(
+            "static const lf_cell_info_t {variable}_info = {{ {of_cell}{pool} }};\n\
+             {name} {variable} = {{ {of_type}.info = &{variable}_info }};"
+        )
     }
-    of_cell += if ty.is_token() { ", .is_token = true" } else { "" };
-    of_cell += if ty.is_text() { ", .is_string = true" } else { "" };
-    let pool = pool.map(|trigger| format!(", .pool = &{}", pool_name(trigger))).unwrap_or_default();
-    format!("{of_type}.info = &(const lf_cell_info_t){{ {of_cell}{pool} }}")
 }

@@ -76,6 +76,14 @@ impl<'p> Symbols<'p> {
         self.readers[port]
     }
 
+    /// Whether the runtime copies values to a port, or from it.
+    pub(super) fn is_copied(&self, port: usize) -> bool {
+        self.federate.reactions.iter().any(|reaction| match &reaction.kind {
+            ReactionKind::Copy { from, to } => from.0 == port || to.0 == port,
+            _ => false,
+        })
+    }
+
     /// Whether this federate has an instance of this child of a class.
     pub(super) fn makes(&self, class: ClassIndex, child: usize) -> bool {
         self.children.contains(&(class, child))
