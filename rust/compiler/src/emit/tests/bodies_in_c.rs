@@ -73,6 +73,11 @@ fn emitted(text: &str) -> String {
     listing(&emit_on(&plan, &Deployment::default()))
 }
 
+/// The path of a file in a listing.
+fn named(file: &str) -> &str {
+    file.lines().next().unwrap_or_default()
+}
+
 #[test]
 fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
     let text = "target C\nreactor A { reaction f(startup) }\nreactor B { reaction f(startup) }\n\
@@ -99,7 +104,7 @@ fn cpp_of_banks_and_delays() {
     let (_, inside) = TEXT.split_once("reactor Inside").expect("it is there");
     let text = format!("{head}main reactor{inside}").replacen("target C", "target CCpp", 1);
     let all = emitted(&text);
-    let files = all.split("======== ").filter(|file| file.lines().next().unwrap_or_default().ends_with(".cpp"));
+    let files = all.split("======== ").filter(|file| named(file).ends_with("cpp"));
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
@@ -107,8 +112,8 @@ fn cpp_of_banks_and_delays() {
 fn headers_for_bodies_that_are_functions() {
     let all = emitted(FUNCTIONS);
     let files = all.split("======== ").filter(|file| {
-        let name = file.lines().next().unwrap_or_default();
-        name.ends_with(".h") || (name.contains("/c/") && !name.ends_with("program.c"))
+        let name = named(file);
+        name.ends_with("h") || (name.contains("/c/") && !name.ends_with("program.c"))
     });
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }

@@ -173,7 +173,7 @@ fn cmake(job: &Job<'_>, all: &Compilation) -> String {
         places.extend(path.rsplit_once('/').map(|(folder, _)| folder.to_owned()));
     }
     if !job.plan.target.c.cmake.is_empty() {
-        let places: String = places.iter().map(|folder| format!(" [=[{folder}]=]")).collect();
+        let places = places.iter().map(|folder| format!(" [=[{folder}]=]")).collect::<Vec<_>>().concat();
         text = format!("{text}lf_find_program_files(app{places})\n");
     }
     text
