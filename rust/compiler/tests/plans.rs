@@ -46,6 +46,11 @@ fn each_instance_in_a_federated_reactor_is_a_federate() {
 }
 
 #[test]
+fn what_stands_behind_a_bank_without_members_keeps_its_arguments() {
+    check("empty_bank");
+}
+
+#[test]
 fn federates_of_other_languages_have_what_their_files_say_and_know_what_comes() {
     check("languages");
 }

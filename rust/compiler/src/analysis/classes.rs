@@ -47,7 +47,7 @@ impl<'s> Places<'s> {
     }
 }
 
-/// The reactors that are instantiated.
+/// The reactors that are instantiated, be it never.
 #[derive(Debug)]
 pub(super) struct Described {
     pub(super) classes: Vec<plan::ReactorClass>,
@@ -55,15 +55,26 @@ pub(super) struct Described {
     pub(super) index: BTreeMap<ClassId, ClassIndex>,
 }
 
-/// Describes the instantiated reactors in the order of their first instances.
+/// Describes the instantiated reactors in the order of their first instances, and those of banks without members.
 pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, places: &Places<'_>) -> Described {
     let mut order: Vec<ClassId> = Vec::new();
     let mut index = BTreeMap::new();
-    for instance in &tree.instances {
-        index.entry(instance.class).or_insert_with(|| {
-            order.push(instance.class);
+    let mut add = |class: ClassId, order: &mut Vec<ClassId>| {
+        index.entry(class).or_insert_with(|| {
+            order.push(class);
             ClassIndex(order.len() - 1)
         });
+    };
+    for instance in &tree.instances {
+        add(instance.class, &mut order);
+    }
+    // A bank of no members has a class, too, whose ports reactions name.
+    let mut next = 0;
+    while let Some(class) = order.get(next).copied() {
+        for child in classes[class.0].children.iter().filter_map(|child| child.class) {
+            add(child, &mut order);
+        }
+        next += 1;
     }
     let mut described: Vec<_> = order.iter().map(|id| class(&classes[id.0], classes, &index, places)).collect();
     if !decentralized {
