@@ -11,6 +11,8 @@ use lf_model::time::Interval;
 use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
 use lf_runtime::Description;
 
+use crate::parameters::Parameters;
+
 /// What the user wants.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Invocation {
@@ -41,7 +43,7 @@ pub(crate) struct Arguments {
 
 /// What is wrong with a command line.
 #[derive(Debug)]
-pub(crate) struct UsageError(String);
+pub(crate) struct UsageError(pub(crate) String);
 
 impl fmt::Display for UsageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -58,17 +60,27 @@ impl From<lexopt::Error> for UsageError {
 }
 
 impl Arguments {
-    /// Reads a command line, the program's name first.
+    /// Reads a command line, the program's name first; values of parameters go to the program itself.
     ///
     /// # Errors
     /// What is wrong with it, as a phrase.
     pub(crate) fn parse(
         line: impl IntoIterator<Item = OsString, IntoIter: 'static>,
         federated: bool,
+        parameters: &Parameters,
     ) -> Result<Invocation, UsageError> {
         let mut parser = lexopt::Parser::from_iter(line);
         let mut arguments = Self::default();
         while let Some(argument) = parser.next()? {
+            // The program's own names come first.
+            let parameter = match argument {
+                Long(name) => parameters.position(name),
+                _ => None,
+            };
+            if let Some(parameter) = parameter {
+                parameters.take(parameter, &mut parser)?;
+                continue;
+            }
             match argument {
                 Short('h') | Long("help") => return Ok(Invocation::Help),
                 Short('o') | Long("timeout") => arguments.timeout = Some(interval(&mut parser)?),
@@ -130,7 +142,7 @@ fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
 }
 
 /// A number and a unit, in one argument or in two.
-fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
+pub(crate) fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
     let first = parser.value()?.string()?;
     let (number, unit) = number_and_unit(&first);
     let mut unit = unit.to_owned();
@@ -174,7 +186,7 @@ mod tests {
 
     fn parse(line: &str) -> Result<Invocation, UsageError> {
         let words = std::iter::once("program").chain(line.split_whitespace()).map(OsString::from).collect::<Vec<_>>();
-        Arguments::parse(words, true)
+        Arguments::parse(words, true, &Parameters::NONE)
     }
 
     fn run(line: &str) -> Arguments {
@@ -221,7 +233,7 @@ mod tests {
             let error = parse(line).expect_err(line).to_string();
             assert!(error.contains(word), "{line}: {error}");
         }
-        let unfederated = Arguments::parse(["program", "-i", "grid"].map(OsString::from), false);
+        let unfederated = Arguments::parse(["program", "-i", "grid"].map(OsString::from), false, &Parameters::NONE);
         assert!(unfederated.expect_err("not federated").to_string().contains("not federated"));
     }
 }

@@ -99,7 +99,7 @@ fn cpp_of_banks_and_delays() {
     let (_, inside) = TEXT.split_once("reactor Inside").expect("it is there");
     let text = format!("{head}main reactor{inside}").replacen("target C", "target CCpp", 1);
     let all = emitted(&text);
-    let files = all.split("======== ").filter(|file| file.lines().next().unwrap_or_default().ends_with(".cpp"));
+    let files = all.split("======== ").filter(|file| extension(file) == "cpp");
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
@@ -107,10 +107,15 @@ fn cpp_of_banks_and_delays() {
 fn headers_for_bodies_that_are_functions() {
     let all = emitted(FUNCTIONS);
     let files = all.split("======== ").filter(|file| {
-        let name = file.lines().next().unwrap_or_default();
-        name.ends_with(".h") || (name.contains("/c/") && !name.ends_with("program.c"))
+        let is_of_reactors = file.starts_with("P/c/") && !file.starts_with("P/c/program.c");
+        extension(file) == "h" || is_of_reactors
     });
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
+}
+
+/// What the name of a file in a listing ends with.
+fn extension(file: &str) -> &str {
+    file.lines().next().and_then(|name| name.rsplit_once('.')).map_or("", |(_, extension)| extension)
 }
 
 #[test]

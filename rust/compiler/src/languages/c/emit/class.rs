@@ -27,6 +27,9 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.types();
     file.storage();
     file.construct();
+    if index == plan.main {
+        file.give();
+    }
     file.children()?;
     file.reset();
     file.methods();

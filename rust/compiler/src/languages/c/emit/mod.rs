@@ -7,6 +7,7 @@ mod cpp;
 mod crates;
 mod external;
 mod header;
+mod parameters;
 mod program;
 mod reactions;
 mod sizes;
