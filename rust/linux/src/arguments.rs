@@ -2,16 +2,16 @@
 //! The command line of a generated program: the options that stock LF programs have.
 
 use std::ffi::OsString;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use lexopt::prelude::{Long, Short, Value, ValueExt as _};
 use lf_model::Settings;
 use lf_model::time::Interval;
-use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
 use lf_runtime::Description;
 
 use crate::parameters::Parameters;
+use crate::words::{UsageError, interval};
 
 /// What the user wants.
 #[derive(Debug, PartialEq, Eq)]
@@ -39,24 +39,6 @@ pub(crate) struct Arguments {
     pub(crate) rti_port: Option<u16>,
     /// `--observations FILE`
     pub(crate) observations: Option<PathBuf>,
-}
-
-/// What is wrong with a command line.
-#[derive(Debug)]
-pub(crate) struct UsageError(pub(crate) String);
-
-impl fmt::Display for UsageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for UsageError {}
-
-impl From<lexopt::Error> for UsageError {
-    fn from(error: lexopt::Error) -> Self {
-        Self(error.to_string())
-    }
 }
 
 impl Arguments {
@@ -139,24 +121,6 @@ fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
         Some(Value(_)) | None => Ok(value),
         Some(other) => Err(other.unexpected().into()),
     }
-}
-
-/// A number and a unit, in one argument or in two.
-pub(crate) fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
-    let first = parser.value()?.string()?;
-    let (number, unit) = number_and_unit(&first);
-    let mut unit = unit.to_owned();
-    // The unit of 0 may be left out.
-    if unit.is_empty() {
-        unit = if number == "0" && !next_is_unit(parser) { "ns".to_owned() } else { parser.value()?.string()? };
-    }
-    nanoseconds(number, &unit).map(Interval::from_nanos).map_err(|error| UsageError(error.to_string()))
-}
-
-/// Whether the next argument is a unit of time.
-fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
-    let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
-    next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())
 }
 
 /// What `--help` prints.

@@ -21,6 +21,7 @@ mod sockets;
 mod thread;
 mod trace;
 mod wake;
+mod words;
 #[cfg(feature = "workers")]
 mod workers;
 

@@ -4,7 +4,7 @@
 use std::ffi::{CStr, CString};
 use std::fmt::Write as _;
 
-use crate::arguments::{UsageError, interval};
+use crate::words::{UsageError, interval};
 
 /// A parameter of the main reactor.
 #[derive(Clone, Copy, Debug)]

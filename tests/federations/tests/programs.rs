@@ -208,8 +208,8 @@ fn bodies_can_be_cpp() {
     assert_eq!(said, ["sum 9.5", "sum 2.5", "sum 3.5"], "{finished}");
 }
 
-/// Values of the command line are those of the main reactor's parameters, for initial values and contained reactors too;
-/// what follows from others is fixed.
+/// They are the main reactor's, and so are those that it gives on to contained reactors; what follows from others is
+/// fixed.
 #[test]
 fn command_lines_set_parameters_of_bodies_in_c() {
     let run = |arguments: &[&str]| {

@@ -79,8 +79,8 @@ fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
                 main reactor { a = new A()  b = new B() }\n";
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     let errors = refused(&plan);
-    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: give one \
-                of the reactions another name, or a body";
+    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: \
+                give one of the reactions another name, or a body";
     assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
 }
 

@@ -12,6 +12,7 @@ mod program;
 mod reactions;
 mod sizes;
 mod storage;
+mod structs;
 mod symbols;
 mod text;
 mod types;
