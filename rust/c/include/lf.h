@@ -302,6 +302,8 @@ extern lf_action_base_t *const lf_triggers[];
 /* Where the values of delays and network inputs are while they wait; NULL: the general store. */
 extern lf_pool_t *const lf_queue_pools[];
 void lf_construct(void);
+/* A value for a parameter of the main reactor; whether its type has it. Called before lf_construct() if at all. */
+bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text);
 void lf_react(uint16_t reaction);
 void lf_miss_deadline(uint16_t reaction);
 void lf_handle_tardy(uint16_t reaction);

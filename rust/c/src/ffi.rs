@@ -43,6 +43,7 @@ pub(crate) const BYTES_REMAINDER: c_int = 2;
 unsafe extern "C" {
     // Generated code.
     pub(crate) safe fn lf_construct();
+    pub(crate) fn lf_give_parameter(parameter: u16, whole: i64, real: f64, text: *mut c_char) -> bool;
     pub(crate) safe fn lf_react(reaction: u16);
     pub(crate) safe fn lf_miss_deadline(reaction: u16);
     pub(crate) safe fn lf_handle_tardy(reaction: u16);

@@ -17,6 +17,6 @@ mod token;
 mod trigger;
 
 pub use port::{Port, QueuedPort, TardyInput, copy};
-pub use running::{Bodies, construct, handle_tardy, miss_deadline, react, reset_mode};
+pub use running::{Bodies, construct, give_parameter, handle_tardy, miss_deadline, react, reset_mode};
 pub use token::Token;
 pub use trigger::{LogicalAction, PhysicalAction, PhysicalInbox, Timer, Watchdog};

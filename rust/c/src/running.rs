@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reaction that runs, and what is known of the program outside of reactions.
 use core::cell::RefCell;
+use core::ffi::CStr;
 use core::ptr;
 
 use critical_section::Mutex;
@@ -39,6 +40,15 @@ pub fn construct() {
     critical_section::with(|cs| *KNOWN.borrow_ref_mut(cs) = Known::NOTHING);
     ffi::lf_c_begin();
     ffi::lf_construct();
+}
+
+/// Gives a parameter of the main reactor, by its position, a value before [`construct`]: that of the three which is
+/// of its kind. Says whether its type has such a value.
+// Inline, so that a program without a command line need not have the function in C.
+#[inline]
+pub fn give_parameter(parameter: u16, whole: i64, real: f64, text: &'static CStr) -> bool {
+    // SAFETY: C reads the text only, which lives as long as the program; all else are numbers.
+    unsafe { ffi::lf_give_parameter(parameter, whole, real, text.as_ptr().cast_mut()) }
 }
 
 /// Runs the body of a reaction: for [`model::Program::react`].

@@ -4,8 +4,11 @@
 //!
 //! Other parameters stay as they are written: the target language evaluates them when the program starts.
 
+use core::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::plan::BANK_INDEX;
+use crate::plan::{BANK_INDEX, Fixed};
 use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::{Expression, ExpressionKind, Instantiation, Literal, Width, WidthTerm};
 use crate::syntax::literal_ns;
@@ -38,8 +41,13 @@ pub(crate) struct Instance {
     first_mode: usize,
     /// The parameters that are known, in the order of the class; times in nanoseconds.
     numbers: Vec<Option<i64>>,
+    /// From which parameters of the main reactor each of these has been worked out.
+    origins: Vec<Origins>,
     pub(crate) span: Span,
 }
+
+/// Parameters of the main reactor, by their positions.
+type Origins = BTreeSet<usize>;
 
 /// A mode of an instance.
 #[derive(Debug)]
@@ -52,14 +60,28 @@ pub(crate) struct Mode {
 
 /// All instances, containers before what they contain, in order of declaration. The first is the main reactor; behind
 /// all others come the [shares](Self::add_share) of federates.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Tree {
     pub(crate) instances: Vec<Instance>,
     /// The modes of all instances, in their order.
     pub(crate) modes: Vec<Mode>,
+    /// The parameters of the main reactor on which widths or times depend that have been asked for.
+    fixed: RefCell<BTreeMap<usize, Fixed>>,
 }
 
 impl Tree {
+    /// What is fixed when the program is compiled and follows from a parameter of the main reactor.
+    pub(crate) fn fixed(&self, parameter: usize) -> Option<Fixed> {
+        self.fixed.borrow().get(&parameter).copied()
+    }
+
+    fn fix(&self, origins: &Origins, by: Fixed) {
+        let mut fixed = self.fixed.borrow_mut();
+        for origin in origins {
+            fixed.entry(*origin).or_insert(by);
+        }
+    }
+
     /// Adds what a federate has of the federated reactor, for the reactions of that: its state, its timers and actions,
     /// and of what it contains only the federate's own instance.
     pub(crate) fn add_share(&mut self, top: usize) {
@@ -86,7 +108,7 @@ struct Next {
 
 /// Builds the tree below the main reactor. The classes must not contain each other in a cycle.
 pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Tree> {
-    let mut work = Builder { classes, diagnostics, tree: Tree { instances: Vec::new(), modes: Vec::new() } };
+    let mut work = Builder { classes, diagnostics, tree: Tree::default() };
     // What is to be added next stands last.
     let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
     while let Some(next) = open.pop() {
@@ -148,20 +170,27 @@ impl Builder<'_> {
             (_, Some(child)) => (named(child.ast), child.ast.name.span),
             _ => (declared.name.clone(), declared.ast.span()),
         };
-        let mut numbers: Vec<Option<i64>> = Vec::new();
+        let (mut numbers, mut origins) = (Vec::<Option<i64>>::new(), Vec::<Origins>::new());
         for (index, parameter) in declared.parameters.iter().enumerate() {
             let given = child.and_then(|child| child.arguments.get(index).copied().flatten());
             let member = next.bank_index.filter(|_| parameter.name.text == BANK_INDEX).map(as_number);
-            let number = match (given, member, parameter.default, container) {
+            let (number, mut used) = match (given, member, parameter.default, container) {
                 (Some(value), _, _, Some(container)) => {
-                    let scope = Scope { class: &self.classes[container.class.0], numbers: &container.numbers };
-                    scope.number(value, next.bank_index)
+                    let scope = Scope::new(&self.classes[container.class.0], &container.numbers, &container.origins);
+                    (scope.number(value, next.bank_index), scope.used.into_inner())
                 }
-                (None, Some(member), _, _) => Some(member),
-                (None, None, Some(value), _) => Scope { class: declared, numbers: &numbers }.number(value, None),
-                _ => None,
+                (None, Some(member), _, _) => (Some(member), Origins::new()),
+                (None, None, Some(value), _) => {
+                    let scope = Scope::new(declared, &numbers, &origins);
+                    (scope.number(value, None), scope.used.into_inner())
+                }
+                _ => (None, Origins::new()),
             };
             numbers.push(number);
+            if container.is_none() {
+                used.insert(index);
+            }
+            origins.push(used);
         }
         let mut instance = Instance {
             path,
@@ -174,6 +203,7 @@ impl Builder<'_> {
             mode: next.parent.and_then(|parent| self.tree.mode_of(parent, child.and_then(|child| child.ast.mode))),
             first_mode: self.tree.modes.len(),
             numbers,
+            origins,
             span,
         };
         for port in &declared.ports {
@@ -195,7 +225,7 @@ impl Builder<'_> {
     /// A width in the scope of an instance; reports one that is not known, or too large.
     fn sum(&mut self, instance: &Instance, width: &Width) -> Option<usize> {
         let class = &self.classes[instance.class.0];
-        let scope = Scope { class, numbers: &instance.numbers };
+        let scope = Scope::new(class, &instance.numbers, &instance.origins);
         let mut sum = 0_i64;
         for term in &width.terms {
             let (known, span) = match term {
@@ -216,6 +246,7 @@ impl Builder<'_> {
             };
             sum = sum.saturating_add(known);
         }
+        self.tree.fix(&scope.used.into_inner(), Fixed::Width);
         if !(0..=WIDTH_MAX).contains(&sum) {
             let message = format!("this width is {sum} in `{}`, and has to be one of 0 to {WIDTH_MAX}", instance.path);
             self.diagnostics.push(Diagnostic::new(Code::BadWidth, width.span, message));
@@ -248,7 +279,9 @@ impl Tree {
 
     /// The nanoseconds of a parameter of an instance, if they are known.
     pub(crate) fn parameter(&self, instance: usize, parameter: usize) -> Option<i64> {
-        self.instances[instance].numbers.get(parameter).copied().flatten()
+        let instance = &self.instances[instance];
+        instance.origins.get(parameter).inspect(|origins| self.fix(origins, Fixed::Time));
+        instance.numbers.get(parameter).copied().flatten()
     }
 
     /// The nanoseconds of a value in the scope of an instance; reports a value that is not known at build time.
@@ -260,7 +293,9 @@ impl Tree {
         diagnostics: &mut Diagnostics,
     ) -> Option<i64> {
         let instance = &self.instances[instance];
-        let time = Scope { class: &classes[instance.class.0], numbers: &instance.numbers }.time(value);
+        let scope = Scope::new(&classes[instance.class.0], &instance.numbers, &instance.origins);
+        let time = scope.time(value);
+        self.fix(&scope.used.into_inner(), Fixed::Time);
         if time.is_none() {
             let message = format!("this time is not known when the program is compiled (in `{}`)", instance.path);
             let hint = "its parameter is given as code somewhere; write a time there, like `10 ms`";
@@ -274,11 +309,19 @@ impl Tree {
 struct Scope<'a> {
     class: &'a Class<'a>,
     numbers: &'a [Option<i64>],
+    origins: &'a [Origins],
+    /// Where the values come from of the parameters that have been asked for.
+    used: RefCell<Origins>,
 }
 
-impl Scope<'_> {
+impl<'a> Scope<'a> {
+    fn new(class: &'a Class<'a>, numbers: &'a [Option<i64>], origins: &'a [Origins]) -> Self {
+        Self { class, numbers, origins, used: RefCell::default() }
+    }
+
     fn parameter(&self, name: &str) -> Option<i64> {
         let position = self.class.parameters.iter().position(|parameter| parameter.name.text == name)?;
+        self.used.borrow_mut().extend(self.origins.get(position).into_iter().flatten());
         self.numbers.get(position).copied().flatten()
     }
 

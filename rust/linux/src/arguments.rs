@@ -2,14 +2,16 @@
 //! The command line of a generated program: the options that stock LF programs have.
 
 use std::ffi::OsString;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use lexopt::prelude::{Long, Short, Value, ValueExt as _};
 use lf_model::Settings;
 use lf_model::time::Interval;
-use lf_model::units::{nanoseconds, number_and_unit, unit_ns};
 use lf_runtime::Description;
+
+use crate::parameters::Parameters;
+use crate::words::{UsageError, interval};
 
 /// What the user wants.
 #[derive(Debug, PartialEq, Eq)]
@@ -39,36 +41,28 @@ pub(crate) struct Arguments {
     pub(crate) observations: Option<PathBuf>,
 }
 
-/// What is wrong with a command line.
-#[derive(Debug)]
-pub(crate) struct UsageError(String);
-
-impl fmt::Display for UsageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for UsageError {}
-
-impl From<lexopt::Error> for UsageError {
-    fn from(error: lexopt::Error) -> Self {
-        Self(error.to_string())
-    }
-}
-
 impl Arguments {
-    /// Reads a command line, the program's name first.
+    /// Reads a command line, the program's name first; values of parameters go to the program itself.
     ///
     /// # Errors
     /// What is wrong with it, as a phrase.
     pub(crate) fn parse(
         line: impl IntoIterator<Item = OsString, IntoIter: 'static>,
         federated: bool,
+        parameters: &Parameters,
     ) -> Result<Invocation, UsageError> {
         let mut parser = lexopt::Parser::from_iter(line);
         let mut arguments = Self::default();
         while let Some(argument) = parser.next()? {
+            // The program's own names come first.
+            let parameter = match argument {
+                Long(name) => parameters.position(name),
+                _ => None,
+            };
+            if let Some(parameter) = parameter {
+                parameters.take(parameter, &mut parser)?;
+                continue;
+            }
             match argument {
                 Short('h') | Long("help") => return Ok(Invocation::Help),
                 Short('o') | Long("timeout") => arguments.timeout = Some(interval(&mut parser)?),
@@ -129,24 +123,6 @@ fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
     }
 }
 
-/// A number and a unit, in one argument or in two.
-fn interval(parser: &mut lexopt::Parser) -> Result<Interval, UsageError> {
-    let first = parser.value()?.string()?;
-    let (number, unit) = number_and_unit(&first);
-    let mut unit = unit.to_owned();
-    // The unit of 0 may be left out.
-    if unit.is_empty() {
-        unit = if number == "0" && !next_is_unit(parser) { "ns".to_owned() } else { parser.value()?.string()? };
-    }
-    nanoseconds(number, &unit).map(Interval::from_nanos).map_err(|error| UsageError(error.to_string()))
-}
-
-/// Whether the next argument is a unit of time.
-fn next_is_unit(parser: &mut lexopt::Parser) -> bool {
-    let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
-    next.as_deref().and_then(std::ffi::OsStr::to_str).is_some_and(|word| unit_ns(word).is_some())
-}
-
 /// What `--help` prints.
 pub(crate) fn usage(description: &Description) -> String {
     let mut text = format!(
@@ -174,7 +150,7 @@ mod tests {
 
     fn parse(line: &str) -> Result<Invocation, UsageError> {
         let words = std::iter::once("program").chain(line.split_whitespace()).map(OsString::from).collect::<Vec<_>>();
-        Arguments::parse(words, true)
+        Arguments::parse(words, true, &Parameters::NONE)
     }
 
     fn run(line: &str) -> Arguments {
@@ -221,7 +197,7 @@ mod tests {
             let error = parse(line).expect_err(line).to_string();
             assert!(error.contains(word), "{line}: {error}");
         }
-        let unfederated = Arguments::parse(["program", "-i", "grid"].map(OsString::from), false);
+        let unfederated = Arguments::parse(["program", "-i", "grid"].map(OsString::from), false, &Parameters::NONE);
         assert!(unfederated.expect_err("not federated").to_string().contains("not federated"));
     }
 }

@@ -14,12 +14,14 @@ mod max_length;
 mod observations;
 mod outside;
 mod panics;
+mod parameters;
 mod platform;
 pub mod rti;
 mod sockets;
 mod thread;
 mod trace;
 mod wake;
+mod words;
 #[cfg(feature = "workers")]
 mod workers;
 
@@ -29,9 +31,10 @@ pub use lf_model as model;
 pub use lf_runtime as runtime;
 pub use log;
 pub use logger::install as install_logger;
-pub use main_program::main;
+pub use main_program::{main, main_with};
 pub use max_length::MaxLength;
 pub use panics::{Lines, name_lf_lines};
+pub use parameters::{Parameter, ParameterKind, Parameters};
 pub use platform::Linux;
 pub use thread::SpawnPhysicalThread;
 pub use wake::interruption_status;

@@ -14,6 +14,7 @@ use lf_runtime::{
 
 use crate::arguments::{Arguments, Invocation, usage};
 use crate::observations::Observations;
+use crate::parameters::Parameters;
 use crate::platform::Linux;
 
 /// The exit status for a command line that makes no sense.
@@ -39,13 +40,23 @@ pub fn main<P: Program + 'static, S: EngineStorage + 'static>(
     program: fn() -> P,
     storage: fn() -> S,
 ) -> ExitCode {
+    main_with(Parameters::NONE, description, program, storage)
+}
+
+/// The same for a program whose main reactor has parameters that the command line can set.
+pub fn main_with<P: Program + 'static, S: EngineStorage + 'static>(
+    parameters: Parameters,
+    description: &'static Description,
+    program: fn() -> P,
+    storage: fn() -> S,
+) -> ExitCode {
     let size = size_of::<P>() + size_of::<S>();
     if size <= SMALL {
-        return start(description, program, storage);
+        return start(&parameters, description, program, storage);
     }
     let stack = size.saturating_mul(COPIES).saturating_add(STACK);
     let thread = thread::Builder::new().name("main".to_owned()).stack_size(stack);
-    match thread.spawn(move || start(description, program, storage)).map(JoinHandle::join) {
+    match thread.spawn(move || start(&parameters, description, program, storage)).map(JoinHandle::join) {
         Ok(Ok(status)) => status,
         Ok(Err(panic)) => std::panic::resume_unwind(panic),
         Err(error) => {
@@ -58,14 +69,15 @@ pub fn main<P: Program + 'static, S: EngineStorage + 'static>(
 /// The program's own frame: it holds all state and all queues.
 #[inline(never)]
 fn start<P: Program, S: EngineStorage>(
+    parameters: &Parameters,
     description: &'static Description,
     program: fn() -> P,
     storage: fn() -> S,
 ) -> ExitCode {
-    let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some()) {
+    let arguments = match Arguments::parse(std::env::args_os(), description.federation.is_some(), parameters) {
         Ok(Invocation::Run(arguments)) => arguments,
         Ok(Invocation::Help) => {
-            println!("{}", usage(description));
+            println!("{}{}", usage(description), parameters.usage());
             return ExitCode::SUCCESS;
         }
         Err(error) => {

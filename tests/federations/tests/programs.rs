@@ -230,6 +230,34 @@ fn bodies_can_be_cpp() {
     assert_eq!(said, ["sum 9.5", "sum 2.5", "sum 3.5"], "{finished}");
 }
 
+/// They are the main reactor's, and so are those that it gives on to contained reactors; what follows from others is
+/// fixed.
+#[test]
+fn command_lines_set_parameters_of_bodies_in_c() {
+    let run = |arguments: &[&str]| {
+        let file = programs().join("ParametersInC.lf");
+        Lfz::run("parameters_in_c", &file, &[&["--"], arguments].concat()).finish()
+    };
+    let finished = run(&[]);
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["3, 1, 0.50, 0, 10000000, nobody, 4, 6, 2"]);
+    let texts = ["--small", "255", "--really", "true", "--name", "some body", "--twice", "9"];
+    let finished = run(&[&["--n", "-5", "--real=-1.25", "--wait", "20", "msec"], &texts[..]].concat());
+    assert_eq!(finished.code(), 0, "{finished}");
+    finished.line(&["-5, 255, -1.25, 1, 20000000, some body, 9, -10, 2"]);
+    finished.line(&["child: -5, 20000000"]);
+    for (argument, value, told) in [
+        ("--small", "256", "256 is no value of the type `uint8_t`"),
+        ("--width", "3", "how many reactors or ports there are follows from it when the program is compiled"),
+        ("--due", "3 msec", "times of timers, actions, connections or deadlines follow from it"),
+        ("--pair", "1", "a value of the type `pair_t` cannot be given here: change its default"),
+    ] {
+        let finished = run(&[argument, value]);
+        assert_eq!(finished.code(), 2, "{finished}");
+        finished.line(&["error", argument, told]);
+    }
+}
+
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");

@@ -94,6 +94,7 @@ fn class(
         name: parameter.name.text.clone(),
         ty: places.ty(&parameter.ty, parameter.ty_span),
         default: parameter.default.map(|value| places.value(value, &parameter.ty, parameter.is_time, class.language)),
+        fixed: None,
         at: places.at(parameter.name.span),
     });
     let state = class.states.iter().map(|state| plan::StateVariable {

@@ -89,7 +89,12 @@ pub(crate) fn analyse(
     let main = described.index[&tree.instances[0].class];
     let name = program_name(program).to_owned();
     let rti = parts.federated.then(|| rti(&classes[tree.instances[0].class.0], &name, &target, diagnostics));
-    Some(Plan { files: files.collect(), target, rti, main, classes: described.classes, federates, name })
+    let mut classes = described.classes;
+    // All times have been asked for by now.
+    for (index, parameter) in classes[main.0].parameters.iter_mut().enumerate() {
+        parameter.fixed = tree.fixed(index);
+    }
+    Some(Plan { files: files.collect(), target, rti, main, classes, federates, name })
 }
 
 /// The files whose reactors a file has imported.

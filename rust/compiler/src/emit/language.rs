@@ -90,8 +90,8 @@ impl Plan {
         };
         length.ok_or_else(|| {
             let message = format!(
-                "the RTI is part of an image of {}, and cannot know how long values of `{}` are: give it a place of its \
-                 own, on a computer",
+                "the RTI is part of an image of {}, and cannot know how long values of `{}` are: give it a place of \
+                 its own, on a computer",
                 rti.name(),
                 input.name
             );

@@ -80,8 +80,21 @@ pub struct Parameter {
     pub ty: Type,
     /// Its default, which may name earlier parameters.
     pub default: Option<Value>,
+    /// Of the main reactor: why the program has to know the value when it is compiled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed: Option<Fixed>,
     /// Where it is declared.
     pub at: Location,
+}
+
+/// What follows from a parameter of the main reactor when the program is compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Fixed {
+    /// How many members a bank has, or channels a port.
+    Width,
+    /// When a timer, an action, a connection or a deadline is due.
+    Time,
 }
 
 /// A contained reactor: `sensor = new VoltageSensor(unit = unit)`.

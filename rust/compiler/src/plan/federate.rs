@@ -316,8 +316,8 @@ pub struct NetworkOutput {
     /// How they become bytes, where their type alone does not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
-    /// What a value is at the other end, if that is in another language and this one's compiler has to say whether it is
-    /// the same here.
+    /// What a value is at the other end, if that is in another language, and this one's compiler has to say whether it
+    /// is the same here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counterpart: Option<Shape>,
     /// Where the connection is written.
@@ -360,8 +360,8 @@ pub struct NetworkInput {
     /// How they become bytes, where their type alone does not say it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serializer: Option<Serializer>,
-    /// What a value is at the other end, if that is in another language and this one's compiler has to say whether it is
-    /// the same here.
+    /// What a value is at the other end, if that is in another language, and this one's compiler has to say whether it
+    /// is the same here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counterpart: Option<Shape>,
     /// Where the connection is written.

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 pub use cargo::{BuildType, Cargo, Dependency, Module};
 pub use class::{
-    ActionDeclaration, BANK_INDEX, Child, ChildPort, Method, Parameter, PortDeclaration, PortDirection, Reaction,
-    ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
+    ActionDeclaration, BANK_INDEX, Child, ChildPort, Fixed, Method, Parameter, PortDeclaration, PortDirection,
+    Reaction, ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
 pub use federate::{
     Argument, Federate, Instance, Mode, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction,

@@ -73,19 +73,14 @@ fn emitted(text: &str) -> String {
     listing(&emit_on(&plan, &Deployment::default()))
 }
 
-/// The path of a file in a listing.
-fn named(file: &str) -> &str {
-    file.lines().next().unwrap_or_default()
-}
-
 #[test]
 fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
     let text = "target C\nreactor A { reaction f(startup) }\nreactor B { reaction f(startup) }\n\
                 main reactor { a = new A()  b = new B() }\n";
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");
     let errors = refused(&plan);
-    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: give one \
-                of the reactions another name, or a body";
+    let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: \
+                give one of the reactions another name, or a body";
     assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
 }
 
@@ -104,7 +99,7 @@ fn cpp_of_banks_and_delays() {
     let (_, inside) = TEXT.split_once("reactor Inside").expect("it is there");
     let text = format!("{head}main reactor{inside}").replacen("target C", "target CCpp", 1);
     let all = emitted(&text);
-    let files = all.split("======== ").filter(|file| named(file).ends_with("cpp"));
+    let files = all.split("======== ").filter(|file| extension(file) == "cpp");
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
 }
 
@@ -112,10 +107,15 @@ fn cpp_of_banks_and_delays() {
 fn headers_for_bodies_that_are_functions() {
     let all = emitted(FUNCTIONS);
     let files = all.split("======== ").filter(|file| {
-        let name = named(file);
-        name.ends_with("h") || (name.contains("/c/") && !name.ends_with("program.c"))
+        let is_of_reactors = file.starts_with("P/c/") && !file.starts_with("P/c/program.c");
+        extension(file) == "h" || is_of_reactors
     });
     insta::assert_snapshot!(files.collect::<Vec<_>>().join("======== "));
+}
+
+/// What the name of a file in a listing ends with.
+fn extension(file: &str) -> &str {
+    file.lines().next().and_then(|name| name.rsplit_once('.')).map_or("", |(_, extension)| extension)
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
         }
     }
     if let Some(federate) = job.federate.filter(|_| !job.is_image) {
-        generated.insert(1, main(job, federate, &generated)?);
+        generated.insert(1, main(job, federate, &generated, None)?);
     }
     for (file, file_map) in generated {
         map.insert(file.path.clone(), file_map);
@@ -103,11 +103,13 @@ pub(in crate::languages) fn root(job: &Job<'_>, layout: Option<&Layout<'_>>) -> 
     Splices::new(job.plan).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
-/// `main.rs` of a program for this computer, which knows where in the LF program its lines stand.
+/// `main.rs` of a program for this computer, which knows where in the LF program its lines stand, and perhaps which
+/// parameters a command line can set.
 pub(in crate::languages) fn main(
     job: &Job<'_>,
     federate: &Federate,
     generated: &[(File, FileMap)],
+    parameters: Option<TokenStream>,
 ) -> Result<(File, FileMap), EmitError> {
     let about = format!(" Runs `{}` on this computer.", job.name);
     let library = ident(&job.package.replace('-', "_"));
@@ -116,6 +118,11 @@ pub(in crate::languages) fn main(
     let rows: String = rows.filter_map(|(path, lines)| lines_row(job.plan, path, &lines)).collect();
     let mut splices = Splices::new(job.plan);
     let lines = splices.text(format!("/// Where panics are in the program.\nconst LINES: &[Lines] = &[\n{rows}];\n"));
+    let call = if let Some(parameters) = parameters {
+        quote!(lf::main_with(#parameters, &DESCRIPTION, #owner::new, Storage::new))
+    } else {
+        quote!(lf::main(&DESCRIPTION, #owner::new, Storage::new))
+    };
     let tokens = quote! {
         #![doc = #about]
         use lf::Lines;
@@ -123,7 +130,7 @@ pub(in crate::languages) fn main(
         #lines
         fn main() -> std::process::ExitCode {
             lf::name_lf_lines(LINES);
-            lf::main(&DESCRIPTION, #owner::new, Storage::new)
+            #call
         }
     };
     splices.finish(format!("{}/src/main.rs", job.folder), tokens)

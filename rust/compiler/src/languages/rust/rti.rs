@@ -78,8 +78,8 @@ impl Payload<'_> {
     }
 }
 
-/// The type of an input from another federate, if it is one of this language. What a preamble declares may ask for a system that Zephyr is not, so
-/// the end of the connection that is an image is asked, and the receiver where both are.
+/// The type of an input from another federate, if it is one of this language. What a preamble declares may ask for a
+/// system that Zephyr is not, so the end of the connection that is an image is asked, and the receiver where both are.
 fn payload<'p>(
     plan: &'p Plan,
     deployment: &Deployment,

@@ -7,14 +7,12 @@ use super::class_file::ClassFile;
 use super::cpp::{self, extension};
 use super::header;
 use super::reactions::functions;
+use super::structs::{field, files, port_struct, self_struct};
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
 use super::types::CType;
 use crate::emit::{EmitError, File};
-use crate::plan::{
-    BANK_INDEX, Child, ClassIndex, FileIndex, Location, Method, Parameter, Plan, PortDeclaration, ReactorClass,
-    StateVariable, Value,
-};
+use crate::plan::{BANK_INDEX, Child, ClassIndex, Location, Method, Parameter, StateVariable, Value};
 
 /// Emits the file of a class.
 pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
@@ -27,6 +25,9 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.types();
     file.storage();
     file.construct();
+    if index == plan.main {
+        file.give();
+    }
     file.children()?;
     file.reset();
     file.methods();
@@ -310,48 +311,6 @@ fn is_elsewhere(ty: &CType, value: &Value) -> bool {
 /// The address of a value that a variable has, or points to.
 fn address(variable: &str, ty: &CType, value: &Value) -> String {
     if is_elsewhere(ty, value) { variable.to_owned() } else { format!("&{variable}") }
-}
-
-/// The field for the value, if there is one.
-fn field(ty: &CType) -> String {
-    if ty.is_nothing() { String::new() } else { format!(" {};", ty.declare("value")) }
-}
-
-/// The struct of the state and the parameters of an instance.
-pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
-    let mut fields = vec!["lf_self_base_t base".to_owned()];
-    if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
-        fields.push("int bank_index".to_owned());
-    }
-    // State hides a parameter of the same name.
-    let is_hidden = |parameter: &&Parameter| class.state.iter().any(|state| state.name == parameter.name);
-    for parameter in class.parameters.iter().filter(|parameter| !is_hidden(parameter)) {
-        fields.push(CType::new(class, &parameter.ty).declare(&parameter.name));
-    }
-    fields.extend(class.state.iter().map(|state| CType::new(class, &state.ty).declare(&state.name)));
-    format!("typedef struct {{\n    {};\n}} {name};", fields.join(";\n    "))
-}
-
-/// The files whose preambles a class knows: what a file has imported before the file itself.
-pub(super) fn files(plan: &Plan, class: &ReactorClass) -> Vec<FileIndex> {
-    fn add(plan: &Plan, file: FileIndex, seen: &mut BTreeSet<FileIndex>, files: &mut Vec<FileIndex>) {
-        if seen.insert(file) {
-            plan.files[file.0].imports.iter().for_each(|import| add(plan, *import, seen, files));
-            files.push(file);
-        }
-    }
-    // What contained reactors declare types with is known, too: their ports have them.
-    let contained = class.children.iter().map(|child| &plan.classes[child.class.0]).chain([class]);
-    let (mut seen, mut files) = (BTreeSet::new(), Vec::new());
-    for class in contained {
-        class.files.iter().chain([&class.at.file]).for_each(|file| add(plan, *file, &mut seen, &mut files));
-    }
-    files
-}
-
-/// The struct of a port.
-pub(super) fn port_struct(class: &ReactorClass, port: &PortDeclaration, name: &str) -> String {
-    format!("typedef struct {{ LF_PORT_BASE;{} }} {name};", field(&CType::new(class, &port.ty)))
 }
 
 /// The header with the preambles of an LF file.

@@ -3,7 +3,7 @@
 
 use super::sizes::Sizes;
 use super::symbols::{Symbols, preamble_headers};
-use super::{class, counterparts, external, header, program};
+use super::{class, counterparts, external, header, parameters, program};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::languages::rust::crates::{main, root};
 use crate::languages::rust::federate::{self, Bodies};
@@ -42,7 +42,7 @@ pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut
             path,
         )?);
         if !job.is_image {
-            generated.push(main(job, federate, &[])?);
+            generated.push(main(job, federate, &[], parameters::of_main(plan))?);
         }
     }
     if let Some(deployed) = deployment.rti_of(plan).filter(|_| job.rti) {
@@ -173,8 +173,7 @@ fn cmake(job: &Job<'_>, all: &Compilation) -> String {
         places.extend(path.rsplit_once('/').map(|(folder, _)| folder.to_owned()));
     }
     if !job.plan.target.c.cmake.is_empty() {
-        let places = places.iter().map(|folder| format!(" [=[{folder}]=]")).collect::<Vec<_>>().concat();
-        text = format!("{text}lf_find_program_files(app{places})\n");
+        text = format!("{text}lf_find_program_files(app [=[{}]=])\n", places.join("]=] [=["));
     }
     text
 }

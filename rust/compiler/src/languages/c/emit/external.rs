@@ -30,8 +30,8 @@ impl<'p> ClassFile<'p, '_> {
                 Some(ChildPort { is_bank: true, is_wide: true, .. }) => {
                     self.text.line(format_args!("    {ty} **lf_{own}[{own}_width + 1];"));
                     self.text.line(format_args!(
-                        "    for (int lf_i = 0, lf_at = 0; lf_i < {own}_width; lf_at += {own}_widths[lf_i++]) {{\n        \
-                         lf_{own}[lf_i] = ({ty} **)&{own}[lf_at];\n    }}"
+                        "    for (int lf_i = 0, lf_at = 0; lf_i < {own}_width; lf_at += {own}_widths[lf_i++]) \
+                         {{\n        lf_{own}[lf_i] = ({ty} **)&{own}[lf_at];\n    }}"
                     ));
                     format!("lf_{own}")
                 }

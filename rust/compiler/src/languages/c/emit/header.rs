@@ -5,7 +5,7 @@
 
 use core::fmt::Write as _;
 
-use super::class::{files, port_struct, self_struct};
+use super::structs::{files, port_struct, self_struct};
 use super::symbols::preamble_headers;
 use super::text::{Text, name_of};
 use crate::emit::File;

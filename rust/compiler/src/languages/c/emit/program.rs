@@ -59,6 +59,8 @@ impl ProgramFile<'_, '_> {
                 self.text.line(format_args!("extern lf_pool_t {};", pool_name(index)));
             }
         }
+        let main = symbols.class(plan.main);
+        self.text.line(format_args!("bool {main}_give(int, long long, double, char *);"));
         for (class, name) in symbols.classes() {
             self.text.line(format_args!("void {name}_construct(void *, const void *const *, int);"));
             let declared = &plan.classes[class.0];
@@ -131,18 +133,20 @@ impl ProgramFile<'_, '_> {
     fn construct(&mut self) {
         let symbols = self.symbols;
         let (plan, federate) = (symbols.plan, symbols.federate);
-        let most = plan.classes[plan.main.0].parameters.len() + 1;
+        let (main, count) = (symbols.class(plan.main), plan.classes[plan.main.0].parameters.len());
         self.text.line(format_args!(
-            "\nvoid lf_construct(void) {{\n    static const void *const lf_none[{most}];\n    (void)lf_none;"
+            "\n/* Values of the main reactor's parameters that are not the defaults. */\n\
+             const void *lf_main_given[{count} + 1];\n\n\
+             bool lf_give_parameter(uint16_t parameter, long long whole, double real, char *text) {{\n    \
+             return {main}_give(parameter, whole, real, text);\n}}\n\nvoid lf_construct(void) {{"
         ));
-        let main = symbols.class(plan.main);
         if self.has_main() {
-            self.text.line(format_args!("    {main}_construct(&lf_self_main, lf_none, 0);"));
+            self.text.line(format_args!("    {main}_construct(&lf_self_main, lf_main_given, 0);"));
         }
         for (index, instance) in federate.instances.iter().enumerate() {
             let own = Symbols::instance(Some(index));
             let Some(child) = instance.child else {
-                self.text.line(format_args!("    {main}_construct(&{own}, lf_none, 0);"));
+                self.text.line(format_args!("    {main}_construct(&{own}, lf_main_given, 0);"));
                 continue;
             };
             let container = Symbols::instance(instance.parent.map(|parent| parent.0));

@@ -24,6 +24,11 @@ impl CType {
         Self(text)
     }
 
+    /// The type as bodies spell it.
+    pub(super) fn text(&self) -> &str {
+        &self.0
+    }
+
     /// Whether there are no values.
     pub(super) fn is_nothing(&self) -> bool {
         self.0 == NOTHING
