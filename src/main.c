@@ -64,6 +64,7 @@ int main(void)
 	LOG_INF("lf-zephyr-rs %s", lf_version());
 	if (network_wait() == 0) {
 		status = run();
+		network_finish();
 	}
 	lf_stop(status);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Waiting for the network interface after boot. */
+/* Waiting for the network: for its interface after boot, and for the ends of its connections before the end. */
 
 #include "network.h"
 
@@ -14,15 +14,24 @@ int network_wait(void)
 	return 0;
 }
 
+/* The other system goes on with what is still to be sent. */
+void network_finish(void)
+{
+}
+
 #else
 
 #include <zephyr/logging/log.h>
 #include <zephyr/net/net_if.h>
 
+#include <tcp_internal.h>
+
 LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
 
 /* How often the interface is looked at: a link takes seconds to come up, and nothing else happens until then. */
 #define LOOK_INTERVAL K_MSEC(10)
+/* How long the others have to acknowledge the ends of their connections: time enough for several retransmissions. */
+#define FINISH_LIMIT K_SECONDS(5)
 
 int network_wait(void)
 {
@@ -43,6 +52,33 @@ int network_wait(void)
 		k_sleep(LOOK_INTERVAL);
 	}
 	return 0;
+}
+
+static void look_for_unacknowledged(struct tcp *conn, void *found)
+{
+	enum tcp_state state = net_tcp_get_state(conn);
+
+	/* What is closed with data to be sent stays established until they are acknowledged. */
+	*(bool *)found |= conn->in_close || state == TCP_FIN_WAIT_1 || state == TCP_CLOSING || state == TCP_LAST_ACK;
+}
+
+void network_finish(void)
+{
+	k_timepoint_t end = sys_timepoint_calc(FINISH_LIMIT);
+
+	while (true) {
+		bool found = false;
+
+		net_tcp_foreach(look_for_unacknowledged, &found);
+		if (!found) {
+			return;
+		}
+		if (sys_timepoint_expired(end)) {
+			LOG_WRN("Another program has not acknowledged the end of a connection");
+			return;
+		}
+		k_sleep(LOOK_INTERVAL);
+	}
 }
 
 #endif
