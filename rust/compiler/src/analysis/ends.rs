@@ -105,14 +105,11 @@ impl Builder<'_> {
         readers.chain(sends).min().unwrap_or(u16::MAX)
     }
 
-    /// The least delay per sending federate; no `after` is less than `after 0`.
+    /// The least delay per sending federate; no `after` is less than `after 0`. Connections that nothing is sent over
+    /// count like all others, as they do for LF's own compiler: the RTI is told the same by both.
     pub(super) fn upstream(&self) -> Vec<Upstream> {
         let mut least: BTreeMap<u16, Option<i64>> = BTreeMap::new();
-        for position in &self.context.network.inputs[self.part] {
-            let link = &self.context.graph.links[*position];
-            if link.physical {
-                continue;
-            }
+        for link in self.logical_links().filter(|link| usize::from(self.federate_of(link.to)) == self.part) {
             let delay = least.entry(self.federate_of(link.from)).or_insert(link.delay);
             *delay = (*delay).min(link.delay);
         }
@@ -120,10 +117,13 @@ impl Builder<'_> {
     }
 
     pub(super) fn downstream(&self) -> Vec<u16> {
-        let links = self.context.network.outputs[self.part].iter().map(|link| &self.context.graph.links[*link]);
-        let logical = links.filter(|link| !link.physical);
-        let federates: BTreeSet<u16> = logical.map(|link| self.federate_of(link.to)).collect();
+        let links = self.logical_links().filter(|link| usize::from(self.federate_of(link.from)) == self.part);
+        let federates: BTreeSet<u16> = links.map(|link| self.federate_of(link.to)).collect();
         federates.into_iter().collect()
+    }
+
+    fn logical_links(&self) -> impl Iterator<Item = &Link> {
+        self.context.graph.links.iter().filter(|link| link.is_logical_network())
     }
 }
 
