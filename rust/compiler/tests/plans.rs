@@ -160,4 +160,5 @@ fn bodies_in_c_know_the_ports_of_contained_reactors_by_their_own_names() {
 #[test]
 fn ports_are_numbered_as_other_compilers_number_them() {
     check("port_numbers");
+    check("own_ports");
 }

@@ -27,12 +27,14 @@ impl Builder<'_> {
         for position in &network.outputs[self.part] {
             let link = &graph.links[*position];
             let federate = self.federate_of(link.to);
-            let port = network.inputs[usize::from(federate)].iter().position(|input| input == position);
+            let receiver = usize::from(federate);
+            let input = network.inputs[receiver].iter().position(|input| input == position);
+            let port = input.map(|input| plan::port_of(&network.own_ports[receiver], input));
             outputs.push(plan::NetworkOutput {
                 name: self.link_name(*position),
                 source: self.port(link.from),
                 federate,
-                port: port.and_then(|port| u16::try_from(port).ok()).unwrap_or(u16::MAX),
+                port: port.unwrap_or(u16::MAX),
                 delay_ns: link.delay.filter(|_| !link.physical),
                 tells_absence: self.tells_absence(link),
                 physical: link.physical,

@@ -10,14 +10,18 @@ use super::graph::{Graph, Link, Node};
 use crate::federates::Parts;
 use crate::instances::Tree;
 use crate::resolve::{Class, Variable};
+use crate::syntax::ast::Direction;
 
 /// The connections that leave and enter each federate, by their positions in the graph.
 #[derive(Debug)]
 pub(super) struct Network {
     /// Per federate, in the order of connections.
     pub(super) outputs: Vec<Vec<usize>>,
-    /// Per federate; the position is the port number on the wire.
+    /// Per federate, in the order of their port numbers on the wire.
     pub(super) inputs: Vec<Vec<usize>>,
+    /// Per federate, ascending: the port numbers that are left out among those of the inputs, because they belong to
+    /// connections from the federate to itself.
+    pub(super) own_ports: Vec<Vec<u16>>,
     /// Per connection of the graph: whether anything is sent over it.
     pub(super) used: Vec<bool>,
 }
@@ -25,28 +29,35 @@ pub(super) struct Network {
 /// Numbers the connections between federates. What nobody writes or nobody reads has no number: nothing is sent there.
 ///
 /// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports, then
-/// by the text.
+/// by the text. Connections from a federate to itself count, though here they do not leave it.
 pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Parts, classes: &[Class<'_>]) -> Network {
     let uses = Uses::of(graph, tree, classes);
     let mut network = Network {
         outputs: vec![Vec::new(); parts.list.len()],
         inputs: vec![Vec::new(); parts.list.len()],
+        own_ports: vec![Vec::new(); parts.list.len()],
         used: graph.links.iter().map(|link| link.network && uses.is_used(link)).collect(),
     };
-    for (position, link) in graph.links.iter().enumerate().filter(|(position, _)| network.used[*position]) {
-        if let Some(part) = parts.of[graph.instance[link.from]] {
+    for (position, link) in graph.links.iter().enumerate() {
+        let is_own = !link.network && uses.is_between_federates(link, classes) && uses.is_used(link);
+        // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
+        let is_numbered = network.used[position] || is_own && !uses.is_read_late(link);
+        if let Some(part) = parts.of[graph.instance[link.from]].filter(|_| network.used[position]) {
             network.outputs[part].push(position);
         }
-        if let Some(part) = parts.of[graph.instance[link.to]] {
+        if let Some(part) = parts.of[graph.instance[link.to]].filter(|_| is_numbered) {
             network.inputs[part].push(position);
         }
     }
-    for inputs in &mut network.inputs {
+    for (inputs, own_ports) in network.inputs.iter_mut().zip(&mut network.own_ports) {
         inputs.sort_by_key(|position| {
             let link = &graph.links[*position];
-            // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
             (uses.is_read_late(link), parts.of[graph.instance[link.from]], graph.port_of(link.from), *position)
         });
+        let is_own = |position: usize| !graph.links[position].network;
+        let last = inputs.iter().rposition(|position| !is_own(*position)).unwrap_or_default();
+        own_ports.extend((0..).zip(&inputs[..last]).filter(|(_, position)| is_own(**position)).map(|(port, _)| port));
+        inputs.retain(|position| !is_own(*position));
     }
     network
 }
@@ -89,6 +100,14 @@ impl<'a> Uses<'a> {
 
     fn declaration(&self, node: Node) -> Declared {
         (self.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
+    }
+
+    /// Whether it is a connection of the federated reactor itself.
+    fn is_between_federates(&self, link: &Link, classes: &[Class<'_>]) -> bool {
+        let instances = [link.from, link.to].map(|node| &self.tree.instances[self.graph.instance[node]]);
+        let source = &classes[instances[0].class.0].ports[self.graph.port_of(link.from)];
+        // What leads through a federate begins at an input of it.
+        instances.iter().all(|instance| instance.parent == Some(0)) && source.direction == Direction::Output
     }
 
     fn is_used(&self, link: &Link) -> bool {
