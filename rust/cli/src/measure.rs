@@ -124,7 +124,7 @@ fn combine(plan: &Plan, all: &[Observations]) -> Measured {
         }
         for (message, received_at) in &observed.received {
             let (_, port, _) = message;
-            let Some(input) = federate.inputs.get(usize::from(*port)) else { continue };
+            let Some(input) = federate.input_of(*port).map(|input| &federate.inputs[input.0]) else { continue };
             let sent_at = all.get(usize::from(input.federate)).and_then(|sender| sender.sent.get(message));
             // What was lost with a federate that failed has no other end.
             let Some(sent_at) = sent_at else { continue };

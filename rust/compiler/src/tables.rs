@@ -23,6 +23,8 @@ pub struct Tables<'p> {
     pub outputs: Vec<OutputRow<'p>>,
     /// What arrives from other federates, by wire port.
     pub inputs: Vec<InputRow<'p>>,
+    /// Port numbers that none of the inputs has.
+    pub own_ports: &'p [u16],
     /// The reactions that tell absence: they run at every tag.
     pub absence: Vec<ReactionId>,
     /// The modes, those of a container before those of what it contains.
@@ -214,6 +216,7 @@ impl<'p> Tables<'p> {
             reactions: reactions.collect(),
             ports,
             outputs: federate.outputs.iter().map(output_row).collect(),
+            own_ports: &federate.own_ports,
             absence: reaction_ids(&federate.absence()),
             modes: federate.modes.iter().map(mode_row).collect(),
             upstream: federate.upstream.iter().map(|upstream| (upstream.federate, upstream.delay_ns)).collect(),

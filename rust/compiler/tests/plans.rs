@@ -156,3 +156,9 @@ fn the_time_of_a_mode_that_is_never_reset_is_never_ahead() {
 fn bodies_in_c_know_the_ports_of_contained_reactors_by_their_own_names() {
     check("c_bodies");
 }
+
+#[test]
+fn ports_are_numbered_as_other_compilers_number_them() {
+    check("port_numbers");
+    check("own_ports");
+}

@@ -39,7 +39,7 @@ fn check(plan: &Plan) {
         check_triggers(federate);
         for output in &federate.outputs {
             let receiver = &plan.federates[usize::from(output.federate)];
-            let input = &receiver.inputs[usize::from(output.port)];
+            let input = &receiver.inputs[receiver.input_of(output.port).expect("an input has this port").0];
             assert_eq!((usize::from(input.federate), input.delay_ns), (usize::from(federate.id), output.delay_ns));
             assert_eq!(input.name, output.name);
             assert!(receiver.upstream.iter().any(|upstream| upstream.federate == federate.id));

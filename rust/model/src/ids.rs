@@ -18,8 +18,8 @@ pub struct PortId(pub u16);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct OutputId(pub u16);
 
-/// A connection from another federate: its index in [`Tables::inputs`](crate::Tables::inputs), which is its port number
-/// on the wire.
+/// A connection from another federate: its index in [`Tables::inputs`](crate::Tables::inputs).
+/// [`Tables::input_of`](crate::Tables::input_of) finds it by its port number on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InputId(pub u16);
 

@@ -18,8 +18,11 @@ pub struct Tables {
     pub ports: &'static [PortInfo],
     /// What leaves for other federates.
     pub outputs: &'static [NetworkOutput],
-    /// What arrives from other federates.
+    /// What arrives from other federates, in the order of port numbers on the wire.
     pub inputs: &'static [NetworkInput],
+    /// Port numbers that none of the inputs has, ascending, because other compilers send there what goes from this
+    /// federate to itself.
+    pub own_ports: &'static [u16],
     /// The reactions that send outputs with [`NetworkOutput::tells_absence`]: they run at every tag.
     pub absence: &'static [ReactionId],
     /// The modes, and what is in them, where there are any.
@@ -37,6 +40,7 @@ impl Tables {
         ports: &[],
         outputs: &[],
         inputs: &[],
+        own_ports: &[],
         absence: &[],
         modes: None,
         #[cfg(feature = "workers")]
@@ -272,6 +276,18 @@ pub const fn words(bits: usize) -> usize {
 }
 
 impl Tables {
+    /// The input that has this port number on the wire, if one has.
+    pub fn input_of(&self, port: u16) -> Option<InputId> {
+        let is_own = self.own_ports.contains(&port);
+        let input = self.own_ports.iter().filter(|own| **own < port).fold(port, |input, _| input.saturating_sub(1));
+        (!is_own && usize::from(input) < self.inputs.len()).then_some(InputId(input))
+    }
+
+    /// The port number of an input on the wire.
+    pub fn port_of(&self, input: InputId) -> u16 {
+        self.own_ports.iter().fold(input.0, |port, own| if *own <= port { port.saturating_add(1) } else { port })
+    }
+
     /// For how many inputs the engine has to remember what a tardy message was intended for: all, if any can be tardy.
     pub const fn tardy_inputs(&self) -> usize {
         let mut i = 0;
@@ -399,6 +415,11 @@ impl Tables {
                 "an input's trigger is of another kind"
             );
             self.check_reaction_ids(self.inputs[i].readers);
+            i += 1;
+        }
+        let mut i = 1;
+        while i < self.own_ports.len() {
+            assert!(self.own_ports[i - 1] < self.own_ports[i], "port numbers of its own are not in order");
             i += 1;
         }
         let mut i = 0;

@@ -2,8 +2,8 @@
 //! Tables that contradict themselves are refused, which is at compile time in generated code.
 #![allow(missing_docs, unreachable_pub, clippy::unwrap_used, reason = "a test program has no users")]
 use lf_model::{
-    Interval, NetworkInput, NetworkOutput, OutputId, PortId, PortInfo, ReactionId, ReactionInfo, ReactionKind, Tables,
-    TriggerId, TriggerInfo, TriggerKind, storage_for, words,
+    InputId, Interval, NetworkInput, NetworkOutput, OutputId, PortId, PortInfo, ReactionId, ReactionInfo, ReactionKind,
+    Tables, TriggerId, TriggerInfo, TriggerKind, storage_for, words,
 };
 
 const fn reaction(level: u16, kind: ReactionKind) -> ReactionInfo {
@@ -95,6 +95,21 @@ fn each_contradiction_is_named() {
     assert_eq!(absence(&[ReactionId(2)]), "a reaction that does not exist tells absence");
     let input = NetworkInput { trigger: TriggerId(9), ..GOOD.inputs[0] };
     assert_eq!(refusal(Tables { inputs: Box::leak(Box::new([input])), ..GOOD }), "an input's trigger does not exist");
+    assert_eq!(refusal(Tables { own_ports: &[1, 1], ..GOOD }), "port numbers of its own are not in order");
+}
+
+#[test]
+fn inputs_are_found_by_their_ports_past_those_that_are_left_out() {
+    let tables = |own_ports| Tables { inputs: Box::leak(Box::new([GOOD.inputs[0]; 3])), own_ports, ..GOOD };
+    let own_ports: [&[u16]; 4] = [&[], &[0], &[1, 2], &[0, 2, 4]];
+    for (own_ports, expected) in own_ports.into_iter().zip([[0, 1, 2], [1, 2, 3], [0, 3, 4], [1, 3, 5]]) {
+        let tables = tables(own_ports);
+        assert_eq!([0, 1, 2].map(|input| tables.port_of(InputId(input))), expected);
+        for port in 0..8 {
+            let input = (0..).zip(expected).find(|(_, of)| *of == port).map(|(input, _)| InputId(input));
+            assert_eq!(tables.input_of(port), input, "{own_ports:?}: {port}");
+        }
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod support;
 
 use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
+use lf_runtime::Coordination;
 use proptest::prelude::*;
 use support::federation::{Edge, Plan, Report, run};
 use support::network::Conditions;
@@ -70,6 +71,27 @@ proptest! {
         assert_complete(&report);
         prop_assert_eq!(report.logs, [from_timer(10, 60, 0, 1), from_timer(10, 60, 0, 0)]);
         prop_assert_eq!(report.shut_down, [true; 2]);
+    }
+
+    /// What other compilers send from a federate to itself has port numbers of its own, before, between and behind the
+    /// others.
+    #[test]
+    fn numbers_of_ports_to_itself_are_left_out(conditions in any_conditions(), own in 0..4usize) {
+        let own_ports = [&[0][..], &[1], &[0, 1], &[0, 2, 5]][own];
+        let two = Plan { own_ports, ..ping_pong() };
+        let report = run(&two, conditions);
+        assert_complete(&report);
+        prop_assert_eq!(report.logs, [from_timer(10, 60, 0, 1), from_timer(10, 60, 0, 0)]);
+        let nodes = vec![timer(10), timer(15), Behavior::default()];
+        let plan = Plan { timeout: Some(MS(60)), own_ports, ..Plan::new(nodes, vec![edge(0, 2), edge(1, 2)]) };
+        for coordination in [Coordination::Centralized, Coordination::Decentralized] {
+            let waits = (MS(20), Interval::ZERO);
+            let edges = plan.edges.iter().map(|edge| Edge { waits, ..*edge }).collect();
+            let report = run(&Plan { edges, coordination, ..plan.clone() }, conditions);
+            assert_complete(&report);
+            let expected = merged(&[from_timer(10, 60, 0, 0), from_timer(15, 60, 1, 0)]);
+            prop_assert_eq!(merged(&report.logs[2..]), expected);
+        }
     }
 
     /// Two timers at once in one cycle: each federate is at tags at which the other has no event.

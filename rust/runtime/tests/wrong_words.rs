@@ -76,9 +76,14 @@ impl Liar {
 
 /// Why federate 1, which has an input from federate 0, ends when its RTI does this.
 fn complaint(lie: impl FnOnce(&mut Liar) + Send) -> String {
+    complaint_with(&[], lie)
+}
+
+/// The same, where some numbers of ports are left out.
+fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar) + Send) -> String {
     let nodes = vec![Behavior::default(); 2];
     let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) };
-    let plan = Plan { trials: TRIALS, keepalive: true, ..Plan::new(nodes, vec![edge]) };
+    let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge]) };
     let world = World::new(Conditions::seeded(1));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), Interval::from_millis(1_700));
@@ -151,6 +156,21 @@ fn a_message_that_is_too_long_for_an_input_that_does_not_exist_says_so() {
         liar.say_message(&Message::TaggedMessage { port: 9, federate: 1, tag: liar.at(1), payload: &[0; 5_000] });
     });
     assert!(complaint.starts_with("a message came for input 9, which this federate does not have"), "{complaint}");
+}
+
+#[test]
+fn a_message_for_a_port_that_is_left_out_is_for_no_input() {
+    let complaint = |port: u16, payload: &'static [u8]| {
+        complaint_with(&[0], |liar| {
+            liar.start();
+            liar.say_message(&Message::TaggedMessage { port, federate: 1, tag: liar.at(1), payload });
+        })
+    };
+    let missing = |port| format!("a message came for input {port}, which this federate does not have");
+    assert!(complaint(0, &[0; 4]).starts_with(&missing(0)));
+    assert!(complaint(0, &[0; 5_000]).starts_with(&missing(0)));
+    assert!(complaint(1, &[0; 5_000]).starts_with("a message over node.in has 5000 bytes"));
+    assert!(complaint(2, &[0; 4]).starts_with(&missing(2)));
 }
 
 #[test]

@@ -27,12 +27,14 @@ impl Builder<'_> {
         for position in &network.outputs[self.part] {
             let link = &graph.links[*position];
             let federate = self.federate_of(link.to);
-            let port = network.inputs[usize::from(federate)].iter().position(|input| input == position);
+            let receiver = usize::from(federate);
+            let input = network.inputs[receiver].iter().position(|input| input == position);
+            let port = input.map(|input| plan::port_of(&network.own_ports[receiver], input));
             outputs.push(plan::NetworkOutput {
                 name: self.link_name(*position),
                 source: self.port(link.from),
                 federate,
-                port: port.and_then(|port| u16::try_from(port).ok()).unwrap_or(u16::MAX),
+                port: port.unwrap_or(u16::MAX),
                 delay_ns: link.delay.filter(|_| !link.physical),
                 tells_absence: self.tells_absence(link),
                 physical: link.physical,
@@ -105,14 +107,11 @@ impl Builder<'_> {
         readers.chain(sends).min().unwrap_or(u16::MAX)
     }
 
-    /// The least delay per sending federate; no `after` is less than `after 0`.
+    /// The least delay per sending federate; no `after` is less than `after 0`. Connections that nothing is sent over
+    /// count like all others, as they do for LF's own compiler: the RTI is told the same by both.
     pub(super) fn upstream(&self) -> Vec<Upstream> {
         let mut least: BTreeMap<u16, Option<i64>> = BTreeMap::new();
-        for position in &self.context.network.inputs[self.part] {
-            let link = &self.context.graph.links[*position];
-            if link.physical {
-                continue;
-            }
+        for link in self.logical_links().filter(|link| usize::from(self.federate_of(link.to)) == self.part) {
             let delay = least.entry(self.federate_of(link.from)).or_insert(link.delay);
             *delay = (*delay).min(link.delay);
         }
@@ -120,10 +119,13 @@ impl Builder<'_> {
     }
 
     pub(super) fn downstream(&self) -> Vec<u16> {
-        let links = self.context.network.outputs[self.part].iter().map(|link| &self.context.graph.links[*link]);
-        let logical = links.filter(|link| !link.physical);
-        let federates: BTreeSet<u16> = logical.map(|link| self.federate_of(link.to)).collect();
+        let links = self.logical_links().filter(|link| usize::from(self.federate_of(link.from)) == self.part);
+        let federates: BTreeSet<u16> = links.map(|link| self.federate_of(link.to)).collect();
         federates.into_iter().collect()
+    }
+
+    fn logical_links(&self) -> impl Iterator<Item = &Link> {
+        self.context.graph.links.iter().filter(|link| link.is_logical_network())
     }
 }
 

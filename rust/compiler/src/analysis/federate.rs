@@ -236,6 +236,7 @@ impl Builder<'_> {
             host: part.host.clone(),
             outputs: self.outputs(),
             inputs: self.inputs(),
+            own_ports: self.context.network.own_ports[self.part].clone(),
             upstream: self.upstream(),
             downstream: self.downstream(),
             physical_delay_ns: physical::least_delay(self.context, self.part).filter(|_| !self.context.decentralized),

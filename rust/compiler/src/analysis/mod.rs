@@ -50,7 +50,8 @@ pub(crate) fn analyse(
     if !parts.federated {
         target.coordination = plan::Coordination::Centralized;
     }
-    let waits = waits::waits(&graph, tree, parts, classes, &target, diagnostics);
+    let network = network::number(&graph, tree, parts, classes);
+    let waits = waits::waits(&graph, &network, tree, parts, classes, &target, diagnostics);
     if diagnostics.has_errors() {
         return None;
     }
@@ -59,7 +60,6 @@ pub(crate) fn analyse(
     let places = Places::new(&sources);
     let decentralized = target.coordination == plan::Coordination::Decentralized;
     let described = classes::describe(classes, tree, decentralized, &places);
-    let network = network::number(&graph, parts);
     let zero_delay = Cycles::without_delay(&graph, parts);
     let cycles = Cycles::of_any_delay(&graph, parts);
     let mut federates = Vec::new();

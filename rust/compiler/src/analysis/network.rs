@@ -1,29 +1,151 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The connections between federates, numbered at both ends.
+//!
+//! The numbers are part of the wire protocol: a message names the port of its receiver by its number, so federates
+//! built by LF's own compiler have to come to the same ones.
 
-use super::graph::Graph;
+use std::collections::BTreeSet;
+
+use super::graph::{Graph, Link, Node};
 use crate::federates::Parts;
+use crate::instances::Tree;
+use crate::resolve::{Class, Variable};
+use crate::syntax::ast::Direction;
 
 /// The connections that leave and enter each federate, by their positions in the graph.
 #[derive(Debug)]
 pub(super) struct Network {
     /// Per federate, in the order of connections.
     pub(super) outputs: Vec<Vec<usize>>,
-    /// Per federate, in the order of connections; the position is the port number on the wire.
+    /// Per federate, in the order of their port numbers on the wire.
     pub(super) inputs: Vec<Vec<usize>>,
+    /// Per federate, ascending: the port numbers that are left out among those of the inputs, because they belong to
+    /// connections from the federate to itself.
+    pub(super) own_ports: Vec<Vec<u16>>,
+    /// Per connection of the graph: whether anything is sent over it.
+    pub(super) used: Vec<bool>,
 }
 
-/// Numbers the connections between federates.
-pub(super) fn number(graph: &Graph, parts: &Parts) -> Network {
-    let mut network =
-        Network { outputs: vec![Vec::new(); parts.list.len()], inputs: vec![Vec::new(); parts.list.len()] };
-    for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
-        if let Some(part) = parts.of[graph.instance[link.from]] {
+/// Numbers the connections between federates. What nobody writes or nobody reads has no number: nothing is sent there.
+///
+/// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports, then
+/// by the text. Connections from a federate to itself count, though here they do not leave it.
+pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Parts, classes: &[Class<'_>]) -> Network {
+    let uses = Uses::of(graph, tree, classes);
+    let mut network = Network {
+        outputs: vec![Vec::new(); parts.list.len()],
+        inputs: vec![Vec::new(); parts.list.len()],
+        own_ports: vec![Vec::new(); parts.list.len()],
+        used: graph.links.iter().map(|link| link.network && uses.is_used(link)).collect(),
+    };
+    for (position, link) in graph.links.iter().enumerate() {
+        let is_own = !link.network && uses.is_between_federates(link, classes) && uses.is_used(link);
+        // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
+        let is_numbered = network.used[position] || is_own && !uses.is_read_late(link);
+        if let Some(part) = parts.of[graph.instance[link.from]].filter(|_| network.used[position]) {
             network.outputs[part].push(position);
         }
-        if let Some(part) = parts.of[graph.instance[link.to]] {
+        if let Some(part) = parts.of[graph.instance[link.to]].filter(|_| is_numbered) {
             network.inputs[part].push(position);
         }
     }
+    for (inputs, own_ports) in network.inputs.iter_mut().zip(&mut network.own_ports) {
+        inputs.sort_by_key(|position| {
+            let link = &graph.links[*position];
+            (uses.is_read_late(link), parts.of[graph.instance[link.from]], graph.port_of(link.from), *position)
+        });
+        let is_own = |position: usize| !graph.links[position].network;
+        let last = inputs.iter().rposition(|position| !is_own(*position)).unwrap_or_default();
+        own_ports.extend((0..).zip(&inputs[..last]).filter(|(_, position)| is_own(**position)).map(|(port, _)| port));
+        inputs.retain(|position| !is_own(*position));
+    }
     network
+}
+
+/// A port of a federate as it is declared, with all its channels and for all members of a bank: the position of the
+/// instance in the federated reactor, and that of the port in its class.
+type Declared = (Option<usize>, usize);
+
+/// Which ports of federates have reactions before or behind them, in the same federate or beyond other ones.
+struct Uses<'a> {
+    graph: &'a Graph,
+    tree: &'a Tree,
+    written: BTreeSet<Declared>,
+    read: BTreeSet<Declared>,
+    /// Those of them that are read without a delay on the way.
+    read_at_once: BTreeSet<Declared>,
+}
+
+impl<'a> Uses<'a> {
+    fn of(graph: &'a Graph, tree: &'a Tree, classes: &[Class<'_>]) -> Self {
+        let (written, read) = named(graph, tree, classes);
+        let at_once = |link: &&Link| link.delay.is_none() && !link.physical;
+        let forth: Vec<_> = graph.links.iter().map(|link| (link.from, link.to)).collect();
+        let back: Vec<_> = graph.links.iter().map(|link| (link.to, link.from)).collect();
+        let back_at_once: Vec<_> = graph.links.iter().filter(at_once).map(|link| (link.to, link.from)).collect();
+        let mut uses =
+            Self { graph, tree, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
+        uses.written = uses.declared(&reached(written, &forth));
+        uses.read = uses.declared(&reached(read.clone(), &back));
+        uses.read_at_once = uses.declared(&reached(read, &back_at_once));
+        uses
+    }
+
+    /// Those of these ports that are of federates.
+    fn declared(&self, ports: &[bool]) -> BTreeSet<Declared> {
+        let ports = (0..ports.len()).filter(|node| ports[*node]);
+        let of_federates = ports.filter(|node| self.tree.instances[self.graph.instance[*node]].parent == Some(0));
+        of_federates.map(|node| self.declaration(node)).collect()
+    }
+
+    fn declaration(&self, node: Node) -> Declared {
+        (self.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
+    }
+
+    /// Whether it is a connection of the federated reactor itself.
+    fn is_between_federates(&self, link: &Link, classes: &[Class<'_>]) -> bool {
+        let instances = [link.from, link.to].map(|node| &self.tree.instances[self.graph.instance[node]]);
+        let source = &classes[instances[0].class.0].ports[self.graph.port_of(link.from)];
+        // What leads through a federate begins at an input of it.
+        instances.iter().all(|instance| instance.parent == Some(0)) && source.direction == Direction::Output
+    }
+
+    fn is_used(&self, link: &Link) -> bool {
+        self.written.contains(&self.declaration(link.from)) && self.read.contains(&self.declaration(link.to))
+    }
+
+    fn is_read_late(&self, link: &Link) -> bool {
+        !self.read_at_once.contains(&self.declaration(link.to))
+    }
+}
+
+/// The ports that reactions name: whether they write them, and whether they read them.
+fn named(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> (Vec<bool>, Vec<bool>) {
+    let (mut written, mut read) = (vec![false; graph.root.len()], vec![false; graph.root.len()]);
+    for (position, step) in graph.steps.iter().enumerate() {
+        let reaction = graph.reaction(position, tree, classes);
+        for parameter in reaction.iter().flat_map(|reaction| &reaction.parameters) {
+            let Variable::Port(port) = parameter.variable else { continue };
+            let named = if parameter.effect { &mut written } else { &mut read };
+            graph.nodes(tree, step.instance, port).into_iter().for_each(|node| named[node] = true);
+        }
+    }
+    (written, read)
+}
+
+/// What can be reached over these steps, the starting points included.
+fn reached(mut found: Vec<bool>, steps: &[(Node, Node)]) -> Vec<bool> {
+    let mut next: Vec<Vec<Node>> = vec![Vec::new(); found.len()];
+    for (from, to) in steps {
+        next[*from].push(*to);
+    }
+    let mut open: Vec<Node> = (0..found.len()).filter(|node| found[*node]).collect();
+    while let Some(at) = open.pop() {
+        for to in &next[at] {
+            if !std::mem::replace(&mut found[*to], true) {
+                open.push(*to);
+            }
+        }
+    }
+    found
 }

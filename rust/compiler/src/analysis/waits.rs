@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::graph::Graph;
+use super::network::Network;
 use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::federates::Parts;
@@ -30,6 +31,7 @@ pub(super) struct Waits {
 /// Works out the waits of every connection of the graph; 0 where a connection has none.
 pub(super) fn waits(
     graph: &Graph,
+    network: &Network,
     tree: &Tree,
     parts: &Parts,
     classes: &[Class<'_>],
@@ -58,7 +60,7 @@ pub(super) fn waits(
             }
         }));
     }
-    search.report_deadlocks(&waits);
+    search.report_deadlocks(network, &waits);
     waits
 }
 
@@ -223,10 +225,11 @@ impl<'a> Search<'a> {
     }
 
     /// Names the federates of each cycle that nobody can leave: all wait for ever for what would come at once.
-    fn report_deadlocks(&mut self, waits: &[Waits]) {
+    fn report_deadlocks(&mut self, network: &Network, waits: &[Waits]) {
         let (graph, parts) = (self.graph, self.parts);
         let cycles = Cycles::over(graph, parts, |position, link| {
-            link.is_logical_network() && link.delay.unwrap_or_default() == 0 && waits[position].max_wait_ns == i64::MAX
+            let is_awaited = network.used[position] && waits[position].max_wait_ns == i64::MAX;
+            is_awaited && link.is_logical_network() && link.delay.unwrap_or_default() == 0
         });
         let mut told = vec![false; parts.list.len()];
         for link in graph.links.iter().filter(|link| link.is_logical_network()) {

@@ -95,7 +95,8 @@ impl Network {
 
 /// The output of a federate from which an input of another one gets its messages.
 fn output(from: &Federate, to: &Federate, input: usize) -> OutputIndex {
-    let is_it = |output: &crate::plan::NetworkOutput| output.federate == to.id && usize::from(output.port) == input;
+    let is_it =
+        |output: &crate::plan::NetworkOutput| output.federate == to.id && output.port == to.port_of(InputIndex(input));
     OutputIndex(from.outputs.iter().position(is_it).expect("a plan has an output for every input"))
 }
 

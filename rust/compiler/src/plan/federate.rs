@@ -36,8 +36,12 @@ pub struct Federate {
     pub reactions: Vec<ScheduledReaction>,
     /// What leaves for other federates.
     pub outputs: Vec<NetworkOutput>,
-    /// What arrives from other federates; the position is the port number on the wire.
+    /// What arrives from other federates, in the order of port numbers on the wire.
     pub inputs: Vec<NetworkInput>,
+    /// Port numbers that none of the inputs has, ascending: those of connections from the federate to itself, which
+    /// other compilers send over, too.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub own_ports: Vec<u16>,
     /// The federates that send to this one directly, in order of id, with the least delay of the connections.
     pub upstream: Vec<Upstream>,
     /// The federates that this one sends to directly, in order of id.
@@ -55,6 +59,24 @@ impl Federate {
         let reactions = self.reactions.iter().enumerate();
         reactions.filter(|(_, reaction)| tells(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
     }
+}
+
+impl Federate {
+    /// The port number of an input on the wire.
+    pub fn port_of(&self, input: InputIndex) -> u16 {
+        port_of(&self.own_ports, input.0)
+    }
+
+    /// The input that has this port number on the wire, if one has.
+    pub fn input_of(&self, port: u16) -> Option<InputIndex> {
+        (0..self.inputs.len()).map(InputIndex).find(|input| self.port_of(*input) == port)
+    }
+}
+
+/// The port number of the input at this position, past those that belong to connections from the federate to itself.
+pub(crate) fn port_of(own_ports: &[u16], input: usize) -> u16 {
+    let port = u16::try_from(input).unwrap_or(u16::MAX);
+    own_ports.iter().fold(port, |port, own| if *own <= port { port.saturating_add(1) } else { port })
 }
 
 impl Federate {

@@ -19,6 +19,7 @@ pub use class::{
     ActionDeclaration, BANK_INDEX, Child, ChildPort, Fixed, Method, Parameter, PortDeclaration, PortDirection,
     Reaction, ReactionParameter, ReactorClass, StateVariable, Tardy, TimerDeclaration, VariableKind,
 };
+pub(crate) use federate::port_of;
 pub use federate::{
     Argument, Federate, Instance, Mode, NetworkInput, NetworkOutput, Port, ReactionKind, ScheduledReaction,
     SpacingPolicy, Trigger, TriggerKind, Upstream,

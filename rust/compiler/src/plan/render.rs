@@ -4,8 +4,8 @@
 use core::fmt::{self, Display, Formatter};
 
 use super::{
-    ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, NetworkInput, NetworkOutput, Plan, Port,
-    ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger, TriggerKind, Value,
+    ADVANCE_INTERVAL_NS_DEFAULT, Argument, BANK_INDEX, Coordination, Federate, InputIndex, NetworkInput, NetworkOutput,
+    Plan, Port, ReactionIndex, ReactionKind, ScheduledReaction, Serializer, Tardy, Target, Trigger, TriggerKind, Value,
 };
 
 /// A duration in the largest unit that divides it: `25 ms`.
@@ -160,7 +160,14 @@ impl Plan {
             self.render_reaction(federate, reaction, f)
         })?;
         list(f, "network outputs", &federate.outputs, |output, f| self.render_output(output, f))?;
-        list(f, "network inputs by wire port", &federate.inputs, |input, f| self.render_input(input, f))?;
+        if !federate.inputs.is_empty() {
+            writeln!(f, "  network inputs by wire port")?;
+        }
+        for (index, input) in federate.inputs.iter().enumerate() {
+            write!(f, "    {} ", federate.port_of(InputIndex(index)))?;
+            self.render_input(input, f)?;
+            writeln!(f)?;
+        }
         self.render_neighbours(federate, f)?;
         if let Some(ns) = federate.physical_delay_ns {
             writeln!(f, "  least delay from a physical action to another federate: {}", Time(ns))?;

@@ -291,7 +291,7 @@ impl Builder {
             }]),
             absence,
             modes: (!self.modes.is_empty()).then(|| self.leak_modes(&reactions)),
-            workers: 1,
+            ..Tables::DEFAULT
         }));
         tables.check();
         let inbox: &'static PhysicalInbox<u32, 4> = Box::leak(Box::new(PhysicalInbox::new()));

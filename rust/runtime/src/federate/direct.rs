@@ -126,7 +126,8 @@ impl<'a, 's> Direct<'a, 's> {
                 continue;
             }
             // A tag that makes room for what is held may have to wait for the other inputs.
-            execution.end_inputs(from.0, |port| inbound.receiver.holds_for(port));
+            let tables = execution.engine.tables();
+            execution.end_inputs(from.0, |input| inbound.receiver.holds_for(tables.port_of(InputId(input))));
             if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
                 if !inbound.receiver.rest().is_empty() {

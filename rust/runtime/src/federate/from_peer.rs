@@ -39,14 +39,14 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             Message::PortAbsent { port, federate, tag } => (port, federate, Some(from_wire(tag))),
             _ => return Err(self.fault(PeerFault::Unexpected(message.message_type()))),
         };
-        let input = InputId(port);
-        let fits =
-            self.execution.engine.tables().inputs.get(usize::from(port)).is_some_and(|input| {
-                federate == self.to && input.federate == self.from && input.physical == tag.is_none()
-            });
-        if !fits {
+        let tables = self.execution.engine.tables();
+        let fits = |input: &InputId| {
+            let input = &tables.inputs[usize::from(input.0)];
+            federate == self.to && input.federate == self.from && input.physical == tag.is_none()
+        };
+        let Some(input) = tables.input_of(port).filter(fits) else {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
-        }
+        };
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
@@ -55,7 +55,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {
                 let delivery = engine.deliver_tardy(&mut **program, input, tag, payload);
                 let delivery = delivery.map_err(|error| fail(failure, error))?;
-                awaited.learn(port, happens(delivery).unwrap_or(tag));
+                awaited.learn(input.0, happens(delivery).unwrap_or(tag));
                 let lateness = self.now.duration_since(tag.time);
                 self.late.report(engine, self.to, input, (tag, lateness), delivery);
             }
@@ -63,7 +63,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
                 let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
                 delivery.map_err(|error| fail(failure, error))?;
             }
-            (_, Some(tag)) => awaited.learn(port, tag),
+            (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }
         Ok(Fate::Taken)

@@ -14,7 +14,7 @@ use core::net::SocketAddrV4;
 use lf_coordination::federate::{Event, FederateError, Needs};
 use lf_coordination::{FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
-use lf_model::{DeliverError, Engine, InputId};
+use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
 
 use super::execution::{Execution, Failed};
@@ -49,10 +49,11 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
         match message {
             _ if !N::INPUTS => {}
             Message::TaggedMessage { port, tag, .. } => {
-                let (tag, input) = (from_wire(tag), InputId(port));
+                let tag = from_wire(tag);
                 // For an input that is not there it is an error.
-                let exists = usize::from(port) < self.execution.engine.tables().inputs.len();
-                if exists && self.execution.lacks_room(input, Some(tag)) {
+                if let Some(input) = self.execution.engine.tables().input_of(port)
+                    && self.execution.lacks_room(input, Some(tag))
+                {
                     return Ok(Fate::Held(tag, Some(input)));
                 }
             }
@@ -71,7 +72,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
             }
             // One of the held messages may be for this very input.
             Message::PortAbsent { port, tag, .. } if !is_before(from_wire(tag)) => {
-                self.execution.awaited.learn(port, earliest.before());
+                self.learn(port, earliest.before());
                 return Ok(Fate::Held(Tag::FOREVER, None));
             }
             _ => {}
@@ -98,14 +99,14 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             let error = if N::INPUTS { name_input(error, &self.execution.engine) } else { error.into() };
             self.execution.fail(error)
         })?;
-        let Execution { machine, engine, awaited, .. } = &mut *self.execution;
+        let Execution { machine, engine, .. } = &mut *self.execution;
         match event {
             Event::Message { .. } | Event::PortAbsent { .. } | Event::MessageAfterStop { .. } if !N::INPUTS => {}
             Event::Message { port, tag, payload } => {
-                self.deliver(InputId(port), tag, payload)?;
-                self.execution.awaited.learn(port, tag);
+                self.deliver(port, tag, payload)?;
+                self.learn(port, tag);
             }
-            Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => awaited.learn(port, tag),
+            Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => self.learn(port, tag),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
                 self.platform.set_correction(machine.clock());
@@ -124,11 +125,19 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
         Ok(Fate::Taken)
     }
 
+    /// It is known what comes at a port up to this tag.
+    fn learn(&mut self, port: u16, tag: Tag) {
+        if let Some(input) = self.execution.engine.tables().input_of(port) {
+            self.execution.awaited.learn(input.0, tag);
+        }
+    }
+
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn deliver(&mut self, input: InputId, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
+    fn deliver(&mut self, port: u16, tag: Tag, payload: &[u8]) -> Result<(), Failed> {
         let Execution { engine, program, .. } = &mut *self.execution;
         let start = engine.start_time();
-        let result = engine.deliver(&mut **program, input, tag, payload);
+        let input = engine.tables().input_of(port).ok_or(DeliverError::NoSuchPort { port });
+        let result = input.and_then(|input| engine.deliver(&mut **program, input, tag, payload));
         result.map_err(|error| {
             self.execution.fail(match error {
                 DeliverError::Late { input, tag, current } => {
@@ -144,7 +153,8 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
 /// A message that comes too late or too early is reported with the name of its connection, which tells more than the
 /// number of the input.
 fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
-    let named = |port: u16| engine.tables().inputs.get(usize::from(port)).map(|input| input.name);
+    let tables = engine.tables();
+    let named = |port: u16| tables.input_of(port).map(|input| tables.inputs[usize::from(input.0)].name);
     match error {
         FederateError::LateMessage { port, tag, current } => {
             named(port).map_or(error.into(), |input| RunError::Late { input, tag, current })

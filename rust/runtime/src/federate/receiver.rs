@@ -117,7 +117,7 @@ impl<'s> Receiver<'s> {
         self.connection.input.bytes().get(self.held.bytes..).unwrap_or_default()
     }
 
-    /// Whether a message for this input is held.
+    /// Whether a message for this port is held.
     pub(super) fn holds_for(&self, awaited: u16) -> bool {
         let mut held = self.connection.input.bytes().get(..self.held.bytes).unwrap_or_default();
         while let Ok(Decoded::Complete { message, len }) = decode(held, &self.limits) {
@@ -139,7 +139,8 @@ pub(super) fn too_long(bytes: &[u8], error: DecodeError, engine: &Engine<'_>) ->
     }
     let header = destination_in_header(bytes)?;
     let (port, bytes) = (header.port, header.payload_bytes);
-    match engine.tables().inputs.get(usize::from(port)) {
+    let tables = engine.tables();
+    match tables.input_of(port).map(|input| &tables.inputs[usize::from(input.0)]) {
         Some(input) => Some(RunError::TooLong { input: input.name, bytes, max: input.max_len }),
         None => Some(DeliverError::NoSuchPort { port }.into()),
     }

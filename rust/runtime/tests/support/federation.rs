@@ -50,6 +50,8 @@ pub struct Edge {
 pub struct Plan {
     pub nodes: Vec<Behavior>,
     pub edges: Vec<Edge>,
+    /// Port numbers that all federates leave out, as if they had connections to themselves.
+    pub own_ports: &'static [u16],
     /// Capacity of each input's queue: 1, 2 or 16.
     pub capacity: usize,
     pub timeout: Option<Interval>,
@@ -136,6 +138,7 @@ impl Plan {
         Self {
             nodes,
             edges,
+            own_ports: &[],
             capacity: 2,
             timeout: None,
             timeouts: BTreeMap::new(),
@@ -414,10 +417,11 @@ pub fn federation_of(plan: &Plan, id: u16) -> Federation {
 
 /// Runs one federate of a federation on this platform.
 pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlatform) -> Ran {
-    // A connection's port is its place among the connections to its destination.
+    // A connection's port is its place among the connections to its destination, those to itself included.
     let port_of = |index: usize| {
         let to = plan.edges[index].to;
-        u16::try_from(plan.edges[..index].iter().filter(|edge| edge.to == to).count()).unwrap()
+        let others = plan.edges[..index].iter().filter(|edge| edge.to == to).count();
+        (0..).filter(|port| !plan.own_ports.contains(port)).nth(others).unwrap()
     };
     let is_decentralized = plan.coordination == Coordination::Decentralized;
     let waits = |edge: Edge| (is_decentralized && !edge.physical).then_some(edge.waits);
@@ -431,7 +435,7 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
         .map(|(index, edge)| (edge.to, port_of(index), edge.delay, plan.is_awaited(edge), edge.physical, None))
         .collect();
     let behavior = plan.nodes[usize::from(id)];
-    let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs);
+    let mut node = Node::<N>::new(behavior, platform.side(), &inputs, &outputs).with_own_ports(plan.own_ports);
     let (mut storage, mut tardy_storage) = (NodeStorage::new(), TardyStorage::new());
     let Plan { fast, keepalive, .. } = *plan;
     let timeout = plan.timeouts.get(&id).copied().unwrap_or(plan.timeout);

@@ -168,6 +168,13 @@ impl<const N: usize> Node<N> {
         }
     }
 
+    /// The same, with port numbers that none of its inputs has.
+    pub fn with_own_ports(self, own_ports: &'static [u16]) -> Self {
+        let tables = Tables { own_ports, ..*self.tables };
+        tables.check();
+        Self { tables: Box::leak(Box::new(tables)), ..self }
+    }
+
     fn on_timer(&mut self, ctx: &mut ReactionContext<'_>) {
         self.fired += 1;
         if self.behavior.physical {

@@ -48,6 +48,7 @@ pub(crate) fn tables(planned: &tables::Tables<'_>, runs: Runs) -> &'static Table
         ports: keep(ports.collect()),
         outputs: keep(planned.outputs.iter().map(output).collect()),
         inputs: keep(planned.inputs.iter().map(input).collect()),
+        own_ports: keep(planned.own_ports.to_vec()),
         absence: keep(planned.absence.clone()),
         modes: (!planned.modes.is_empty()).then(|| modes(planned)),
         workers: if runs == Runs::OneByOne { 1 } else { 3 },

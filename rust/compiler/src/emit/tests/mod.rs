@@ -74,8 +74,8 @@ fn a_plan_survives_json() {
 #[test]
 fn what_needs_a_heap_is_refused_for_images_and_for_an_rti_that_forwards_it() {
     let text = "target Rust
-reactor A { @max_length(9) output x: String  @max_length(7) output y: {= Vec<u8> =} }
-reactor B { input x: String  input y: {= Vec<u8> =} }
+reactor A { @max_length(9) output x: String  @max_length(7) output y: {= Vec<u8> =}  reaction(startup) -> x, y {= =} }
+reactor B { input x: String  input y: {= Vec<u8> =}  reaction(x, y) {= =} }
 federated reactor { a = new A()  b = new B()  a.x, a.y -> b.x, b.y }
 ";
     let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("it is right");

@@ -18,7 +18,7 @@ use super::splice::Splices;
 use super::types::is_copy;
 use crate::deployment::{Deployment, Platform};
 use crate::emit::{EmitError, File, FileMap, Job};
-use crate::plan::{ClassIndex, ClockSync, Federate, Plan, Rti, Serializer, TriggerKind, Type};
+use crate::plan::{ClassIndex, ClockSync, Federate, InputIndex, Plan, Rti, Serializer, TriggerKind, Type};
 
 /// The types of all that the RTI passes on, each once.
 pub(super) struct Payloads<'p>(Vec<Payload<'p>>);
@@ -96,7 +96,8 @@ fn payload<'p>(
     let at_receiver = filled.and_then(|port| declared(receiver, port)).filter(|_| is_known(receiver));
     let outputs = plan.federates.iter().filter(|federate| federate.id == sender);
     let source = outputs.flat_map(|sender| sender.outputs.iter().map(move |output| (sender, output)));
-    let mut source = source.filter(|(_, output)| output.federate == receiver.id && usize::from(output.port) == port);
+    let mut source = source
+        .filter(|(_, output)| output.federate == receiver.id && output.port == receiver.port_of(InputIndex(port)));
     let source = source.next();
     let is_image = |federate: &Federate| deployment.place(&federate.name).platform != Platform::Host;
     let asked =

@@ -34,6 +34,11 @@ impl Module<'_> {
             }
             text.push_str("    ],\n");
         }
+        if self.tables.own_ports.is_empty() {
+            omits = true;
+        } else {
+            text = format!("{text}    own_ports: &{:?},\n", self.tables.own_ports);
+        }
         if !self.tables.absence.is_empty() {
             text = text + "    absence: " + &ids(&self.tables.absence) + ",\n";
         }
