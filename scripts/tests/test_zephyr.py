@@ -18,7 +18,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -208,31 +207,6 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
     assert ("lf_rti_main" in linked, "lf_main" in linked) == (True, rti == "a")
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
-
-
-@pytest.mark.usefixtures("_arm")
-def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
-    build = BUILD / "evk"
-    board = "mimxrt1170_evk@B/mimxrt1176/cm7"
-    joint = ["-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml")]
-    commands = [
-        ["lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}"],
-        ["lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}"],
-        ["lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}"],
-        ["lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint],
-    ]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        assert all(pool.map(lambda command: lf(*command, build=build), commands))
-    linked = {
-        "HelloWorld/HelloWorld": {"lf_main"},
-        "MessageTest/sender": {"lf_main"},
-        "ClockSync/board": {"lf_main"},
-        "SmartGrid/a": {"lf_main", "lf_rti_main"},
-    }
-    for image, entries in linked.items():
-        names = set(symbols(build / "zephyr" / image))
-        assert entries <= names, image
-        assert [name for name in names if ALLOCATOR.fullmatch(name)] == [], image
 
 
 def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Images for the board of the thesis: built, and looked into.
+
+The files of tests run in the order of their names. Building for this board takes longest, so it comes last.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from conftest import BUILD
+from test_zephyr import ALLOCATOR, PROGRAMS, _arm, lf, symbols
+
+__all__ = ["_arm"]
+
+pytestmark = pytest.mark.zephyr
+
+
+@pytest.mark.usefixtures("_arm")
+def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
+    build = BUILD / "evk"
+    board = "mimxrt1170_evk@B/mimxrt1176/cm7"
+    joint = ["-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml")]
+    commands = [
+        ["lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}"],
+        ["lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}"],
+        ["lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}"],
+        ["lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint],
+    ]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        assert all(pool.map(lambda command: lf(*command, build=build), commands))
+    linked = {
+        "HelloWorld/HelloWorld": {"lf_main"},
+        "MessageTest/sender": {"lf_main"},
+        "ClockSync/board": {"lf_main"},
+        "SmartGrid/a": {"lf_main", "lf_rti_main"},
+    }
+    for image, entries in linked.items():
+        names = set(symbols(build / "zephyr" / image))
+        assert entries <= names, image
+        assert [name for name in names if ALLOCATOR.fullmatch(name)] == [], image
