@@ -26,10 +26,10 @@ pub(super) struct Network {
     pub(super) used: Vec<bool>,
 }
 
-/// Numbers the connections between federates. What nobody writes or nobody reads has no number: nothing is sent there.
+/// Numbers the connections between federates. What nobody writes or nobody reads has no number: nothing is sent.
 ///
-/// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports, then
-/// by the text. Connections from a federate to itself count, though here they do not leave it.
+/// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports,
+/// then by the text. Connections from a federate to itself count, though here they do not leave it.
 pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Parts, classes: &[Class<'_>]) -> Network {
     let uses = Uses::of(graph, tree, classes);
     let mut network = Network {
