@@ -31,6 +31,7 @@ const ITEMS: &[&str] = &[
     "ZSOCK_(POLL|SHUT).*",
     "ZVFS_(F_SETFL|O_NONBLOCK|EFD_NONBLOCK)",
     "(zvfs_pollfd|sockaddr_in|net_sock_type|net_ip_protocol)",
+    "(lf_edge|lf_pin_problem)",
     "AF_INET",
     "TCP_NODELAY",
     "SOL_SOCKET",
@@ -45,6 +46,7 @@ const NUMBERS: &[&str] = &[
     "LF_SEND_BUFFER_SIZE",
     "LF_USER_THREADS",
     "LF_USER_THREAD_CLOSURE_SIZE",
+    "LF_INTERRUPTS",
     "LF_RTI_FEDERATES",
     "LF_RTI_UPSTREAM",
     "LF_RTI_CONNECTIONS",
@@ -57,7 +59,7 @@ const NUMBERS: &[&str] = &[
 ];
 
 /// The switches of Kconfig that Rust code is conditional on.
-const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP", "LF_FEDERATE", "LF_RTI"];
+const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP", "LF_FEDERATE", "LF_RTI", "GPIO"];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -65,6 +67,7 @@ fn main() -> Outcome<()> {
     let output = PathBuf::from(variable("OUT_DIR")?);
     write_bindings(&output.join("bindings.rs"))?;
     write_kconfig(&output.join("kconfig.rs"))?;
+    write_devices(&output.join("devices.rs"))?;
     write_header()
 }
 
@@ -172,6 +175,25 @@ fn write_kconfig(to: &Path) -> Outcome<()> {
             println!("cargo::rustc-cfg=CONFIG_{symbol}");
         }
     }
+    Ok(())
+}
+
+/// What `device!` finds, in Rust and in a C file that the image is linked with.
+fn write_devices(to: &Path) -> Outcome<()> {
+    let c_file = variable("LF_DEVICES_FILE")?;
+    // As with the bindings, the image cannot be linked without it.
+    println!("cargo::rerun-if-changed={c_file}");
+    if !Kconfig::read()?.is_set("GPIO") {
+        fs::write(&c_file, "/* CONFIG_GPIO is off. */\n")?;
+        fs::write(to, "")?;
+        return Ok(());
+    }
+    let header = format!("{}/devicetree_generated.h", variable("BINARY_DIR_INCLUDE_GENERATED")?);
+    println!("cargo::rerun-if-changed={header}");
+    let header = fs::read_to_string(&header).map_err(|error| format!("{header}: {error}"))?;
+    let tree = lf_devicetree::Devicetree::read(&header);
+    fs::write(&c_file, tree.c_source())?;
+    fs::write(to, tree.rust_source())?;
     Ok(())
 }
 

@@ -63,6 +63,7 @@ function(lf_federate crate)
   set(output ${CMAKE_BINARY_DIR}/lf)
   set(library ${output}/librustapp.a)
   set(wrapper ${output}/bindgen_wrapper.c)
+  set(devices ${output}/devices.c)
   set(header ${output}/include/lf/lf.h)
   file(MAKE_DIRECTORY ${output}/include/lf)
   set(sizes "")
@@ -75,7 +76,7 @@ function(lf_federate crate)
   # never made.
   add_custom_command(
     OUTPUT ${output}/always
-    BYPRODUCTS ${library} ${wrapper} ${header}
+    BYPRODUCTS ${library} ${wrapper} ${devices} ${header}
     COMMAND ${CMAKE_COMMAND} -DSETTINGS=${output}/cargo_settings.cmake -P ${LF_ZEPHYR_CMAKE_DIR}/lf_cargo_build.cmake
     COMMENT "Building the federate's crate ${crate}"
     USES_TERMINAL
@@ -88,7 +89,7 @@ function(lf_federate crate)
   endif()
   add_dependencies(app lf_crate)
 
-  target_sources(app PRIVATE ${wrapper})
+  target_sources(app PRIVATE ${wrapper} ${devices})
   target_include_directories(app PRIVATE ${output}/include)
   if(CONFIG_ARM)
     # What compilers for Arm call; without these names Rust's compiler_builtins would bring a second memcpy().
@@ -243,6 +244,7 @@ list(APPEND environment
   [==[DOTCONFIG=${DOTCONFIG}]==]
   [==[BINARY_DIR_INCLUDE_GENERATED=${BINARY_DIR_INCLUDE_GENERATED}]==]
   [==[WRAPPER_FILE=${wrapper}]==]
+  [==[LF_DEVICES_FILE=${devices}]==]
   [==[LF_HEADER_FILE=${header}]==]
   [==[LF_C_SIZES=${sizes}]==]
   [==[LF_CLANG_RESOURCE_DIR=${resources}]==]

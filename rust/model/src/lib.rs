@@ -73,7 +73,7 @@ pub use payload::{FixedPayload, Native, Payload, PayloadError, Serializer, layou
 #[doc(hidden)]
 pub use payload::{copied_by_connection, list_from, list_to, sendable, sendable_by, text_from, text_to};
 pub use physical::{
-    Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted,
+    Inbox, PhysicalAction, PhysicalActionQueue, PhysicalActionRef, PhysicalInbox, PhysicalLink, Posted, Poster,
 };
 pub use port::{Port, QueuedPort, QueuedPortInner};
 pub use program::Program;

@@ -252,6 +252,11 @@ impl PhysicalLink {
         action.post(self.outside, value, offset)
     }
 
+    /// What schedules this action for as long as this link lives, and can be copied in an interrupt.
+    pub fn poster<T>(&self, action: &PhysicalActionRef<T>) -> Poster<T> {
+        Poster { action: action.clone(), outside: self.outside }
+    }
+
     /// Asks the program to stop, at the physical time now or later by `offset`.
     pub fn request_stop(&self, offset: Offset) {
         self.outside.mailbox().request_stop(self.get_physical_time() + offset.to_interval());
@@ -285,6 +290,35 @@ impl Drop for PhysicalLink {
         self.outside.mailbox().links.fetch_sub(1, Ordering::AcqRel);
         // The event loop may have been waiting for this thread alone.
         self.outside.wake();
+    }
+}
+
+/// Schedules one physical action. The program does not wait for it, as it does for a [`PhysicalLink`]: who keeps one
+/// keeps the link that made it.
+pub struct Poster<T: 'static> {
+    action: PhysicalActionRef<T>,
+    outside: &'static dyn Outside,
+}
+
+impl<T> Poster<T> {
+    /// Schedules an event now, and later by the action's minimum delay. Callable from interrupts.
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled, and the value is dropped.
+    pub fn post(&self, value: Option<T>) -> Result<(), ScheduleError> {
+        self.action.post(self.outside, value, Offset::Asap)
+    }
+}
+
+impl<T> Clone for Poster<T> {
+    fn clone(&self) -> Self {
+        Self { action: self.action.clone(), outside: self.outside }
+    }
+}
+
+impl<T> fmt::Debug for Poster<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Poster")
     }
 }
 

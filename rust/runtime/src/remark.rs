@@ -78,6 +78,13 @@ pub enum Remark {
     ClockSync(ClockSyncReport),
     /// The system has no buffers for what is to be sent.
     NoBuffers,
+    /// The queue of the action that a device schedules had no room for so many events.
+    EventsLost {
+        /// The device, by its name in the program.
+        device: &'static str,
+        /// How many since this was said last.
+        events: u32,
+    },
 }
 
 impl fmt::Display for Remark {
@@ -99,12 +106,18 @@ impl fmt::Display for Remark {
                 "out of network buffers: what is to be sent waits for them; more of them make it quicker \
                  (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)",
             ),
+            Self::EventsLost { device, events } => write!(
+                f,
+                "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a larger \
+                 n before the action's declaration"
+            ),
         }
     }
 }
 
 coded!(Remark {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
+    EventsLost { device, events },
 });
 
 /// What a federate says of its connections with other federates.

@@ -14,6 +14,7 @@ pub mod clock;
 #[doc(hidden)]
 pub mod console;
 mod critical;
+pub mod devices;
 mod logger;
 mod net;
 mod outside;
@@ -49,7 +50,7 @@ pub mod kconfig {
 /// What reaction bodies and preambles see without asking for it.
 pub mod prelude {
     pub use crate::SpawnPhysicalThread;
-    pub use crate::{eprint, eprintln, print, println};
+    pub use crate::{device, eprint, eprintln, print, println};
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
     pub use log::{self, debug, error, info, trace, warn};
@@ -93,6 +94,20 @@ macro_rules! rti {
             (&MEMORY, &$module::$description)
         }
     };
+}
+
+/// A device of the board, by the alias or the label that the devicetree has for it, `-` being `_`: `device!(led0)`.
+///
+/// | written | gives |
+/// |---|---|
+/// | `device!(led0)` | the pin in `gpios` of a node, such as those of LEDs and keys: a [`devices::Gpio`] |
+/// | `device!(keys[1])` | one of them, where there are several |
+/// | `device!(screen.reset_gpios)` | the pin in another property |
+///
+/// What the devicetree does not have, or has disabled, is an error when the image is compiled.
+#[macro_export]
+macro_rules! device {
+    ($($name:tt)+) => { $crate::__device!($($name)+) };
 }
 
 /// Prints to Zephyr's console like std's macro, without allocating.

@@ -261,6 +261,8 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     }
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
+        #[cfg(CONFIG_GPIO)]
+        crate::devices::tell_of_lost();
         let remaining_ns = match until {
             Deadline::Now => 0,
             Deadline::At(instant) => instant.since(clock::now()).as_nanos().max(0),

@@ -70,6 +70,44 @@ extern struct k_mutex lf_console_lock;
  */
 void lf_thread_start(size_t index, void (*entry)(size_t index));
 
+/* Why a call for a pin failed, whatever numbers the C library gives to errno. */
+enum lf_pin_problem {
+	LF_PIN_NO_DRIVER,
+	LF_PIN_NOT_READY,
+	LF_PIN_NOT_SUPPORTED,
+	LF_PIN_FAILED,
+};
+
+enum lf_pin_problem lf_pin_problem(int error);
+
+/* Which changes of a pin are interrupts. */
+enum lf_edge {
+	LF_EDGE_TO_ACTIVE,
+	LF_EDGE_TO_INACTIVE,
+	LF_EDGE_BOTH,
+};
+
+/*
+ * Pins, by what the devicetree says of them; whether one is active takes its wiring into account. Each call returns 0,
+ * or a negative errno, which lf_pin_problem() classifies.
+ */
+struct gpio_dt_spec;
+bool lf_pin_is_active_low(const struct gpio_dt_spec *pin);
+int lf_pin_output(const struct gpio_dt_spec *pin, bool active);
+int lf_pin_input(const struct gpio_dt_spec *pin);
+int lf_pin_set(const struct gpio_dt_spec *pin, bool active);
+/* Returns 1 when it is active. */
+int lf_pin_get(const struct gpio_dt_spec *pin);
+
+/*
+ * Calls the handler at each such change, with the number of one of CONFIG_LF_INTERRUPTS places that is free; from the
+ * interrupt, as a rule.
+ */
+int lf_pin_watch(size_t place, const struct gpio_dt_spec *pin, enum lf_edge edge,
+		 void (*handler)(size_t place, bool active));
+/* Ends that. */
+void lf_pin_unwatch(size_t place);
+
 /*
  * Ends the program. With another status than 0 the system halts or starts again, as CONFIG_LF_FATAL_* says; with 0 it
  * stands still. native_sim exits with the status instead of halting.

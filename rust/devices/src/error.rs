@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a device does not do what it was asked for.
+
+use core::error::Error;
+use core::fmt;
+
+use embedded_hal::digital;
+
+/// What a device cannot do, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DeviceError {
+    /// The device, by the name that the program gives it.
+    pub device: &'static str,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+/// What is wrong with a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The image has no driver for it.
+    NoDriver,
+    /// Its driver could not start.
+    NotReady,
+    /// Its driver cannot do this.
+    NotSupported,
+    /// As many devices schedule actions as there is room for.
+    NoInterruptLeft {
+        /// How many can.
+        interrupts: usize,
+    },
+    /// Its driver reports this error, a number of `errno.h`.
+    Failed(i32),
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoDriver => f.write_str(
+                "the image has no driver for what it is connected to: set the driver's option in prj.conf, as \
+                 CONFIG_GPIO=y for pins",
+            ),
+            Self::NotReady => f.write_str("its driver could not start; the boot messages may say why"),
+            Self::NotSupported => f.write_str("its driver cannot do this"),
+            Self::NoInterruptLeft { interrupts } => write!(
+                f,
+                "{interrupts} devices schedule actions already, which is all there is room for: raise \
+                 CONFIG_LF_INTERRUPTS"
+            ),
+            Self::Failed(error) => write!(f, "its driver reports error {error}"),
+        }
+    }
+}
+
+impl fmt::Display for DeviceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.device, self.problem)
+    }
+}
+
+impl Error for DeviceError {}
+
+impl digital::Error for DeviceError {
+    fn kind(&self) -> digital::ErrorKind {
+        digital::ErrorKind::Other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn an_error_names_the_device_and_what_to_do() {
+        let error = DeviceError { device: "led0", problem: Problem::NoDriver };
+        assert!(error.to_string().starts_with("led0: the image has no driver"), "{error}");
+        assert!(error.to_string().contains("CONFIG_GPIO=y"), "{error}");
+        let error = DeviceError { device: "sw0", problem: Problem::NoInterruptLeft { interrupts: 4 } };
+        assert!(error.to_string().ends_with("raise CONFIG_LF_INTERRUPTS"), "{error}");
+    }
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The places of pins whose edges schedule actions.
+
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use critical_section::Mutex;
+use lf_devices::{Edge, EdgePoster, Problem};
+use lf_model::PhysicalLink;
+use lf_runtime::{Remark, tell};
+use log::Level;
+
+use super::pin::{Gpio, outcome};
+use crate::kconfig::LF_INTERRUPTS;
+use crate::raw;
+
+/// A pin that is watched, or could be.
+struct Place {
+    taken: AtomicBool,
+    /// What its interrupts do, and whose they are.
+    watched: Mutex<RefCell<Option<(EdgePoster, &'static str)>>>,
+    /// How many of them found no room since the event loop has told of it.
+    lost: AtomicU32,
+}
+
+static PLACES: [Place; LF_INTERRUPTS] = [const {
+    Place { taken: AtomicBool::new(false), watched: Mutex::new(RefCell::new(None)), lost: AtomicU32::new(0) }
+}; LF_INTERRUPTS];
+
+/// Whether any place has lost some.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// The interrupts of a pin, until this is dropped.
+#[derive(Debug)]
+pub struct Watch {
+    place: usize,
+    /// Keeps the program going for what may still come.
+    _link: PhysicalLink,
+}
+
+impl Watch {
+    pub(super) fn new(pin: Gpio, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Self, Problem> {
+        let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
+        let free = PLACES.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
+        let place = &PLACES[free];
+        critical_section::with(|section| {
+            *place.watched.borrow_ref_mut(section) = Some((poster, lf_devices::Pin::name(&pin)));
+        });
+        let edge = match edge {
+            Edge::ToActive => raw::lf_edge::LF_EDGE_TO_ACTIVE,
+            Edge::ToInactive => raw::lf_edge::LF_EDGE_TO_INACTIVE,
+            Edge::Both => raw::lf_edge::LF_EDGE_BOTH,
+        };
+        // SAFETY: the place is below CONFIG_LF_INTERRUPTS and was free, the pin is a constant of C, and the handler can
+        // be called at any time.
+        let result = unsafe { raw::lf_pin_watch(free, pin.raw(), edge, Some(happened)) };
+        match outcome(result) {
+            Ok(_) => Ok(Self { place: free, _link: link }),
+            Err(problem) => {
+                place.give_back();
+                Err(problem)
+            }
+        }
+    }
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        // SAFETY: this place is watched.
+        unsafe { raw::lf_pin_unwatch(self.place) };
+        PLACES[self.place].give_back();
+    }
+}
+
+impl Place {
+    fn give_back(&self) {
+        critical_section::with(|section| *self.watched.borrow_ref_mut(section) = None);
+        self.taken.store(false, Ordering::Release);
+    }
+}
+
+/// What C calls at an edge, from the interrupt as a rule.
+extern "C" fn happened(place: usize, active: bool) {
+    let place = &PLACES[place];
+    // It is copied out, because the event loop must not be woken while interrupts are locked.
+    let poster = critical_section::with(|section| place.watched.borrow_ref(section).as_ref().map(|(it, _)| it.clone()));
+    if poster.is_some_and(|poster| poster.post(active).is_err()) {
+        place.lost.fetch_add(1, Ordering::Relaxed);
+        LOST.store(true, Ordering::Release);
+    }
+}
+
+/// Says how many interrupts have found no room since the last call.
+pub(crate) fn tell_of_lost() {
+    if !LOST.load(Ordering::Relaxed) || !LOST.swap(false, Ordering::Acquire) {
+        return;
+    }
+    for place in &PLACES {
+        let events = place.lost.swap(0, Ordering::Relaxed);
+        let device = critical_section::with(|section| place.watched.borrow_ref(section).as_ref().map(|(_, name)| *name));
+        if let (1.., Some(device)) = (events, device) {
+            tell(Level::Warn, &Remark::EventsLost { device, events });
+        }
+    }
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Pins by Zephyr's drivers.
+
+use core::ffi::c_int;
+
+use lf_devices::{DeviceError, Edge, EdgePoster, Pin, Problem};
+use lf_model::PhysicalLink;
+
+use super::Spec;
+use super::interrupts::Watch;
+use crate::raw;
+
+/// A pin that is driven: see [`lf_devices::Output`].
+pub type Output = lf_devices::Output<Gpio>;
+/// A pin that is read: see [`lf_devices::Input`].
+pub type Input = lf_devices::Input<Gpio>;
+
+/// A pin of the devicetree, which has not been set up yet.
+#[derive(Clone, Copy, Debug)]
+pub struct Gpio {
+    name: &'static str,
+    spec: &'static Spec,
+}
+
+impl Gpio {
+    pub(crate) const fn new(name: &'static str, spec: &'static Spec) -> Self {
+        Self { name, spec }
+    }
+
+    /// Makes it an output, which is inactive at first.
+    ///
+    /// # Errors
+    /// When its driver is missing, is not ready or refuses.
+    pub fn output(self) -> Result<Output, DeviceError> {
+        Output::new(self, false)
+    }
+
+    /// Makes it an output, which is active at first.
+    ///
+    /// # Errors
+    /// When its driver is missing, is not ready or refuses.
+    pub fn output_active(self) -> Result<Output, DeviceError> {
+        Output::new(self, true)
+    }
+
+    /// Makes it an input, with the pull resistors that the devicetree says.
+    ///
+    /// # Errors
+    /// When its driver is missing, is not ready or refuses.
+    pub fn input(self) -> Result<Input, DeviceError> {
+        Input::new(self)
+    }
+
+    pub(super) fn raw(self) -> *const raw::gpio_dt_spec {
+        core::ptr::from_ref(self.spec).cast()
+    }
+}
+
+impl Pin for Gpio {
+    type Watch = Watch;
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn is_active_low(&self) -> bool {
+        // SAFETY: the pin is a constant of C; so it is in all calls here.
+        unsafe { raw::lf_pin_is_active_low(self.raw()) }
+    }
+
+    fn configure_output(&self, active: bool) -> Result<(), Problem> {
+        // SAFETY: see above.
+        outcome(unsafe { raw::lf_pin_output(self.raw(), active) }).map(drop)
+    }
+
+    fn configure_input(&self) -> Result<(), Problem> {
+        // SAFETY: see above.
+        outcome(unsafe { raw::lf_pin_input(self.raw()) }).map(drop)
+    }
+
+    fn set(&self, active: bool) -> Result<(), Problem> {
+        // SAFETY: see above; the pin was configured, so its driver is there.
+        outcome(unsafe { raw::lf_pin_set(self.raw(), active) }).map(drop)
+    }
+
+    fn is_active(&self) -> Result<bool, Problem> {
+        // SAFETY: see above; the pin was configured, so its driver is there.
+        outcome(unsafe { raw::lf_pin_get(self.raw()) }).map(|level| level > 0)
+    }
+
+    fn watch(&self, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Watch, Problem> {
+        Watch::new(*self, edge, link, poster)
+    }
+}
+
+/// What a call of C's returns.
+pub(super) fn outcome(result: c_int) -> Result<c_int, Problem> {
+    // SAFETY: it has no precondition.
+    match result {
+        0.. => Ok(result),
+        error => Err(match unsafe { raw::lf_pin_problem(error) } {
+            raw::lf_pin_problem::LF_PIN_NO_DRIVER => Problem::NoDriver,
+            raw::lf_pin_problem::LF_PIN_NOT_READY => Problem::NotReady,
+            raw::lf_pin_problem::LF_PIN_NOT_SUPPORTED => Problem::NotSupported,
+            _ => Problem::Failed(-error),
+        }),
+    }
+}
