@@ -126,12 +126,16 @@ def user_files(application: Application, board: str, federate: str | None) -> tu
 def board_file_names(board: str) -> list[str]:
     """The names that files for a board have, as in Zephyr: `/` becomes `_`; with a revision there are two names.
 
-    `a@B/c` has the files a_c.* and a_c_B.*.
+    `a@B/c/d` has the files a_c_d.* and a_c_d_B.*. A board with nothing but its SoC after the name, as in `a/c`, also has
+    a.*, for most such boards have only one.
     """
     name, _, revision_and_qualifiers = board.partition("@")
     revision, slash, qualifiers = revision_and_qualifiers.partition("/")
+    if not slash:
+        name, slash, qualifiers = name.partition("/")
     plain = (name + slash + qualifiers).replace("/", "_")
-    return [plain, f"{plain}_{revision.replace('.', '_')}"] if revision else [plain]
+    names = [plain] if not qualifiers or "/" in qualifiers else [name, plain]
+    return [*names, f"{plain}_{revision.replace('.', '_')}"] if revision else names
 
 
 def _first_file(path: Path, folders: tuple[Path, ...]) -> Path | None:

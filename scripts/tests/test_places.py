@@ -115,6 +115,8 @@ def test_without_cargo_the_compiler_in_the_path_serves(world: World) -> None:
             "mimxrt1170_evk@B/mimxrt1176/cm7",
             ["mimxrt1170_evk_mimxrt1176_cm7", "mimxrt1170_evk_mimxrt1176_cm7_B"],
         ),
+        ("qemu_cortex_m3/ti_lm3s6965", ["qemu_cortex_m3", "qemu_cortex_m3_ti_lm3s6965"]),
+        ("plank@1.2.0/soc", ["plank", "plank_soc", "plank_soc_1_2_0"]),
         ("plank@1.2.0", ["plank", "plank_1_2_0"]),
     ],
 )

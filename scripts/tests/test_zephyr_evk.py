@@ -24,7 +24,7 @@ def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None
     board = "mimxrt1170_evk@B/mimxrt1176/cm7"
     joint = ["-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml")]
     commands = [
-        ["lf-build", "hello_world/src/HelloWorld.lf", "-w", f"-b {board}"],
+        ["lf-build", "blinky/src/Blinky.lf", "-w", f"-b {board}"],
         ["lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}"],
         ["lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}"],
         ["lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint],
@@ -32,7 +32,7 @@ def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         assert all(pool.map(lambda command: lf(*command, build=build), commands))
     linked = {
-        "HelloWorld/HelloWorld": {"lf_main"},
+        "Blinky/Blinky": {"lf_main"},
         "MessageTest/sender": {"lf_main"},
         "ClockSync/board": {"lf_main"},
         "SmartGrid/a": {"lf_main", "lf_rti_main"},

@@ -18,17 +18,22 @@ foreach(module ${CMAKE_CURRENT_LIST_DIR}/../.. ${ZEPHYR_BASE}/../modules/lang/ru
   endif()
 endforeach()
 
-# Sets `out` to a board's name as it is in the names of its files: without a revision, and `_` for `/`.
-function(_lf_board_file_name out board)
+# Sets `out` to a board's name as it is in the names of its files: without a revision, and `_` for `/`. Where nothing but
+# a SoC follows, as twister writes a board's name, it is two names: most such boards have only one SoC.
+function(_lf_board_file_names out board)
   string(REGEX REPLACE "@[^/]*" "" name "${board}")
-  string(REPLACE "/" "_" name "${name}")
-  set(${out} "${name}" PARENT_SCOPE)
+  string(REPLACE "/" "_" names "${name}")
+  if(name MATCHES "^([^/]+)/[^/]+$")
+    list(PREPEND names ${CMAKE_MATCH_1})
+  endif()
+  set(${out} "${names}" PARENT_SCOPE)
 endfunction()
 
 # Sets `out` to whether Zephyr's board list has the board as one with an Arm processor.
 function(_lf_is_arm out board)
-  _lf_board_file_name(name "${board}")
-  file(GLOB descriptions ${ZEPHYR_BASE}/boards/*/*/${name}.yaml)
+  _lf_board_file_names(names "${board}")
+  list(TRANSFORM names REPLACE "(.+)" "${ZEPHYR_BASE}/boards/*/*/\\1.yaml")
+  file(GLOB descriptions ${names})
   set(${out} FALSE PARENT_SCOPE)
   foreach(description IN LISTS descriptions)
     file(STRINGS ${description} lines REGEX "^arch: arm$")

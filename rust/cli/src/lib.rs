@@ -13,6 +13,7 @@ mod failure;
 mod federation;
 mod guard;
 mod measure;
+mod oscilloscope;
 mod supervisor;
 mod terminal;
 mod time;

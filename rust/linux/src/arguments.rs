@@ -10,6 +10,7 @@ use lf_model::Settings;
 use lf_model::time::Interval;
 use lf_runtime::Description;
 
+use crate::devices::Script;
 use crate::parameters::Parameters;
 use crate::words::{UsageError, interval};
 
@@ -39,6 +40,10 @@ pub(crate) struct Arguments {
     pub(crate) rti_port: Option<u16>,
     /// `--observations FILE`
     pub(crate) observations: Option<PathBuf>,
+    /// `--devices FILE`: what inputs do.
+    pub(crate) devices: Option<PathBuf>,
+    /// `--vcd FILE`: what pins did.
+    pub(crate) vcd: Option<PathBuf>,
 }
 
 impl Arguments {
@@ -71,6 +76,8 @@ impl Arguments {
                 Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
                 Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
+                Long("devices") => arguments.devices = Some(parser.value()?.into()),
+                Long("vcd") => arguments.vcd = Some(parser.value()?.into()),
                 Short('i' | 'r') | Long("id" | "rti" | "observations") => {
                     return Err(UsageError(
                         "this program is not federated: it has no RTI and no federation".to_owned(),
@@ -80,6 +87,17 @@ impl Arguments {
             }
         }
         Ok(Invocation::Run(arguments))
+    }
+
+    /// What the script of the command line says that inputs do.
+    ///
+    /// # Errors
+    /// When it cannot be read, or makes no sense.
+    pub(crate) fn script(&self) -> Result<Script, UsageError> {
+        let Some(path) = &self.devices else { return Ok(Script::default()) };
+        let wrong = |what: &dyn std::fmt::Display| UsageError(format!("{}: {what}", path.display()));
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        Script::read(&text).map_err(|error| wrong(&error))
     }
 
     /// The program's settings, as the user has changed them.
@@ -129,7 +147,9 @@ pub(crate) fn usage(description: &Description) -> String {
         "Runs {} of the Lingua Franca program {}.\n\nOptions:\n\
          \x20 -o, --timeout TIME UNIT   last tag, counted from the start, such as 500 msec\n\
          \x20 -f, --fast [true|false]   do not wait for physical time\n\
-         \x20 -k, --keepalive [true|false]  do not stop when there are no events\n",
+         \x20 -k, --keepalive [true|false]  do not stop when there are no events\n\
+         \x20     --devices FILE        what inputs do: lines such as 100 ms button0 1\n\
+         \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",
         description.name, description.program
     );
     if let Some(federation) = &description.federation {

@@ -8,6 +8,7 @@
 mod arguments;
 mod attention;
 mod clock;
+pub mod devices;
 mod logger;
 mod main_program;
 mod max_length;
@@ -43,7 +44,7 @@ pub use workers::Threads;
 
 /// What reaction bodies and preambles see without asking for it.
 pub mod prelude {
-    pub use crate::SpawnPhysicalThread;
+    pub use crate::{SpawnPhysicalThread, device};
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
     pub use log::{self, debug, error, info, trace, warn};

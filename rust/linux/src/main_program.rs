@@ -13,6 +13,7 @@ use lf_runtime::{
 };
 
 use crate::arguments::{Arguments, Invocation, usage};
+use crate::devices::Simulation;
 use crate::observations::Observations;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
@@ -86,6 +87,15 @@ fn start<P: Program, S: EngineStorage>(
         }
     };
     crate::logger::install(description.logging);
+    let script = match arguments.script() {
+        Ok(script) => script,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return ExitCode::from(USAGE);
+        }
+    };
+    // It ends last, however the program ends.
+    let _devices = Simulation::begin(description.name, description.federation.is_none(), script, arguments.vcd.clone());
     let (mut program, mut storage) = (program(), storage());
     let tables = program.tables();
     let engine = Engine::new(tables, &mut storage, arguments.settings(description.settings()));

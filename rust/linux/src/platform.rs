@@ -14,6 +14,7 @@ use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomErro
 
 use crate::attention::{Attention, look_until};
 use crate::clock::Clock;
+use crate::devices;
 use crate::observations::Observations;
 use crate::outside::HostOutside;
 use crate::sockets::{Sockets, Waited};
@@ -81,6 +82,10 @@ impl Linux {
 }
 
 impl Platform for Linux {
+    fn starts(&mut self, start: Instant) {
+        devices::starts(start);
+    }
+
     fn observe(&mut self, observation: Observation) {
         if let Some(observations) = &mut self.observations {
             observations.note(observation);

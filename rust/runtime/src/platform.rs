@@ -232,6 +232,9 @@ pub trait Platform {
     /// May return early; must not return later than the platform's timer resolution after `until`.
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest));
 
+    /// Is told at which physical time the program starts, before its first tag begins.
+    fn starts(&mut self, _start: Instant) {}
+
     /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes
     /// no time where nobody measures.
     fn observe(&mut self, _observation: Observation) {}

@@ -49,7 +49,9 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// A program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
         let world = World(platform.outside());
-        engine.start(world.0.physical_time());
+        let start = world.0.physical_time();
+        platform.starts(start);
+        engine.start(start);
         Self { platform, program, engine, world, asked_to_stop: false }
     }
 

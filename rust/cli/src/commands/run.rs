@@ -13,6 +13,7 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
 use crate::measure;
+use crate::oscilloscope;
 use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
 
@@ -34,6 +35,9 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
             "{name} does not ask for decentralized coordination: nobody waits there"
         )));
     }
+    if arguments.vcd.is_some() {
+        oscilloscope::clear(&built.plan, &built.out);
+    }
     let interrupts = Interrupts::of_this_process()?;
     let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
         // Which participant failed how has been said; a single number cannot say more than that one did.
@@ -46,6 +50,10 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         std::fs::write(bounds, measured.to_yaml(&built.plan))
             .map_err(|error| Failure::message(format!("cannot write {}: {error}", bounds.display())))?;
         terminal::remark(format_args!("{} messages measured: {}", measured.messages, bounds.display()));
+    }
+    if let Some(file) = &arguments.vcd {
+        let pins = oscilloscope::merge(&built.plan, &built.out, file)?;
+        terminal::remark(format_args!("{pins} pins recorded: {}", file.display()));
     }
     Ok(ExitCode::from(ending.exit_code()))
 }
@@ -69,6 +77,12 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         words.extend(arguments.arguments.iter().map(Word::from));
         if arguments.measure.is_some() {
             words.extend(["--observations".into(), measure::file(&built.out, federate).into()]);
+        }
+        if let Some(script) = &arguments.devices {
+            words.extend(["--devices".into(), script.into()]);
+        }
+        if arguments.vcd.is_some() {
+            words.extend(["--vcd".into(), oscilloscope::file(&built.out, federate).into()]);
         }
         federates.push(Process { name: name.clone(), words, ..Process::default() });
     }

@@ -112,7 +112,10 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 self.platform.set_correction(machine.clock());
             }
             Event::PeerFound { federate, address } => *self.found = Some((federate, address)),
-            Event::Started(start) => self.execution.start(start),
+            Event::Started(start) => {
+                self.platform.starts(start);
+                self.execution.start(start);
+            }
             Event::StopGranted(tag) => {
                 log::debug!("the federation stops at {tag}");
                 engine.set_stop_tag(tag);
