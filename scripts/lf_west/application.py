@@ -126,8 +126,8 @@ def user_files(application: Application, board: str, federate: str | None) -> tu
 def board_file_names(board: str) -> list[str]:
     """The names that files for a board have, as in Zephyr: `/` becomes `_`; with a revision there are two names.
 
-    `a@B/c/d` has the files a_c_d.* and a_c_d_B.*. A board with nothing but its SoC after the name, as in `a/c`, also has
-    a.*, for most such boards have only one.
+    `a@B/c/d` has the files a_c_d.* and a_c_d_B.*. A board with nothing but its SoC after the name, as in `a/c`, also
+    has a.*, for most such boards have only one.
     """
     name, _, revision_and_qualifiers = board.partition("@")
     revision, slash, qualifiers = revision_and_qualifiers.partition("/")

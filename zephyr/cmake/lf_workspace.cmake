@@ -18,8 +18,8 @@ foreach(module ${CMAKE_CURRENT_LIST_DIR}/../.. ${ZEPHYR_BASE}/../modules/lang/ru
   endif()
 endforeach()
 
-# Sets `out` to a board's name as it is in the names of its files: without a revision, and `_` for `/`. Where nothing but
-# a SoC follows, as twister writes a board's name, it is two names: most such boards have only one SoC.
+# Sets `out` to a board's name as it is in the names of its files: without a revision, and `_` for `/`. Where nothing
+# but a SoC follows, as twister writes a board's name, it is two names: most such boards have only one SoC.
 function(_lf_board_file_names out board)
   string(REGEX REPLACE "@[^/]*" "" name "${board}")
   string(REPLACE "/" "_" names "${name}")

@@ -8,8 +8,8 @@ use crate::Devicetree;
 use crate::names::{self, Meaning, Pin};
 
 impl Devicetree {
-    /// The C file: what Zephyr's drivers need of each pin, as a constant of its own, which the linker leaves out where no
-    /// program uses it. A pin whose driver is not in the image has no port there.
+    /// The C file: what Zephyr's drivers need of each pin, as a constant of its own, which the linker leaves out where
+    /// no program uses it. A pin whose driver is not in the image has no port there.
     pub fn c_source(&self) -> String {
         let mut source =
             "/* SPDX-License-Identifier: Apache-2.0 */\n/* The pins that the devicetree has names for. */\n\n\
@@ -61,8 +61,8 @@ impl Devicetree {
         let usable: Vec<&str> = usable.map(|(name, _)| name.as_str()).collect();
         let known = if usable.is_empty() { "none at all".to_owned() } else { usable.join(", ") };
         format!(
-            "/// Pins by their names.\n#[doc(hidden)]\npub mod pins {{\n    use super::{{Gpio, Spec}};\n    unsafe extern \"C\" \
-             {{\n{symbols}    }}\n{functions}}}\n\n\
+            "/// Pins by their names.\n#[doc(hidden)]\npub mod pins {{\n    use super::{{Gpio, Spec}};\n    \
+             unsafe extern \"C\" {{\n{symbols}    }}\n{functions}}}\n\n\
              /// What `device!` finds.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
              ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no pin `\", \
              stringify!($($name)*), \"`; it has {known}. An alias of your own is a line of the application's \

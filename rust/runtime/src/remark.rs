@@ -108,8 +108,8 @@ impl fmt::Display for Remark {
             ),
             Self::EventsLost { device, events } => write!(
                 f,
-                "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a larger \
-                 n before the action's declaration"
+                "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a \
+                 larger n before the action's declaration"
             ),
         }
     }

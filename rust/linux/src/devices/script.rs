@@ -87,8 +87,8 @@ impl Script {
         own.or_else(|| self.inputs.get(device)).map_or(&[], Vec::as_slice)
     }
 
-    /// The devices that should be this federate's, and that it does not have. A name without a federate can be another's,
-    /// where there are others.
+    /// The devices that should be this federate's, and that it does not have. A name without a federate can be
+    /// another's, where there are others.
     pub(crate) fn unknown<'s>(&'s self, federate: &str, is_alone: bool, knows: impl Fn(&str) -> bool) -> Vec<&'s str> {
         let own = format!("{federate}.");
         let is_unknown = |name: &&'s String| match name.strip_prefix(&own) {

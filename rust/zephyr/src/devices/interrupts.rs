@@ -10,7 +10,7 @@ use lf_model::PhysicalLink;
 use lf_runtime::{Remark, tell};
 use log::Level;
 
-use super::pin::{Gpio, outcome};
+use super::spec::{Spec, outcome};
 use crate::kconfig::LF_INTERRUPTS;
 use crate::raw;
 
@@ -39,12 +39,19 @@ pub struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(pin: Gpio, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Self, Problem> {
+    /// Watches the pin of this name.
+    pub(super) fn new(
+        name: &'static str,
+        pin: &'static Spec,
+        edge: Edge,
+        link: PhysicalLink,
+        poster: EdgePoster,
+    ) -> Result<Self, Problem> {
         let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
         let free = PLACES.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
         let place = &PLACES[free];
         critical_section::with(|section| {
-            *place.watched.borrow_ref_mut(section) = Some((poster, lf_devices::Pin::name(&pin)));
+            *place.watched.borrow_ref_mut(section) = Some((poster, name));
         });
         let edge = match edge {
             Edge::ToActive => raw::lf_edge::LF_EDGE_TO_ACTIVE,
@@ -73,6 +80,10 @@ impl Drop for Watch {
 }
 
 impl Place {
+    fn name(&self) -> Option<&'static str> {
+        critical_section::with(|section| self.watched.borrow_ref(section).as_ref().map(|(_, name)| *name))
+    }
+
     fn give_back(&self) {
         critical_section::with(|section| *self.watched.borrow_ref_mut(section) = None);
         self.taken.store(false, Ordering::Release);
@@ -97,8 +108,7 @@ pub(crate) fn tell_of_lost() {
     }
     for place in &PLACES {
         let events = place.lost.swap(0, Ordering::Relaxed);
-        let device = critical_section::with(|section| place.watched.borrow_ref(section).as_ref().map(|(_, name)| *name));
-        if let (1.., Some(device)) = (events, device) {
+        if let (1.., Some(device)) = (events, place.name()) {
             tell(Level::Warn, &Remark::EventsLost { device, events });
         }
     }

@@ -4,8 +4,6 @@
 //! zephyr-lang-rust's own support for the devicetree is not used: what it generates is of its crate `zephyr`, which
 //! asks for `alloc` and has a panic handler of its own (`docs/decisions/019-devices-by-macro.md`).
 
-use core::fmt;
-
 pub use lf_devices::{DeviceError, Edge, Problem, embedded_hal};
 
 mod delay;
@@ -13,25 +11,17 @@ mod delay;
 mod interrupts;
 #[cfg(CONFIG_GPIO)]
 mod pin;
+#[cfg(CONFIG_GPIO)]
+mod spec;
 
 pub use delay::Delay;
 #[cfg(CONFIG_GPIO)]
 pub(crate) use interrupts::tell_of_lost;
 #[cfg(CONFIG_GPIO)]
 pub use pin::{Gpio, Input, Output};
-
-/// What C has of a pin; only C looks into it.
-#[repr(C)]
+#[cfg(CONFIG_GPIO)]
 #[doc(hidden)]
-pub struct Spec {
-    _opaque: [u8; 0],
-}
-
-impl fmt::Debug for Spec {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Spec")
-    }
-}
+pub use spec::Spec;
 
 // The module `pins`, and the macro `__device!`.
 #[cfg(CONFIG_GPIO)]

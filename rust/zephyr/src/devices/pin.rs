@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pins by Zephyr's drivers.
 
-use core::ffi::c_int;
-
 use lf_devices::{DeviceError, Edge, EdgePoster, Pin, Problem};
 use lf_model::PhysicalLink;
 
-use super::Spec;
 use super::interrupts::Watch;
+use super::spec::{Spec, outcome};
 use crate::raw;
 
 /// A pin that is driven: see [`lf_devices::Output`].
@@ -51,8 +49,8 @@ impl Gpio {
         Input::new(self)
     }
 
-    pub(super) fn raw(self) -> *const raw::gpio_dt_spec {
-        core::ptr::from_ref(self.spec).cast()
+    fn raw(self) -> *const raw::gpio_dt_spec {
+        self.spec.raw()
     }
 }
 
@@ -89,20 +87,6 @@ impl Pin for Gpio {
     }
 
     fn watch(&self, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Watch, Problem> {
-        Watch::new(*self, edge, link, poster)
-    }
-}
-
-/// What a call of C's returns.
-pub(super) fn outcome(result: c_int) -> Result<c_int, Problem> {
-    // SAFETY: it has no precondition.
-    match result {
-        0.. => Ok(result),
-        error => Err(match unsafe { raw::lf_pin_problem(error) } {
-            raw::lf_pin_problem::LF_PIN_NO_DRIVER => Problem::NoDriver,
-            raw::lf_pin_problem::LF_PIN_NOT_READY => Problem::NotReady,
-            raw::lf_pin_problem::LF_PIN_NOT_SUPPORTED => Problem::NotSupported,
-            _ => Problem::Failed(-error),
-        }),
+        Watch::new(self.name, self.spec, edge, link, poster)
     }
 }
