@@ -62,6 +62,9 @@ impl Simulation {
         let mut pins = self.lock();
         let now = HostOutside::of_program().physical_time();
         let changes = pins.outputs.entry(name).or_default();
+        if changes.last().is_some_and(|(_, before)| *before == active) {
+            return;
+        }
         if self.recording.is_none() {
             changes.clear();
         }

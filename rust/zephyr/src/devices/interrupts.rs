@@ -75,6 +75,8 @@ impl Drop for Watch {
     fn drop(&mut self) {
         // SAFETY: this place is watched.
         unsafe { raw::lf_pin_unwatch(self.place) };
+        // Afterwards nobody knows whose they were.
+        tell_of_lost();
         PLACES[self.place].give_back();
     }
 }
