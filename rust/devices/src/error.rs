@@ -6,8 +6,8 @@ use core::fmt;
 
 use embedded_hal::digital;
 
-/// What a device cannot do, and why.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a device cannot do, and why. Its `Debug` is a sentence, too, for that is what a panic of `unwrap()` shows.
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct DeviceError {
     /// The device, by the name that the program gives it.
     pub device: &'static str,
@@ -38,8 +38,8 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoDriver => f.write_str(
-                "the image has no driver for what it is connected to: set the driver's option in prj.conf, as \
-                 CONFIG_GPIO=y for pins",
+                "the image has no driver for its controller: prj.conf, or a board's file, leaves it out; each driver \
+                 has an option, such as CONFIG_GPIO_STELLARIS",
             ),
             Self::NotReady => f.write_str("its driver could not start; the boot messages may say why"),
             Self::NotSupported => f.write_str("its driver cannot do this"),
@@ -56,6 +56,12 @@ impl fmt::Display for Problem {
 impl fmt::Display for DeviceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.device, self.problem)
+    }
+}
+
+impl fmt::Debug for DeviceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 
@@ -78,7 +84,7 @@ mod tests {
     fn an_error_names_the_device_and_what_to_do() {
         let error = DeviceError { device: "led0", problem: Problem::NoDriver };
         assert!(error.to_string().starts_with("led0: the image has no driver"), "{error}");
-        assert!(error.to_string().contains("CONFIG_GPIO=y"), "{error}");
+        assert!(error.to_string().contains("CONFIG_GPIO_"), "{error}");
         let error = DeviceError { device: "sw0", problem: Problem::NoInterruptLeft { interrupts: 4 } };
         assert!(error.to_string().ends_with("raise CONFIG_LF_INTERRUPTS"), "{error}");
     }
