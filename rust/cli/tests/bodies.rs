@@ -18,6 +18,8 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
     command.current_dir(folder()).args(arguments).arg(file);
     command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env_remove("RUST_BACKTRACE");
+    // In which quotation marks compilers of C speak depends on it.
+    command.env("LC_ALL", "C.UTF-8");
     if let Some(out) = out {
         command.arg("--out").arg(out);
     }
