@@ -35,6 +35,20 @@ fn bodies_print_and_log() {
     assert!(!finished.lines.iter().any(|line| line.contains("by log::trace")), "{finished}");
 }
 
+/// The target property is about what C prints, too.
+#[test]
+fn bodies_in_c_print_what_logging_lets_through() {
+    let finished = Lfz::run("talking_in_c", &programs().join("TalkingInC.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.lines.iter().filter(|line| line.contains("by ")).map(String::as_str).collect();
+    let expected = ["by lf_print", "WARNING: by lf_print_warning", "LOG: by lf_print_log", "LOG: by LF_PRINT_LOG"];
+    assert_eq!(said, expected, "{finished}");
+    let finished = Lfz::run("quiet_in_c", &programs().join("QuietInC.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.lines.iter().filter(|line| line.contains("by ")).map(String::as_str).collect();
+    assert_eq!(said, ["WARNING: by lf_print_warning", "by printf"], "{finished}");
+}
+
 #[test]
 fn values_may_be_larger_than_the_stack_of_a_process() {
     let finished = Lfz::run("large_arrays", &programs().join("LargeArrays.lf"), &[]).finish();

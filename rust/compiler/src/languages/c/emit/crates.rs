@@ -8,7 +8,7 @@ use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::languages::rust::crates::{main, root};
 use crate::languages::rust::federate::{self, Bodies};
 use crate::languages::rust::{manifest, rti};
-use crate::plan::{FileIndex, Location, Plan};
+use crate::plan::{FileIndex, Location, Logging, Plan};
 
 /// Adds a crate's files.
 ///
@@ -90,6 +90,7 @@ impl Compilation {
         }
         // As many threads run reactions as in images.
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
+        all.flags.extend(logging(job));
         all.flags.extend(
             native
                 .definitions
@@ -117,6 +118,22 @@ impl Compilation {
         }
         Ok(())
     }
+}
+
+/// How much `lf_print` and its kin print, where the program says it: LF's numbers of levels, in LF's macro. In images
+/// that name is one of Zephyr's own macros.
+fn logging(job: &Job<'_>) -> Option<String> {
+    let name = if job.is_image { "LF_LOG_LEVEL" } else { "LOG_LEVEL" };
+    let level = match job.plan.target.logging {
+        Logging::Error => 0,
+        Logging::Warn => 1,
+        // The default of the header.
+        Logging::Info => return None,
+        Logging::Log => 3,
+        Logging::Debug => 4,
+    };
+    let is_defined = job.plan.target.c.definitions.iter().any(|one| one.name == name);
+    (!is_defined).then(|| format!("-D{name}={level}"))
 }
 
 /// Whether a participant is meant by what a file says: the main one, or one of which it has reactors.
