@@ -36,7 +36,7 @@ pub use lf_coordination::auth::{AUTHENTICATOR, Authenticator, answer_rti};
 pub use lf_coordination::code::PREFIX as CODE_PREFIX;
 pub use lf_coordination::federate::{All, AwaitedInput, ClockSync, Coordination, Needs};
 pub use lf_wire::DELAY_NONE;
-pub use remark::{Code, ConnectionRemark, PeerRemark, Remark, TEXTS, Tell, explain, tell};
+pub use remark::{Code, ConnectionRemark, DeviceRemark, PeerRemark, Remark, TEXTS, Tell, explain, tell};
 pub use rti::{Inlet, Outgoing, RtiLoop, RtiSetup, log_notice, run_rti};
 pub use turn::Turn;
 pub use unfederated::{UnfederatedLoop, run_unfederated};

@@ -53,7 +53,7 @@ macro_rules! families {
 }
 
 families! {
-    0 ImageError, 1 RtiError, 2 Notice<'a>, 3 Remark, 4 PeerRemark, 5 ConnectionRemark,
+    0 ImageError, 1 RtiError, 2 Notice<'a>, 3 Remark, 4 PeerRemark, 5 ConnectionRemark, 6 DeviceRemark,
 }
 
 /// What a federate says while it goes on.
@@ -78,13 +78,6 @@ pub enum Remark {
     ClockSync(ClockSyncReport),
     /// The system has no buffers for what is to be sent.
     NoBuffers,
-    /// The queue of the action that a device schedules had no room for so many events.
-    EventsLost {
-        /// The device, by its name in the program.
-        device: &'static str,
-        /// How many since this was said last.
-        events: u32,
-    },
 }
 
 impl fmt::Display for Remark {
@@ -106,19 +99,38 @@ impl fmt::Display for Remark {
                 "out of network buffers: what is to be sent waits for them; more of them make it quicker \
                  (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)",
             ),
-            Self::EventsLost { device, events } => write!(
-                f,
-                "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a \
-                 larger n before the action's declaration"
-            ),
         }
     }
 }
 
 coded!(Remark {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
-    EventsLost { device, events },
 });
+
+/// What a program says of its devices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DeviceRemark {
+    /// The queue of the action that a device schedules had no room for so many events.
+    EventsLost {
+        /// The device, by its name in the program.
+        device: &'static str,
+        /// How many since this was said last.
+        events: u32,
+    },
+}
+
+impl fmt::Display for DeviceRemark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self::EventsLost { device, events } = self;
+        write!(
+            f,
+            "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a larger n \
+             before the action's declaration"
+        )
+    }
+}
+
+coded!(DeviceRemark { EventsLost { device, events } });
 
 /// What a federate says of its connections with other federates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use lf_devices::{DeviceError, Edge, EdgePoster, Pin, Problem};
 use lf_model::time::{Instant, Interval};
 use lf_model::{Outside, PhysicalLink};
-use lf_runtime::{Remark, tell};
+use lf_runtime::{DeviceRemark, tell};
 use log::Level;
 
 use super::simulation::Simulation;
@@ -135,6 +135,6 @@ fn wait_until(time: Instant, ended: &std::sync::mpsc::Receiver<()>) -> bool {
 
 fn tell_of_lost(device: &'static str, events: u32) {
     if events > 0 {
-        tell(Level::Warn, &Remark::EventsLost { device, events });
+        tell(Level::Warn, &DeviceRemark::EventsLost { device, events });
     }
 }

@@ -7,7 +7,7 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use critical_section::Mutex;
 use lf_devices::{Edge, EdgePoster, Problem};
 use lf_model::PhysicalLink;
-use lf_runtime::{Remark, tell};
+use lf_runtime::{DeviceRemark, tell};
 use log::Level;
 
 use super::spec::{Spec, outcome};
@@ -111,7 +111,7 @@ pub(crate) fn tell_of_lost() {
     for place in &PLACES {
         let events = place.lost.swap(0, Ordering::Relaxed);
         if let (1.., Some(device)) = (events, place.name()) {
-            tell(Level::Warn, &Remark::EventsLost { device, events });
+            tell(Level::Warn, &DeviceRemark::EventsLost { device, events });
         }
     }
 }
