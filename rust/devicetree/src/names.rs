@@ -34,8 +34,8 @@ pub(crate) fn of(tree: &Devicetree) -> BTreeMap<String, Meaning> {
     let mut names = BTreeMap::new();
     // Where a label is an alias of something else, the alias counts, for it is meant for applications.
     let is_identifier = |name: &str| !name.starts_with(|first: char| first.is_ascii_digit());
-    for (name, node) in tree.labels.iter().chain(&tree.aliases).filter(|(name, _)| is_identifier(name)) {
-        names.retain(|spelled: &String, _| spelled.split(['.', '[']).next() != Some(name));
+    let labels = tree.labels.iter().filter(|(name, _)| !tree.aliases.contains_key(*name));
+    for (name, node) in labels.chain(&tree.aliases).filter(|(name, _)| is_identifier(name)) {
         for (property, controllers) in tree.pins_of(node) {
             for (&index, controller) in controllers {
                 let disabled = [node, controller].into_iter().find(|node| !tree.is_enabled(node));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Writes the C file and the macro.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::Devicetree;
@@ -15,8 +15,8 @@ impl Devicetree {
             "/* SPDX-License-Identifier: Apache-2.0 */\n/* The pins that the devicetree has names for. */\n\n\
                           #include <zephyr/drivers/gpio.h>\n"
                 .to_owned();
-        for pin in self.pins() {
-            let Pin { node, property, index } = &pin;
+        for pin in pins(&names::of(self)) {
+            let Pin { node, property, index } = pin;
             let symbol = pin.symbol();
             // Writing to a String cannot fail.
             let _ = write!(
@@ -35,7 +35,7 @@ impl Devicetree {
     pub fn rust_source(&self) -> String {
         let names = names::of(self);
         let (mut symbols, mut functions, mut arms) = (String::new(), String::new(), String::new());
-        for pin in self.pins() {
+        for pin in pins(&names) {
             let _ = writeln!(symbols, "        safe static {}: Spec;", pin.symbol());
         }
         for (name, meaning) in &names {
@@ -69,15 +69,17 @@ impl Devicetree {
              boards/BOARD.overlay\")) }};\n}}\n"
         )
     }
+}
 
-    /// Every pin that can be used, once.
-    fn pins(&self) -> BTreeSet<Pin> {
-        let pin = |meaning| match meaning {
-            Meaning::Usable(pin) => Some(pin),
-            Meaning::Disabled(_) => None,
-        };
-        names::of(self).into_values().filter_map(pin).collect()
+/// Every pin that can be used, once.
+fn pins(names: &BTreeMap<String, Meaning>) -> BTreeSet<&Pin> {
+    let mut pins = BTreeSet::new();
+    for meaning in names.values() {
+        if let Meaning::Usable(pin) = meaning {
+            pins.insert(pin);
+        }
     }
+    pins
 }
 
 /// The name of the function for what is spelled so.
@@ -131,6 +133,12 @@ mod tests {
     #[test]
     fn c_has_each_pin_once() {
         insta::assert_snapshot!(Devicetree::read(HEADER).c_source());
+    }
+
+    #[test]
+    fn an_alias_counts_before_a_label_of_its_name() {
+        let with_label = format!("{HEADER}#define DT_N_NODELABEL_led0 DT_N_S_keys\n");
+        assert_eq!(Devicetree::read(&with_label).rust_source(), Devicetree::read(HEADER).rust_source());
     }
 
     #[test]
