@@ -7,7 +7,8 @@ use lf_devices::embedded_hal::delay::DelayNs;
 pub use lf_devices::{DeviceError, Edge, Problem, embedded_hal};
 
 mod pin;
-mod recording;
+#[doc(hidden)]
+pub mod recording;
 mod script;
 mod simulation;
 

@@ -1,35 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What pins did, as VCD: the format of logic analysers, which `PulseView` and `GTKWave` read.
 
-use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io::{self, BufRead, Write};
 
 use lf_model::time::Interval;
-use vcd::{IdCode, TimescaleUnit, Value, Writer};
+use vcd::{Command, IdCode, Parser, ScopeItem, TimescaleUnit, Value, Writer};
 
-/// The changes of a pin, in order.
-pub(crate) type Changes = Vec<(Interval, bool)>;
+/// The changes of a pin, in order; times are since the start, and those before it are the start's.
+pub type Changes = Vec<(Interval, bool)>;
 
-/// Writes the changes of all pins of a federate; times are since the start, and those before it are the start's.
+/// What the pins of a federate did.
+#[derive(Debug)]
+pub struct Recording {
+    /// The federate.
+    pub federate: String,
+    /// Its pins.
+    pub pins: Vec<(String, Changes)>,
+}
+
+impl Recording {
+    /// Reads what [`write`] has written for one federate.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not understood.
+    pub fn read(federate: &str, from: impl BufRead) -> io::Result<Self> {
+        let mut parser = Parser::new(from);
+        let header = parser.parse_header()?;
+        let (mut codes, mut pins) = (Vec::new(), Vec::new());
+        for scope in header.items {
+            let ScopeItem::Scope(scope) = scope else { continue };
+            for item in scope.items {
+                if let ScopeItem::Var(pin) = item {
+                    codes.push(pin.code);
+                    pins.push((pin.reference, Changes::new()));
+                }
+            }
+        }
+        let mut now = Interval::ZERO;
+        for command in parser {
+            match command? {
+                Command::Timestamp(time) => now = Interval::from_nanos(i64::try_from(time).unwrap_or(i64::MAX)),
+                Command::ChangeScalar(code, value) => {
+                    if let Some(pin) = codes.iter().position(|pin| *pin == code) {
+                        pins[pin].1.push((now, value == Value::V1));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(Self { federate: federate.to_owned(), pins })
+    }
+}
+
+/// Writes what the pins of these federates did, on one axis of time.
 ///
 /// # Errors
-/// When the file cannot be written.
-pub(crate) fn write(to: impl Write, federate: &str, pins: &BTreeMap<&'static str, Changes>) -> io::Result<()> {
+/// When it cannot be written.
+pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     let mut vcd = Writer::new(to);
     vcd.timescale(1, TimescaleUnit::NS)?;
-    vcd.add_module(federate)?;
-    let names: Vec<(IdCode, &Changes)> = pins
-        .iter()
-        .map(|(name, changes)| Ok((vcd.add_wire(1, &reference(name))?, changes)))
-        .collect::<io::Result<_>>()?;
-    vcd.upscope()?;
-    vcd.enddefinitions()?;
-    let at_start = |changes: &Changes| changes.iter().take_while(|(time, _)| *time <= Interval::ZERO).last().copied();
-    vcd.timestamp(0)?;
-    for &(id, changes) in &names {
-        vcd.change_scalar(id, at_start(changes).map_or(Value::V0, |(_, active)| value(active)))?;
+    let mut all: Vec<(IdCode, &Changes)> = Vec::new();
+    for Recording { federate, pins } in recordings {
+        vcd.add_module(federate)?;
+        for (name, changes) in pins {
+            all.push((vcd.add_wire(1, &reference(name))?, changes));
+        }
+        vcd.upscope()?;
     }
-    let later = names.iter().flat_map(|&(id, changes)| changes.iter().map(move |&(time, active)| (time, id, active)));
+    vcd.enddefinitions()?;
+    vcd.timestamp(0)?;
+    for &(id, changes) in &all {
+        let at_start = changes.iter().take_while(|(time, _)| *time <= Interval::ZERO).last();
+        vcd.change_scalar(id, at_start.is_some_and(|(_, active)| *active))?;
+    }
+    let later = all.iter().flat_map(|&(id, changes)| changes.iter().map(move |&(time, active)| (time, id, active)));
     let mut later: Vec<_> = later.filter(|(time, ..)| *time > Interval::ZERO).collect();
     later.sort_by_key(|(time, ..)| *time);
     let mut now = Interval::ZERO;
@@ -38,7 +82,7 @@ pub(crate) fn write(to: impl Write, federate: &str, pins: &BTreeMap<&'static str
             now = time;
             vcd.timestamp(u64::try_from(time.as_nanos()).unwrap_or(0))?;
         }
-        vcd.change_scalar(id, value(active))?;
+        vcd.change_scalar(id, active)?;
     }
     vcd.flush()
 }
@@ -48,6 +92,30 @@ fn reference(name: &str) -> String {
     name.replace([' ', ']'], "").replace(['.', '['], "_")
 }
 
-fn value(active: bool) -> Value {
-    if active { Value::V1 } else { Value::V0 }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pins_of_all_federates_are_on_one_axis() {
+        let part = |federate: &str, pin: &str, at: u64| {
+            let text = format!(
+                "$timescale 1 ns $end\n$scope module {federate} $end\n$var wire 1 ! {pin} $end\n$upscope $end\n\
+                 $enddefinitions $end\n#0\n0!\n#{at}\n1!\n"
+            );
+            Recording::read(federate, text.as_bytes()).expect("it is sound")
+        };
+        let mut merged = Vec::new();
+        let parts = [part("a", "led0", 30), part("b", "led0", 20)];
+        write(&mut merged, &parts).expect("memory takes it");
+        let text = String::from_utf8(merged).expect("it is text");
+        assert_eq!(parts.iter().map(|part| part.pins.len()).sum::<usize>(), 2);
+        assert_eq!(
+            text,
+            "$timescale 1 ns $end\n$scope module a $end\n$var wire 1 ! led0 $end\n$upscope $end\n\
+             $scope module b $end\n$var wire 1 \" led0 $end\n$upscope $end\n$enddefinitions $end\n\
+             #0\n0!\n0\"\n#20\n1\"\n#30\n1!\n"
+        );
+        assert!(Recording::read("a", "$scope".as_bytes()).is_err());
+    }
 }

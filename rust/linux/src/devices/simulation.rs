@@ -10,7 +10,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
 
-use super::recording::{self, Changes};
+use super::recording::{self, Recording};
 use super::script::Script;
 use crate::outside::HostOutside;
 
@@ -96,18 +96,19 @@ impl Simulation {
     }
 
     /// What all pins did until now, since the start.
-    fn recorded(&self) -> BTreeMap<&'static str, Changes> {
+    fn recorded(&self) -> Recording {
         let start = self.start.get().copied();
         let end = start.map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(start));
         let pins = self.lock();
         let since = |time: Instant| start.map_or(Interval::ZERO, |start| time.since(start));
         let driven = |(&name, changes): (&&'static str, &Vec<(Instant, bool)>)| {
-            (name, changes.iter().map(|&(time, active)| (since(time), active)).collect())
+            (name.to_owned(), changes.iter().map(|&(time, active)| (since(time), active)).collect())
         };
         let read = |&name: &&'static str| {
-            (name, self.changes(name).iter().copied().take_while(|(time, _)| *time <= end).collect())
+            (name.to_owned(), self.changes(name).iter().copied().take_while(|(time, _)| *time <= end).collect())
         };
-        pins.inputs.iter().map(read).chain(pins.outputs.iter().map(driven)).collect()
+        let recorded: BTreeMap<_, _> = pins.inputs.iter().map(read).chain(pins.outputs.iter().map(driven)).collect();
+        Recording { federate: self.federate.clone(), pins: recorded.into_iter().collect() }
     }
 }
 
@@ -126,8 +127,7 @@ impl Drop for Running {
             log::warn!("the script for devices has values of {name}, which this program has not read");
         }
         let Some(path) = &simulation.recording else { return };
-        let write =
-            || recording::write(BufWriter::new(File::create(path)?), &simulation.federate, &simulation.recorded());
+        let write = || recording::write(BufWriter::new(File::create(path)?), &[simulation.recorded()]);
         if let Err(error) = write() {
             log::error!("cannot write what pins did to {}: {error}", path.display());
         }
