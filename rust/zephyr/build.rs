@@ -31,7 +31,8 @@ const ITEMS: &[&str] = &[
     "ZSOCK_(POLL|SHUT).*",
     "ZVFS_(F_SETFL|O_NONBLOCK|EFD_NONBLOCK)",
     "(zvfs_pollfd|sockaddr_in|net_sock_type|net_ip_protocol)",
-    "(lf_edge|lf_pin_problem)",
+    "(lf_edge|lf_device_problem|sensor_channel)",
+    "LF_(I2C_MESSAGES|SPI_PARTS)",
     "AF_INET",
     "TCP_NODELAY",
     "SOL_SOCKET",
@@ -59,7 +60,21 @@ const NUMBERS: &[&str] = &[
 ];
 
 /// The switches of Kconfig that Rust code is conditional on.
-const SWITCHES: &[&str] = &["TIMER_HAS_64BIT_CYCLE_COUNTER", "LOG", "NET_UDP", "LF_FEDERATE", "LF_RTI", "GPIO"];
+const SWITCHES: &[&str] = &[
+    "TIMER_HAS_64BIT_CYCLE_COUNTER",
+    "LOG",
+    "NET_UDP",
+    "LF_FEDERATE",
+    "LF_RTI",
+    "LF_INTERRUPTS",
+    "GPIO",
+    "PWM",
+    "ADC",
+    "I2C",
+    "SPI",
+    "SERIAL",
+    "SENSOR",
+];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -154,8 +169,9 @@ impl Kconfig {
         self.0.lines().find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(symbol)?.strip_prefix('='))
     }
 
+    /// Whether it is on, or a number other than 0.
     fn is_set(&self, symbol: &str) -> bool {
-        self.value_of(symbol) == Some("y")
+        self.value_of(symbol).is_some_and(|value| value != "0")
     }
 }
 
@@ -183,17 +199,13 @@ fn write_devices(to: &Path) -> Outcome<()> {
     let c_file = variable("LF_DEVICES_FILE")?;
     // As with the bindings, the image cannot be linked without it.
     println!("cargo::rerun-if-changed={c_file}");
-    if !Kconfig::read()?.is_set("GPIO") {
-        fs::write(&c_file, "/* CONFIG_GPIO is off. */\n")?;
-        fs::write(to, "")?;
-        return Ok(());
-    }
     let header = format!("{}/devicetree_generated.h", variable("BINARY_DIR_INCLUDE_GENERATED")?);
     println!("cargo::rerun-if-changed={header}");
     let header = fs::read_to_string(&header).map_err(|error| format!("{header}: {error}"))?;
     let tree = lf_devicetree::Devicetree::read(&header);
-    fs::write(&c_file, tree.c_source())?;
-    fs::write(to, tree.rust_source())?;
+    let kconfig = Kconfig::read()?;
+    fs::write(&c_file, tree.c_source(|option| kconfig.is_set(option)))?;
+    fs::write(to, tree.rust_source(|option| kconfig.is_set(option)))?;
     Ok(())
 }
 

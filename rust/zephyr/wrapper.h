@@ -16,6 +16,9 @@ extern int errno;
 #define __SOFTFP__
 #endif
 
+#ifdef CONFIG_SENSOR
+#include <zephyr/drivers/sensor.h>
+#endif
 #include <zephyr/kernel.h>
 #include <zephyr/logging/log.h>
 #include <zephyr/net/socket.h>

@@ -4,7 +4,21 @@
 use core::error::Error;
 use core::fmt;
 
-use embedded_hal::digital;
+use embedded_hal::{digital, i2c, pwm, spi};
+
+/// What a platform has of a device.
+pub trait Device: fmt::Debug {
+    /// The name that the program gives it.
+    fn name(&self) -> &'static str;
+
+    /// An outcome that names the device.
+    ///
+    /// # Errors
+    /// The same.
+    fn named<T>(&self, outcome: Result<T, Problem>) -> Result<T, DeviceError> {
+        outcome.map_err(|problem| DeviceError { device: self.name(), problem })
+    }
+}
 
 /// What a device cannot do, and why. Its `Debug` is a sentence, too, for that is what a panic of `unwrap()` shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,6 +39,20 @@ pub enum Problem {
     NotReady,
     /// Its driver cannot do this.
     NotSupported,
+    /// It has no address: it is a bus.
+    NoAddress,
+    /// It is not there: the script for devices has no line for it.
+    NotSimulated {
+        /// What follows the name in such a line.
+        example: &'static str,
+    },
+    /// A line of the script for devices makes no sense for it.
+    Script {
+        /// The line, from 1.
+        line: u32,
+        /// What it has to be.
+        expected: &'static str,
+    },
     /// As many devices schedule actions as there is room for.
     NoInterruptLeft {
         /// How many can.
@@ -43,6 +71,17 @@ impl fmt::Display for Problem {
             ),
             Self::NotReady => f.write_str("its driver could not start; the boot messages may say why"),
             Self::NotSupported => f.write_str("its driver cannot do this"),
+            Self::NoAddress => f.write_str(
+                "it has no address: on a board a bus has none, but what the devicetree has on it; on Linux one comes \
+                 after the name in the script for devices, such as thermometer@48",
+            ),
+            Self::NotSimulated { example } => write!(
+                f,
+                "nothing simulates it: --devices FILE names a script, in which its name is followed by {example}"
+            ),
+            Self::Script { line, expected } => {
+                write!(f, "line {line} of the script for devices has a value that it cannot have: {expected}")
+            }
             Self::NoInterruptLeft { interrupts } => write!(
                 f,
                 "{interrupts} devices schedule actions already, which is all there is room for: raise \
@@ -70,6 +109,30 @@ impl Error for DeviceError {}
 impl digital::Error for DeviceError {
     fn kind(&self) -> digital::ErrorKind {
         digital::ErrorKind::Other
+    }
+}
+
+impl i2c::Error for DeviceError {
+    fn kind(&self) -> i2c::ErrorKind {
+        i2c::ErrorKind::Other
+    }
+}
+
+impl spi::Error for DeviceError {
+    fn kind(&self) -> spi::ErrorKind {
+        spi::ErrorKind::Other
+    }
+}
+
+impl pwm::Error for DeviceError {
+    fn kind(&self) -> pwm::ErrorKind {
+        pwm::ErrorKind::Other
+    }
+}
+
+impl embedded_io::Error for DeviceError {
+    fn kind(&self) -> embedded_io::ErrorKind {
+        embedded_io::ErrorKind::Other
     }
 }
 

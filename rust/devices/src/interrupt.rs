@@ -25,49 +25,60 @@ impl Edge {
     }
 }
 
-/// What values an action can have that edges schedule: `bool`, whether the input is active now, or none at all.
-pub trait EdgeValue: sealed::Sealed + Sized + 'static {
+/// What values an action can have that events of a device schedule: the one that the event has, `bool` for edges and
+/// `u8` for received bytes, or none at all.
+pub trait EventValue<Event>: sealed::Sealed<Event> + Sized + 'static {
     /// What posts them.
     #[doc(hidden)]
-    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EdgePoster;
+    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster;
 }
 
 mod sealed {
-    pub trait Sealed {}
-    impl Sealed for bool {}
-    impl Sealed for () {}
+    pub trait Sealed<Event> {}
+    impl Sealed<bool> for bool {}
+    impl Sealed<u8> for u8 {}
+    impl<Event> Sealed<Event> for () {}
 }
 
-impl EdgeValue for bool {
-    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EdgePoster {
-        EdgePoster::Level(link.poster(action))
+impl EventValue<bool> for bool {
+    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster {
+        EventPoster::Level(link.poster(action))
     }
 }
 
-impl EdgeValue for () {
-    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EdgePoster {
-        EdgePoster::Bare(link.poster(action))
+impl EventValue<u8> for u8 {
+    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster {
+        EventPoster::Byte(link.poster(action))
     }
 }
 
-/// Schedules the action of an input.
+impl<Event> EventValue<Event> for () {
+    fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster {
+        EventPoster::Bare(link.poster(action))
+    }
+}
+
+/// Schedules the action of a device.
 #[derive(Clone, Debug)]
-pub enum EdgePoster {
+pub enum EventPoster {
     /// It has no value.
     Bare(Poster<()>),
     /// Its value is whether the input is active.
     Level(Poster<bool>),
+    /// Its value is the byte that came.
+    Byte(Poster<u8>),
 }
 
-impl EdgePoster {
-    /// Schedules the action now. Callable from interrupts.
+impl EventPoster {
+    /// Schedules the action now, with the value of the event: a level, 0 or 1, or a byte. Callable from interrupts.
     ///
     /// # Errors
     /// When as many events wait as there is room for; the event is then not scheduled.
-    pub fn post(&self, active: bool) -> Result<(), ScheduleError> {
+    pub fn post(&self, value: u8) -> Result<(), ScheduleError> {
         match self {
             Self::Bare(poster) => poster.post(None),
-            Self::Level(poster) => poster.post(Some(active)),
+            Self::Level(poster) => poster.post(Some(value != 0)),
+            Self::Byte(poster) => poster.post(Some(value)),
         }
     }
 }

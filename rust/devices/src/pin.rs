@@ -6,16 +6,14 @@ use core::fmt;
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin, StatefulOutputPin};
 use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 
-use crate::error::{DeviceError, Problem};
-use crate::interrupt::{Edge, EdgePoster, EdgeValue};
+use crate::error::{Device, DeviceError, Problem};
+use crate::interrupt::{Edge, EventPoster, EventValue};
 
 /// What a platform can do with a pin. Levels are logical.
-pub trait Pin: fmt::Debug {
+pub trait Pin: Device {
     /// What ends the interrupts of a pin when it is dropped.
     type Watch: fmt::Debug;
 
-    /// The name that the program gives it.
-    fn name(&self) -> &'static str;
     /// Whether it is low while it is active.
     fn is_active_low(&self) -> bool;
     /// Makes it an output.
@@ -43,7 +41,7 @@ pub trait Pin: fmt::Debug {
     ///
     /// # Errors
     /// When its driver refuses, or there is no room for another watch.
-    fn watch(&self, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Self::Watch, Problem>;
+    fn watch(&self, edge: Edge, link: PhysicalLink, poster: EventPoster) -> Result<Self::Watch, Problem>;
 }
 
 /// A pin that is driven.
@@ -61,7 +59,7 @@ impl<P: Pin> Output<P> {
     /// # Errors
     /// When the pin's driver refuses.
     pub fn new(pin: P, active: bool) -> Result<Self, DeviceError> {
-        pin.configure_output(active).map_err(|problem| DeviceError { device: pin.name(), problem })?;
+        pin.named(pin.configure_output(active))?;
         Ok(Self { pin, active })
     }
 
@@ -70,7 +68,7 @@ impl<P: Pin> Output<P> {
     /// # Errors
     /// When the pin's driver refuses.
     pub fn set(&mut self, active: bool) -> Result<(), DeviceError> {
-        self.pin.set(active).map_err(|problem| DeviceError { device: self.pin.name(), problem })?;
+        self.pin.named(self.pin.set(active))?;
         self.active = active;
         Ok(())
     }
@@ -142,7 +140,7 @@ impl<P: Pin> Input<P> {
     /// # Errors
     /// When the pin's driver refuses.
     pub fn new(pin: P) -> Result<Self, DeviceError> {
-        pin.configure_input().map_err(|problem| DeviceError { device: pin.name(), problem })?;
+        pin.named(pin.configure_input())?;
         Ok(Self { pin, watch: None })
     }
 
@@ -151,7 +149,7 @@ impl<P: Pin> Input<P> {
     /// # Errors
     /// When the pin's driver refuses.
     pub fn is_active(&self) -> Result<bool, DeviceError> {
-        self.pin.is_active().map_err(|problem| DeviceError { device: self.pin.name(), problem })
+        self.pin.named(self.pin.is_active())
     }
 
     /// From now on each such change schedules the action, at the time of its interrupt. Edges before are forgotten, and
@@ -162,7 +160,7 @@ impl<P: Pin> Input<P> {
     ///
     /// # Errors
     /// When the pin's driver cannot do it, or as many inputs do it as there is room for.
-    pub fn on_edge<T: EdgeValue>(
+    pub fn on_edge<T: EventValue<bool>>(
         &mut self,
         edge: Edge,
         ctx: &ReactionContext<'_>,
@@ -171,8 +169,7 @@ impl<P: Pin> Input<P> {
         self.watch = None;
         let link = ctx.physical_link();
         let poster = T::poster(&link, action);
-        let watch = self.pin.watch(edge, link, poster);
-        self.watch = Some(watch.map_err(|problem| DeviceError { device: self.pin.name(), problem })?);
+        self.watch = Some(self.pin.named(self.pin.watch(edge, link, poster))?);
         Ok(())
     }
 
@@ -207,11 +204,14 @@ mod tests {
         active: Cell<bool>,
     }
 
-    impl Pin for &Inverted {
-        type Watch = ();
+    impl Device for &Inverted {
         fn name(&self) -> &'static str {
             "inverted"
         }
+    }
+
+    impl Pin for &Inverted {
+        type Watch = ();
         fn is_active_low(&self) -> bool {
             true
         }
@@ -228,7 +228,7 @@ mod tests {
         fn is_active(&self) -> Result<bool, Problem> {
             Ok(self.active.get())
         }
-        fn watch(&self, _: Edge, _: PhysicalLink, _: EdgePoster) -> Result<(), Problem> {
+        fn watch(&self, _: Edge, _: PhysicalLink, _: EventPoster) -> Result<(), Problem> {
             Err(Problem::NotSupported)
         }
     }

@@ -17,8 +17,13 @@ pub struct Devicetree {
     paths: BTreeMap<String, String>,
     /// The nodes whose status is "okay".
     enabled: BTreeSet<String>,
-    /// Per node, its properties of pins: `gpios` and what ends so, each with its pins' controllers.
-    pins: BTreeMap<String, BTreeMap<String, BTreeMap<usize, String>>>,
+    /// Per node, its properties of pins (`gpios` and what ends so), `pwms` and `io_channels`, each with the controllers
+    /// of what is in it.
+    channels: BTreeMap<String, BTreeMap<String, BTreeMap<usize, String>>>,
+    /// The nodes on a bus, with what kind it is: `i2c` or `spi`.
+    buses: BTreeMap<String, String>,
+    /// The nodes that are serial lines.
+    serial_lines: BTreeSet<String>,
 }
 
 impl Devicetree {
@@ -43,19 +48,33 @@ impl Devicetree {
         } else if !name.starts_with("S_") {
             // Of no node with a path: a compatible, or the root.
         } else if let Some((node, property)) = name.split_once("_P_") {
-            let Some((property, index)) = property.strip_suffix("_PH").and_then(|rest| rest.split_once("_IDX_")) else {
-                return;
-            };
-            let Ok(index) = index.parse() else { return };
-            if property == "gpios" || property.ends_with("_gpios") {
-                let pins = self.pins.entry(format!("DT_N_{node}")).or_default();
-                pins.entry(property.to_owned()).or_default().insert(index, value.to_owned());
-            }
+            self.define_property(&format!("DT_N_{node}"), property, value);
+        } else if let Some((node, bus)) = name.split_once("_BUS_") {
+            self.buses.insert(format!("DT_N_{node}"), bus.to_owned());
         } else if let Some(node) = name.strip_suffix("_PATH") {
             self.paths.insert(format!("DT_N_{node}"), value.trim_matches('"').to_owned());
         } else if let Some(node) = name.strip_suffix("_STATUS_okay") {
             self.enabled.insert(format!("DT_N_{node}"));
         }
+    }
+
+    fn define_property(&mut self, node: &str, property: &str, value: &str) {
+        if property == "hw_flow_control_EXISTS" {
+            // All bindings of serial lines have it, and no others.
+            self.serial_lines.insert(node.to_owned());
+        }
+        let Some((property, index)) = property.strip_suffix("_PH").and_then(|rest| rest.split_once("_IDX_")) else {
+            return;
+        };
+        let Ok(index) = index.parse() else { return };
+        if matches!(property, "gpios" | "pwms" | "io_channels") || property.ends_with("_gpios") {
+            let properties = self.channels.entry(node.to_owned()).or_default();
+            properties.entry(property.to_owned()).or_default().insert(index, value.to_owned());
+        }
+    }
+
+    pub(crate) fn is_known(&self, node: &str) -> bool {
+        self.paths.contains_key(node)
     }
 
     /// The path of a node, as people write it.
@@ -67,8 +86,23 @@ impl Devicetree {
         self.enabled.contains(node)
     }
 
-    /// Properties of pins of a node, each with the controllers of its pins in order.
-    pub(crate) fn pins_of(&self, node: &str) -> impl Iterator<Item = (&str, &BTreeMap<usize, String>)> {
-        self.pins.get(node).into_iter().flatten().map(|(property, pins)| (property.as_str(), pins))
+    /// Properties of a node that are lists of pins or of channels, each with their controllers in order.
+    pub(crate) fn channels_of(&self, node: &str) -> impl Iterator<Item = (&str, &BTreeMap<usize, String>)> {
+        self.channels.get(node).into_iter().flatten().map(|(property, channels)| (property.as_str(), channels))
+    }
+
+    /// The kind of bus that a node is on.
+    pub(crate) fn bus_of(&self, node: &str) -> Option<&str> {
+        self.buses.get(node).map(String::as_str)
+    }
+
+    /// Whether it is an I²C bus: its name has to be that of the devicetree's specification.
+    pub(crate) fn is_i2c(&self, node: &str) -> bool {
+        let name = self.path(node).rsplit('/').next().unwrap_or_default();
+        name.split('@').next() == Some("i2c")
+    }
+
+    pub(crate) fn is_serial_line(&self, node: &str) -> bool {
+        self.serial_lines.contains(node)
     }
 }

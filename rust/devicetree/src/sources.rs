@@ -5,93 +5,200 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use crate::Devicetree;
-use crate::names::{self, Meaning, Pin};
+use crate::names::{self, Device, Kind, Meaning};
 
 impl Devicetree {
-    /// The C file: what Zephyr's drivers need of each pin, as a constant of its own, which the linker leaves out where
-    /// no program uses it. A pin whose driver is not in the image has no port there.
-    pub fn c_source(&self) -> String {
-        let mut source =
-            "/* SPDX-License-Identifier: Apache-2.0 */\n/* The pins that the devicetree has names for. */\n\n\
-                          #include <zephyr/drivers/gpio.h>\n"
-                .to_owned();
-        for pin in pins(&names::of(self)) {
-            let Pin { node, property, index } = pin;
-            let symbol = pin.symbol();
-            // Writing to a String cannot fail.
-            let _ = write!(
-                source,
-                "\nextern const struct device DEVICE_DT_NAME_GET(DT_GPIO_CTLR_BY_IDX({node}, {property}, {index})) \
-                 __weak;\n\
-                 extern const struct gpio_dt_spec {symbol};\n\
-                 const struct gpio_dt_spec {symbol} = GPIO_DT_SPEC_GET_BY_IDX({node}, {property}, {index});\n",
-            );
+    /// The C file: what Zephyr's drivers need of each device, as a constant of its own, which the linker leaves out
+    /// where no program uses it. A device whose driver is not in the image has a null pointer there. `is_set` says
+    /// which options the image has, by their names without `CONFIG_`.
+    pub fn c_source(&self, is_set: impl Fn(&str) -> bool) -> String {
+        let mut source = "/* SPDX-License-Identifier: Apache-2.0 */\n\
+                          /* The devices that the devicetree has names for. */\n\n\
+                          #include <zephyr/device.h>\n"
+            .to_owned();
+        for (option, header) in [("GPIO", "gpio"), ("PWM", "pwm"), ("ADC", "adc"), ("I2C", "i2c"), ("SPI", "spi")] {
+            if is_set(option) {
+                // Writing to a String cannot fail.
+                let _ = writeln!(source, "#include <zephyr/drivers/{header}.h>");
+            }
+        }
+        let names = names::of(self, &is_set);
+        let mut constants = BTreeMap::new();
+        for meaning in names.values() {
+            let Meaning::Usable(Device { node, kind }) = meaning else { continue };
+            constants.extend(constants_of(node, kind).into_iter().map(|Constant { symbol, c }| (symbol, c)));
+        }
+        for c in constants.values() {
+            let _ = write!(source, "\n{c}");
         }
         source
     }
 
-    /// Rust of the crate that has the macro: a module `pins` with a function for each pin that gives what `Gpio::new`
-    /// makes of a name and a pin of C's type `Spec`, and the macro `__device!`.
-    pub fn rust_source(&self) -> String {
-        let names = names::of(self);
-        let (mut symbols, mut functions, mut arms) = (String::new(), String::new(), String::new());
-        for pin in pins(&names) {
-            let _ = writeln!(symbols, "        safe static {}: Spec;", pin.symbol());
-        }
+    /// Rust of the crate that has the macro: a module `found` with a function for each device that gives what
+    /// `Gpio::new`, for example, makes of a name and of constants of C's type `Spec`, and the macro `__device!`.
+    pub fn rust_source(&self, is_set: impl Fn(&str) -> bool) -> String {
+        let names = names::of(self, &is_set);
+        let (mut symbols, mut functions, mut arms) = (BTreeSet::new(), String::new(), String::new());
+        let mut known = Vec::new();
         for (name, meaning) in &names {
-            match meaning {
-                Meaning::Usable(pin) => {
-                    let (function, symbol) = (identifier(name), pin.symbol());
+            let message = match meaning {
+                Meaning::Usable(Device { node, kind }) => {
+                    let function = identifier(name);
+                    let handle = kind.handle();
+                    let mut arguments = format!("{name:?}");
+                    for constant in constants_of(node, kind) {
+                        let _ = write!(arguments, ", &{}", constant.symbol);
+                        symbols.insert(constant.symbol);
+                    }
                     let _ = writeln!(
                         functions,
-                        "    pub fn {function}() -> Gpio {{\n        Gpio::new(\"{name}\", &{symbol})\n    }}"
+                        "    pub fn {function}() -> {handle} {{\n        {handle}::new({arguments})\n    }}"
                     );
-                    let _ = writeln!(arms, "    ({name}) => {{ $crate::devices::pins::{function}() }};");
+                    let _ = writeln!(arms, "    ({name}) => {{ $crate::devices::found::{function}() }};");
+                    // Nearly every node may be a sensor, for all that the devicetree says.
+                    if *kind != Kind::Sensor {
+                        known.push(name.as_str());
+                    }
+                    continue;
                 }
-                Meaning::Disabled(node) => {
-                    let message = format!(
-                        "`{name}` is disabled in this board's devicetree: {node} needs `status = \"okay\";`, which the \
-                         application's boards/BOARD.overlay can say"
-                    );
-                    let _ = writeln!(arms, "    ({name}) => {{ compile_error!({message:?}) }};");
-                }
-            }
+                Meaning::WithoutDriver(kind) => format!(
+                    "the image has no driver for `{name}`: set CONFIG_{}=y in the application's prj.conf",
+                    kind.option()
+                ),
+                Meaning::Disabled(node) => format!(
+                    "`{name}` is disabled in this board's devicetree: {node} needs `status = \"okay\";`, which the \
+                     application's boards/BOARD.overlay can say"
+                ),
+            };
+            let _ = writeln!(arms, "    ({name}) => {{ compile_error!({message:?}) }};");
         }
-        let usable = names.iter().filter(|(_, meaning)| matches!(meaning, Meaning::Usable(_)));
-        let usable: Vec<&str> = usable.map(|(name, _)| name.as_str()).collect();
-        let known = if usable.is_empty() { "none at all".to_owned() } else { usable.join(", ") };
+        let known = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };
+        let declared = symbols.iter().fold(String::new(), |mut declared, symbol| {
+            let _ = writeln!(declared, "        safe static {symbol}: Spec;");
+            declared
+        });
         format!(
-            "/// Pins by their names.\n#[doc(hidden)]\npub mod pins {{\n    use super::{{Gpio, Spec}};\n    \
-             unsafe extern \"C\" {{\n{symbols}    }}\n{functions}}}\n\n\
+            "/// Devices by their names.\n#[doc(hidden)]\npub mod found {{\n    #[allow(clippy::wildcard_imports)]\n    \
+             use super::*;\n    unsafe extern \"C\" {{\n{declared}    }}\n{functions}}}\n\n\
              /// What `device!` finds.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
-             ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no pin `\", \
-             stringify!($($name)*), \"`; it has {known}. An alias of your own is a line of the application's \
-             boards/BOARD.overlay\")) }};\n}}\n"
+             ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no device `\", \
+             stringify!($($name)*), \"` that programs can use; it has {known}. An alias of your own is a line of the \
+             application's boards/BOARD.overlay\")) }};\n}}\n"
         )
     }
 }
 
-/// Every pin that can be used, once.
-fn pins(names: &BTreeMap<String, Meaning>) -> BTreeSet<&Pin> {
-    let mut pins = BTreeSet::new();
-    for meaning in names.values() {
-        if let Meaning::Usable(pin) = meaning {
-            pins.insert(pin);
+impl Kind {
+    /// The type of what `device!` gives.
+    fn handle(&self) -> &'static str {
+        match self {
+            Self::Gpio { .. } => "Gpio",
+            Self::Pwm { .. } => "PwmNode",
+            Self::Adc { .. } => "AdcNode",
+            Self::I2c | Self::I2cBus => "I2cNode",
+            Self::Spi => "SpiNode",
+            Self::Uart => "UartNode",
+            Self::Sensor => "SensorNode",
         }
     }
-    pins
+}
+
+/// Something that C has of a device.
+struct Constant {
+    symbol: String,
+    /// Its declaration and definition.
+    c: String,
+}
+
+impl Constant {
+    /// One of this type and value, which points to this device, or to none where that has no driver.
+    fn new(symbol: String, c_type: &str, device: &str, value: &str) -> Self {
+        let c = format!(
+            "extern const struct device DEVICE_DT_NAME_GET({device}) __weak;\n\
+             extern const {c_type} {symbol};\n\
+             const {c_type} {symbol} = {value};\n"
+        );
+        Self { symbol, c }
+    }
+}
+
+/// What C has of a device, in the order in which the function `new` of its type takes it.
+fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
+    let short = node.trim_start_matches("DT_N_");
+    let own =
+        || Constant::new(format!("lf_device_{short}"), "struct device *const", node, &format!("DEVICE_DT_GET({node})"));
+    match kind {
+        Kind::Gpio { property, index } => vec![Constant::new(
+            format!("lf_pin_{short}_{property}_{index}"),
+            "struct gpio_dt_spec",
+            &format!("DT_GPIO_CTLR_BY_IDX({node}, {property}, {index})"),
+            &format!("GPIO_DT_SPEC_GET_BY_IDX({node}, {property}, {index})"),
+        )],
+        Kind::Pwm { index } => vec![Constant::new(
+            format!("lf_pwm_{short}_{index}"),
+            "struct pwm_dt_spec",
+            &format!("DT_PWMS_CTLR_BY_IDX({node}, {index})"),
+            &format!("PWM_DT_SPEC_GET_BY_IDX({node}, {index})"),
+        )],
+        Kind::Adc { index } => vec![
+            Constant::new(
+                format!("lf_adc_{short}_{index}"),
+                "struct adc_dt_spec",
+                &format!("DT_IO_CHANNELS_CTLR_BY_IDX({node}, {index})"),
+                &format!("ADC_DT_SPEC_GET_BY_IDX({node}, {index})"),
+            ),
+            own(),
+        ],
+        Kind::I2c => vec![
+            Constant::new(
+                format!("lf_i2c_{short}"),
+                "struct i2c_dt_spec",
+                &format!("DT_BUS({node})"),
+                &format!("I2C_DT_SPEC_GET({node})"),
+            ),
+            own(),
+        ],
+        Kind::I2cBus => vec![
+            Constant::new(
+                format!("lf_i2c_{short}"),
+                "struct i2c_dt_spec",
+                node,
+                &format!("{{.bus = DEVICE_DT_GET({node}), .addr = UINT16_MAX}}"),
+            ),
+            own(),
+        ],
+        // The second one keeps the device selected after a part of a transaction.
+        Kind::Spi => vec![
+            Constant::new(
+                format!("lf_spi_{short}"),
+                "struct spi_dt_spec",
+                &format!("DT_BUS({node})"),
+                &format!("SPI_DT_SPEC_GET({node}, SPI_OP_MODE_MASTER | SPI_WORD_SET(8))"),
+            ),
+            Constant::new(
+                format!("lf_spi_held_{short}"),
+                "struct spi_dt_spec",
+                &format!("DT_BUS({node})"),
+                &format!(
+                    "SPI_DT_SPEC_GET({node}, SPI_OP_MODE_MASTER | SPI_WORD_SET(8) | SPI_HOLD_ON_CS | SPI_LOCK_ON)"
+                ),
+            ),
+            own(),
+        ],
+        Kind::Uart | Kind::Sensor => vec![own()],
+    }
 }
 
 /// The name of the function for what is spelled so.
 fn identifier(name: &str) -> String {
-    format!("pin_{}", name.replace(['.', '['], "_").replace(']', ""))
+    format!("device_{}", name.replace(['.', '['], "_").replace(']', ""))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// As Zephyr writes it, of a tree with an LED, an array of keys, a display with a reset pin, and a disabled pin.
+    /// As Zephyr writes it, of a tree with a device of each kind.
     const HEADER: &str = "\
 #define DT_N_PATH \"/\"
 #define DT_N_INST_0_gpio_leds DT_N_S_leds
@@ -111,38 +218,80 @@ mod tests {
 #define DT_N_S_leds_S_led_0_P_gpios_IDX_0_VAL_pin 3
 #define DT_N_S_leds_S_led_0_P_gpios_LEN 1
 #define DT_N_S_leds_S_led_0_P_label \"Green LED\"
+#define DT_N_S_keys_PATH \"/keys\"
 #define DT_N_S_keys_STATUS_okay 1
 #define DT_N_NODELABEL_keys DT_N_S_keys
 #define DT_N_S_keys_P_gpios_IDX_0_PH DT_N_S_gpio_40004000
 #define DT_N_S_keys_P_gpios_IDX_1_PH DT_N_S_gpio_40004000
+#define DT_N_S_display_PATH \"/display\"
 #define DT_N_S_display_STATUS_okay 1
 #define DT_N_ALIAS_screen DT_N_S_display
 #define DT_N_S_display_P_reset_gpios_IDX_0_PH DT_N_S_gpio_40004000
 #define DT_N_S_display_P_reset_gpios_NAME_x_PH DT_N_S_gpio_40004000
 #define DT_N_ALIAS_far DT_N_S_far
+#define DT_N_S_far_PATH \"/far\"
 #define DT_N_S_far_STATUS_okay 1
 #define DT_N_S_far_P_gpios_IDX_0_PH DT_N_S_gpio_40005000
 #define DT_CHOSEN_zephyr_console DT_N_S_uart_4000c000
+#define DT_N_NODELABEL_console DT_N_S_uart_4000c000
+#define DT_N_S_uart_4000c000_PATH \"/uart@4000c000\"
+#define DT_N_S_uart_4000c000_STATUS_okay 1
+#define DT_N_S_uart_4000c000_P_hw_flow_control_EXISTS 1
+#define DT_N_S_i2c_100_PATH \"/i2c@100\"
+#define DT_N_S_i2c_100_STATUS_okay 1
+#define DT_N_NODELABEL_i2c0 DT_N_S_i2c_100
+#define DT_N_S_i2c_100_S_lm75_48_PATH \"/i2c@100/lm75@48\"
+#define DT_N_S_i2c_100_S_lm75_48_STATUS_okay 1
+#define DT_N_S_i2c_100_S_lm75_48_BUS_i2c 1
+#define DT_N_ALIAS_thermometer DT_N_S_i2c_100_S_lm75_48
+#define DT_N_S_spi_200_PATH \"/spi@200\"
+#define DT_N_S_spi_200_STATUS_okay 1
+#define DT_N_S_spi_200_S_accel_3_PATH \"/spi@200/accel@3\"
+#define DT_N_S_spi_200_S_accel_3_STATUS_okay 1
+#define DT_N_S_spi_200_S_accel_3_BUS_spi 1
+#define DT_N_ALIAS_accel DT_N_S_spi_200_S_accel_3
+#define DT_N_S_fans_S_fan_PATH \"/fans/fan\"
+#define DT_N_S_fans_S_fan_STATUS_okay 1
+#define DT_N_NODELABEL_fan DT_N_S_fans_S_fan
+#define DT_N_S_fans_S_fan_P_pwms_IDX_0_PH DT_N_S_gpio_40004000
+#define DT_N_S_fans_S_fan_P_enable_gpios_IDX_0_PH DT_N_S_gpio_40004000
+#define DT_N_S_knob_PATH \"/knob\"
+#define DT_N_S_knob_STATUS_okay 1
+#define DT_N_NODELABEL_knob DT_N_S_knob
+#define DT_N_S_knob_P_io_channels_IDX_0_PH DT_N_S_gpio_40004000
+#define DT_N_S_knob_P_io_channels_IDX_1_PH DT_N_S_gpio_40004000
+#define DT_N_S_knob_P_gpios_IDX_0_PH DT_N_S_gpio_40004000
 ";
 
-    #[test]
-    fn what_has_pins_is_found_by_alias_and_label() {
-        insta::assert_snapshot!(Devicetree::read(HEADER).rust_source());
+    fn all(_: &str) -> bool {
+        true
     }
 
     #[test]
-    fn c_has_each_pin_once() {
-        insta::assert_snapshot!(Devicetree::read(HEADER).c_source());
+    fn devices_are_found_by_alias_and_label() {
+        insta::assert_snapshot!(Devicetree::read(HEADER).rust_source(all));
+    }
+
+    #[test]
+    fn c_has_each_device_once() {
+        insta::assert_snapshot!(Devicetree::read(HEADER).c_source(all));
+    }
+
+    #[test]
+    fn without_drivers_the_option_is_named() {
+        let tree = Devicetree::read(HEADER);
+        insta::assert_snapshot!(tree.rust_source(|option| option == "GPIO" || option == "SERIAL"));
+        assert!(!tree.c_source(|option| option == "GPIO").contains("lf_i2c_"));
     }
 
     #[test]
     fn an_alias_counts_before_a_label_of_its_name() {
         let with_label = format!("{HEADER}#define DT_N_NODELABEL_led0 DT_N_S_keys\n");
-        assert_eq!(Devicetree::read(&with_label).rust_source(), Devicetree::read(HEADER).rust_source());
+        assert_eq!(Devicetree::read(&with_label).rust_source(all), Devicetree::read(HEADER).rust_source(all));
     }
 
     #[test]
-    fn a_tree_without_pins_says_so() {
-        assert!(Devicetree::read("").rust_source().contains("; it has none at all."));
+    fn a_tree_without_devices_says_so() {
+        assert!(Devicetree::read("").rust_source(all).contains("; it has none at all."));
     }
 }

@@ -261,7 +261,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     }
 
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
-        #[cfg(CONFIG_GPIO)]
+        #[cfg(CONFIG_LF_INTERRUPTS)]
         crate::devices::tell_of_lost();
         let remaining_ns = match until {
             Deadline::Now => 0,

@@ -70,15 +70,26 @@ extern struct k_mutex lf_console_lock;
  */
 void lf_thread_start(size_t index, void (*entry)(size_t index));
 
-/* Why a call for a pin failed, whatever numbers the C library gives to errno. */
-enum lf_pin_problem {
-	LF_PIN_NO_DRIVER,
-	LF_PIN_NOT_READY,
-	LF_PIN_NOT_SUPPORTED,
-	LF_PIN_FAILED,
+/* Why a call for a device failed, whatever numbers the C library gives to errno. */
+enum lf_device_problem {
+	LF_DEVICE_NO_DRIVER,
+	LF_DEVICE_NOT_READY,
+	LF_DEVICE_NOT_SUPPORTED,
+	LF_DEVICE_FAILED,
 };
 
-enum lf_pin_problem lf_pin_problem(int error);
+/* Classifies the negative errno that calls for devices return. */
+enum lf_device_problem lf_device_problem(int error);
+
+/* 0 when the driver of a device is in the image and has started. */
+struct device;
+int lf_device_ready(const struct device *device);
+
+/*
+ * What happens at an event of a device that is watched, from the interrupt as a rule: the number of its place, which is
+ * one of CONFIG_LF_INTERRUPTS and was free, and the value of the event.
+ */
+typedef void lf_device_handler(size_t place, uint8_t value);
 
 /* Which changes of a pin are interrupts. */
 enum lf_edge {
@@ -89,7 +100,7 @@ enum lf_edge {
 
 /*
  * Pins, by what the devicetree says of them; whether one is active takes its wiring into account. Each call returns 0,
- * or a negative errno, which lf_pin_problem() classifies.
+ * or a negative errno.
  */
 struct gpio_dt_spec;
 bool lf_pin_is_active_low(const struct gpio_dt_spec *pin);
@@ -99,14 +110,77 @@ int lf_pin_set(const struct gpio_dt_spec *pin, bool active);
 /* Returns 1 when it is active. */
 int lf_pin_get(const struct gpio_dt_spec *pin);
 
-/*
- * Calls the handler at each such change, with the number of one of CONFIG_LF_INTERRUPTS places that is free; from the
- * interrupt, as a rule.
- */
-int lf_pin_watch(size_t place, const struct gpio_dt_spec *pin, enum lf_edge edge,
-		 void (*handler)(size_t place, bool active));
+/* Calls the handler at each such change, with 1 when the pin is active. */
+int lf_pin_watch(size_t place, const struct gpio_dt_spec *pin, enum lf_edge edge, lf_device_handler *handler);
 /* Ends that. */
 void lf_pin_unwatch(size_t place);
+
+/* Channels of PWM. */
+struct pwm_dt_spec;
+int lf_pwm_ready(const struct pwm_dt_spec *channel);
+/* In nanoseconds. */
+uint32_t lf_pwm_period(const struct pwm_dt_spec *channel);
+int lf_pwm_set_pulse(const struct pwm_dt_spec *channel, uint32_t nanoseconds);
+
+/* Channels of analog-to-digital converters. */
+struct adc_dt_spec;
+int lf_adc_configure(const struct adc_dt_spec *channel);
+int lf_adc_sample(const struct adc_dt_spec *channel, int32_t *raw);
+int lf_adc_to_millivolts(const struct adc_dt_spec *channel, int32_t *sample);
+
+/* I2C buses, with the address of a device on them or UINT16_MAX. */
+struct i2c_dt_spec;
+int lf_i2c_ready(const struct i2c_dt_spec *device);
+uint16_t lf_i2c_address(const struct i2c_dt_spec *device);
+
+/* One message of a transfer; it is read into the bytes, or they are written. */
+struct lf_i2c_message {
+	uint8_t *bytes;
+	size_t length;
+	bool read;
+};
+
+/* There is a start between messages of different kinds. At most LF_I2C_MESSAGES, or -EOVERFLOW. */
+#define LF_I2C_MESSAGES 8
+int lf_i2c_transfer(const struct i2c_dt_spec *device, uint8_t address, const struct lf_i2c_message *messages,
+		    size_t count);
+
+/* Devices on SPI buses. */
+struct spi_dt_spec;
+int lf_spi_ready(const struct spi_dt_spec *device);
+
+/* One part of a transfer: as many bytes are received as sent. Without bytes to send they are 0; either can be NULL. */
+struct lf_spi_part {
+	const uint8_t *sent;
+	uint8_t *received;
+	size_t length;
+};
+
+/* At most LF_SPI_PARTS, or -EOVERFLOW. */
+#define LF_SPI_PARTS 8
+int lf_spi_transfer(const struct spi_dt_spec *device, const struct lf_spi_part *parts, size_t count);
+/* Ends what transfers with a spec that keeps the device selected have begun. */
+int lf_spi_release(const struct spi_dt_spec *device);
+
+/* Serial lines. */
+int lf_uart_send(const struct device *line, const uint8_t *bytes, size_t length);
+/* Returns the byte, or -EAGAIN when none has come. */
+int lf_uart_receive(const struct device *line);
+bool lf_uart_is_empty(int error);
+/* Calls the handler with each byte that comes. */
+int lf_uart_watch(size_t place, const struct device *line, lf_device_handler *handler);
+/* Ends that. */
+void lf_uart_unwatch(const struct device *line);
+
+/* Sensors; channels are those of enum sensor_channel. */
+int lf_sensor_ready(const struct device *sensor);
+int lf_sensor_fetch(const struct device *sensor);
+/* In millionths of the channel's unit. */
+int lf_sensor_value(const struct device *sensor, int channel, int64_t *micro);
+/* Calls the handler when a sample is ready. */
+int lf_sensor_watch(size_t place, const struct device *sensor, lf_device_handler *handler);
+/* Ends that. */
+void lf_sensor_unwatch(size_t place, const struct device *sensor);
 
 /*
  * Ends the program. With another status than 0 the system halts or starts again, as CONFIG_LF_FATAL_* says; with 0 it

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices of a computer that has none: inputs do what a script says, and what all pins do is written down.
+//! Devices of a computer that has none: programs find what a script says, and what pins do is written down.
 //!
 //! The same program runs on a board, where [`device!`](crate::device) finds the real ones.
 
 use lf_devices::embedded_hal::delay::DelayNs;
-pub use lf_devices::{DeviceError, Edge, Problem, embedded_hal};
+pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_hal, embedded_io};
 
-mod pin;
+mod handle;
 #[doc(hidden)]
 pub mod recording;
+mod registers;
 mod script;
 mod simulation;
 
-pub use pin::{Gpio, Input, Output, Watch};
+pub use handle::{Adc, Handle, I2c, Input, Output, Pwm, Sensor, Spi, Uart, Watch};
 pub(crate) use script::Script;
 pub(crate) use simulation::{Simulation, starts};
 
 /// A device, by the alias or the label that a board's devicetree has for it: `device!(led0)`.
 ///
-/// Here every name is one of a pin; on a board it has to be in the devicetree.
+/// Here every name is one of a device of any kind; on a board it has to be in the devicetree.
 #[macro_export]
 macro_rules! device {
-    ($($name:tt)+) => { $crate::devices::Gpio::named(::core::stringify!($($name)+)) };
+    ($($name:tt)+) => { $crate::devices::Handle::named(::core::stringify!($($name)+)) };
 }
 
 /// Waits, as driver crates ask for it: `embedded_hal::delay::DelayNs`.

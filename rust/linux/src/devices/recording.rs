@@ -4,10 +4,19 @@
 use std::io::{self, BufRead, Write};
 
 use lf_model::time::Interval;
-use vcd::{Command, IdCode, Parser, ScopeItem, TimescaleUnit, Value, Writer};
+use vcd::{Command, IdCode, Parser, ScopeItem, TimescaleUnit, Value, VarType, Writer};
 
-/// The changes of a pin, in order; times are since the start, and those before it are the start's.
-pub type Changes = Vec<(Interval, bool)>;
+/// What a device does from a time on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Signal {
+    /// A pin is active, or is not.
+    Level(bool),
+    /// The part of a period in which an output is active, or a voltage in millivolts.
+    Real(f64),
+}
+
+/// The changes of a device, in order; times are since the start, and those before it are the start's.
+pub type Changes = Vec<(Interval, Signal)>;
 
 /// What the pins of a federate did.
 #[derive(Debug)]
@@ -42,7 +51,12 @@ impl Recording {
                 Command::Timestamp(time) => now = Interval::from_nanos(i64::try_from(time).unwrap_or(i64::MAX)),
                 Command::ChangeScalar(code, value) => {
                     if let Some(pin) = codes.iter().position(|pin| *pin == code) {
-                        pins[pin].1.push((now, value == Value::V1));
+                        pins[pin].1.push((now, Signal::Level(value == Value::V1)));
+                    }
+                }
+                Command::ChangeReal(code, value) => {
+                    if let Some(pin) = codes.iter().position(|pin| *pin == code) {
+                        pins[pin].1.push((now, Signal::Real(value)));
                     }
                 }
                 _ => {}
@@ -63,7 +77,9 @@ pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     for Recording { federate, pins } in recordings {
         vcd.add_module(federate)?;
         for (name, changes) in pins {
-            all.push((vcd.add_wire(1, &reference(name))?, changes));
+            let is_real = changes.first().is_some_and(|(_, signal)| matches!(signal, Signal::Real(_)));
+            let (kind, bits) = if is_real { (VarType::Real, 64) } else { (VarType::Wire, 1) };
+            all.push((vcd.add_var(kind, bits, &reference(name), None)?, changes));
         }
         vcd.upscope()?;
     }
@@ -71,20 +87,31 @@ pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     vcd.timestamp(0)?;
     for &(id, changes) in &all {
         let at_start = changes.iter().take_while(|(time, _)| *time <= Interval::ZERO).last();
-        vcd.change_scalar(id, at_start.is_some_and(|(_, active)| *active))?;
+        let nothing = match changes.first() {
+            Some((_, Signal::Real(_))) => Signal::Real(0.0),
+            _ => Signal::Level(false),
+        };
+        change(&mut vcd, id, at_start.map_or(nothing, |(_, signal)| *signal))?;
     }
-    let later = all.iter().flat_map(|&(id, changes)| changes.iter().map(move |&(time, active)| (time, id, active)));
+    let later = all.iter().flat_map(|&(id, changes)| changes.iter().map(move |&(time, signal)| (time, id, signal)));
     let mut later: Vec<_> = later.filter(|(time, ..)| *time > Interval::ZERO).collect();
     later.sort_by_key(|(time, ..)| *time);
     let mut now = Interval::ZERO;
-    for (time, id, active) in later {
+    for (time, id, signal) in later {
         if time != now {
             now = time;
             vcd.timestamp(u64::try_from(time.as_nanos()).unwrap_or(0))?;
         }
-        vcd.change_scalar(id, active)?;
+        change(&mut vcd, id, signal)?;
     }
     vcd.flush()
+}
+
+fn change<W: Write>(vcd: &mut Writer<W>, id: IdCode, signal: Signal) -> io::Result<()> {
+    match signal {
+        Signal::Level(active) => vcd.change_scalar(id, active),
+        Signal::Real(value) => vcd.change_real(id, value),
+    }
 }
 
 /// The name of a pin, where brackets would be those of a bus.
@@ -95,6 +122,16 @@ fn reference(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_measured_is_written_and_read() {
+        let changes = vec![(Interval::ZERO, Signal::Real(0.25)), (Interval::from_nanos(7), Signal::Real(-1.5))];
+        let recording = Recording { federate: "a".to_owned(), pins: vec![("fan".to_owned(), changes.clone())] };
+        let mut written = Vec::new();
+        write(&mut written, &[recording]).expect("memory takes it");
+        let read = Recording::read("a", written.as_slice()).expect("it is sound");
+        assert_eq!(read.pins, [("fan".to_owned(), changes)]);
+    }
 
     #[test]
     fn the_pins_of_all_federates_are_on_one_axis() {

@@ -5,18 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use lf_devices::{Channel, Problem, SensorValue};
 use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
 
-use super::recording::{self, Recording};
-use super::script::Script;
+use super::recording::{self, Recording, Signal};
+use super::registers::Registers;
+use super::script::{Change, Script, Value};
 use crate::outside::HostOutside;
 
 static PROGRAM: OnceLock<Simulation> = OnceLock::new();
 
-/// What inputs do, and what outputs did.
+/// What programs find at devices, and what they did with them.
 #[derive(Debug, Default)]
 pub(crate) struct Simulation {
     federate: String,
@@ -24,14 +26,23 @@ pub(crate) struct Simulation {
     script: Script,
     recording: Option<PathBuf>,
     start: OnceLock<Instant>,
-    pins: Mutex<Pins>,
+    devices: Mutex<Devices>,
 }
 
 #[derive(Debug, Default)]
-struct Pins {
-    inputs: BTreeSet<&'static str>,
+struct Devices {
+    /// All that the program has taken into use.
+    used: BTreeSet<&'static str>,
+    /// What the script says of pins that are read, and of voltages.
+    inputs: BTreeMap<&'static str, Vec<(Interval, Signal)>>,
     /// When outputs changed; without a recording only what they are.
-    outputs: BTreeMap<&'static str, Vec<(Instant, bool)>>,
+    outputs: BTreeMap<&'static str, Vec<(Instant, Signal)>>,
+    /// What programs have written to registers, per device and address.
+    registers: BTreeMap<(&'static str, u8), Registers>,
+    /// How many bytes of a line were read.
+    received: BTreeMap<&'static str, usize>,
+    /// When sensors have measured.
+    fetched: BTreeMap<&'static str, Interval>,
 }
 
 /// Ends the simulation when it is dropped: writes the recording.
@@ -52,63 +63,224 @@ impl Simulation {
     }
 
     /// A pin is an input.
-    pub(super) fn reads(&self, name: &'static str) {
-        self.lock().inputs.insert(name);
+    pub(super) fn reads(&self, name: &'static str) -> Result<(), Problem> {
+        let mut active = false;
+        let mut levels = Vec::new();
+        for Change { at, value, line } in self.changes(name) {
+            let level = match value {
+                Value::Number(0.0) => false,
+                Value::Number(1.0) => true,
+                _ => return Err(Problem::Script { line: *line, expected: "a pin is 0 or 1" }),
+            };
+            if std::mem::replace(&mut active, level) != level {
+                levels.push((*at, Signal::Level(level)));
+            }
+        }
+        self.takes_input(name, levels);
+        Ok(())
     }
 
-    /// An output has this level from now on.
-    pub(super) fn drives(&self, name: &'static str, active: bool) {
+    /// A voltage is measured.
+    pub(super) fn measures(&self, name: &'static str) -> Result<(), Problem> {
+        let voltage = |change: &Change| match change.value {
+            Value::Number(millivolts) => Ok((change.at, Signal::Real(millivolts))),
+            _ => Err(Problem::Script { line: change.line, expected: "a voltage is a number of millivolts" }),
+        };
+        let voltages = self.changes(name).iter().map(voltage).collect::<Result<_, _>>()?;
+        self.takes_input(name, voltages);
+        Ok(())
+    }
+
+    fn takes_input(&self, name: &'static str, changes: Vec<(Interval, Signal)>) {
+        let mut devices = self.lock();
+        devices.used.insert(name);
+        devices.inputs.insert(name, changes);
+    }
+
+    /// An output does this from now on.
+    pub(super) fn drives(&self, name: &'static str, signal: Signal) {
         // The time is read under the lock, so that changes are in its order.
-        let mut pins = self.lock();
+        let mut devices = self.lock();
         let now = HostOutside::of_program().physical_time();
-        let changes = pins.outputs.entry(name).or_default();
-        if changes.last().is_some_and(|(_, before)| *before == active) {
+        let changes = devices.outputs.entry(name).or_default();
+        if changes.last().is_some_and(|(_, before)| *before == signal) {
             return;
         }
         if self.recording.is_none() {
             changes.clear();
         }
-        changes.push((now, active));
-        drop(pins);
-        log::debug!("{name} is {}", u8::from(active));
-    }
-
-    /// The level of a pin now: what an output was set to, or what the script says of an input.
-    pub(super) fn is_active(&self, name: &'static str) -> bool {
-        let pins = self.lock();
-        if let Some((_, active)) = pins.outputs.get(name).and_then(|changes| changes.last()) {
-            return *active;
+        changes.push((now, signal));
+        drop(devices);
+        match signal {
+            Signal::Level(active) => log::debug!("{name} is {}", u8::from(active)),
+            Signal::Real(value) => log::debug!("{name} is {value}"),
         }
-        drop(pins);
-        let elapsed =
-            self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(*start));
-        let before = self.changes(name).iter().take_while(|(time, _)| *time <= elapsed);
-        before.last().is_some_and(|(_, active)| *active)
     }
 
-    /// What the script says of an input.
-    pub(super) fn changes(&self, name: &str) -> &[(Interval, bool)] {
+    /// What a device does now: what an output was set to, or what the script says of an input.
+    pub(super) fn signal(&self, name: &'static str) -> Option<Signal> {
+        let elapsed = self.elapsed();
+        let devices = self.lock();
+        if let Some((_, signal)) = devices.outputs.get(name).and_then(|changes| changes.last()) {
+            return Some(*signal);
+        }
+        let changes = devices.inputs.get(name)?;
+        changes.iter().take_while(|(time, _)| *time <= elapsed).last().map(|(_, signal)| *signal)
+    }
+
+    /// When the levels of an input change, and to which.
+    pub(super) fn edges(&self, name: &'static str) -> Vec<(Interval, u8)> {
+        let devices = self.lock();
+        let changes = devices.inputs.get(name).into_iter().flatten();
+        changes.map(|(time, signal)| (*time, u8::from(*signal == Signal::Level(true)))).collect()
+    }
+
+    /// A device with registers is taken into use. Devices on a bus that the program names are in the script by its
+    /// name.
+    pub(super) fn has_registers(&self, name: &'static str) -> Result<(), Problem> {
+        self.lock().used.insert(name);
+        if self.script.parts(&self.federate, name).any(|(part, _)| part.register().is_some()) {
+            return Ok(());
+        }
+        Err(Problem::NotSimulated { example: "a register and its bytes, such as [0x00] 0x1980" })
+    }
+
+    /// The address of a device that the script has with one.
+    pub(super) fn address(&self, name: &str) -> Option<u8> {
+        self.script.parts(&self.federate, name).find_map(|(part, _)| part.address)
+    }
+
+    /// Does something with the registers of the device of this name and address, as they are now. A device that the
+    /// script has without an address is at all of them.
+    pub(super) fn with_registers<R>(
+        &self,
+        name: &'static str,
+        address: Option<u8>,
+        act: impl FnOnce(&mut Registers) -> R,
+    ) -> Result<R, Problem> {
+        let is_here = |of_part: Option<u8>| of_part.is_none() || of_part == address;
+        let mut found = false;
+        let mut devices = self.lock();
+        let elapsed = self.elapsed();
+        let registers = devices.registers.entry((name, address.unwrap_or_default())).or_default();
+        for (part, changes) in self.script.parts(&self.federate, name) {
+            let Some(register) = part.register().filter(|_| is_here(part.address)) else { continue };
+            found = true;
+            let Some(change) = changes.iter().take_while(|change| change.at <= elapsed).last() else { continue };
+            let expected = "a register is its bytes, such as 0x1980, or a number up to 255";
+            let values = bytes(&change.value).ok_or(Problem::Script { line: change.line, expected })?;
+            for (register, bytes) in (register..=u8::MAX).zip(values) {
+                registers.becomes(register, change.at, &bytes);
+            }
+        }
+        if !found {
+            // What a bus's driver reports when nobody answers.
+            return Err(Problem::Failed(rustix::io::Errno::IO.raw_os_error()));
+        }
+        registers.now = elapsed;
+        Ok(act(registers))
+    }
+
+    /// What comes on a serial line, and when.
+    pub(super) fn arrivals(&self, name: &'static str) -> Result<Vec<(Interval, u8)>, Problem> {
+        let mut arrivals = Vec::new();
+        self.lock().used.insert(name);
+        for change in self.changes(name) {
+            let Value::Text(text) = &change.value else {
+                let expected = "a serial line receives a text, such as \"on\\n\"";
+                return Err(Problem::Script { line: change.line, expected });
+            };
+            arrivals.extend(text.iter().map(|byte| (change.at, *byte)));
+        }
+        Ok(arrivals)
+    }
+
+    /// The next byte of a line that was not read yet.
+    pub(super) fn receives(&self, name: &'static str) -> Result<Option<u8>, Problem> {
+        let arrivals = self.arrivals(name)?;
+        let elapsed = self.elapsed();
+        let mut devices = self.lock();
+        let read = devices.received.entry(name).or_default();
+        let next = arrivals.get(*read).filter(|(time, _)| *time <= elapsed).map(|(_, byte)| *byte);
+        *read += usize::from(next.is_some());
+        Ok(next)
+    }
+
+    /// A sensor measures; it has to be in the script.
+    pub(super) fn fetches(&self, name: &'static str) -> Result<(), Problem> {
+        let is_channel = |name: &str| Channel::ALL.iter().any(|channel| channel.name() == name);
+        if !self.script.parts(&self.federate, name).any(|(part, _)| is_channel(part.name)) {
+            return Err(Problem::NotSimulated { example: "a channel and its value, such as [ambient_temp] 21.5" });
+        }
+        let elapsed = self.elapsed();
+        let mut devices = self.lock();
+        devices.used.insert(name);
+        devices.fetched.insert(name, elapsed);
+        Ok(())
+    }
+
+    /// What a sensor has measured last.
+    pub(super) fn measured(&self, name: &'static str, channel: Channel) -> Result<SensorValue, Problem> {
+        let fetched = self.lock().fetched.get(name).copied().unwrap_or(Interval::ZERO);
+        let of_channel = self.script.parts(&self.federate, name).filter(|(part, _)| part.name == channel.name());
+        let changes = of_channel.last().ok_or(Problem::NotSupported)?.1;
+        match changes.iter().take_while(|change| change.at <= fetched).last() {
+            None => Ok(SensorValue::default()),
+            Some(Change { value: Value::Number(number), .. }) => {
+                #[expect(clippy::cast_possible_truncation, reason = "what a sensor measures is much smaller")]
+                let micro = (number * 1e6).round() as i64;
+                Ok(SensorValue::from_micro(micro))
+            }
+            Some(change) => Err(Problem::Script { line: change.line, expected: "a sensor measures a number" }),
+        }
+    }
+
+    /// When any channel of a sensor changes.
+    pub(super) fn samples(&self, name: &str) -> Vec<(Interval, u8)> {
+        let changes = self.script.parts(&self.federate, name).flat_map(|(_, changes)| changes);
+        let times: BTreeSet<Interval> = changes.map(|change| change.at).collect();
+        times.into_iter().map(|time| (time, 0)).collect()
+    }
+
+    fn changes(&self, name: &str) -> &[Change] {
         self.script.changes(&self.federate, name)
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Pins> {
-        self.pins.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Since the start.
+    fn elapsed(&self) -> Interval {
+        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(*start))
     }
 
-    /// What all pins did until now, since the start.
+    fn lock(&self) -> MutexGuard<'_, Devices> {
+        self.devices.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What all pins and voltages did until now, since the start.
     fn recorded(&self) -> Recording {
         let start = self.start.get().copied();
-        let end = start.map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(start));
-        let pins = self.lock();
+        let end = self.elapsed();
+        let devices = self.lock();
         let since = |time: Instant| start.map_or(Interval::ZERO, |start| time.since(start));
-        let driven = |(&name, changes): (&&'static str, &Vec<(Instant, bool)>)| {
-            (name.to_owned(), changes.iter().map(|&(time, active)| (since(time), active)).collect())
+        let driven = |(&name, changes): (&&'static str, &Vec<(Instant, Signal)>)| {
+            (name.to_owned(), changes.iter().map(|&(time, signal)| (since(time), signal)).collect())
         };
-        let read = |&name: &&'static str| {
-            (name.to_owned(), self.changes(name).iter().copied().take_while(|(time, _)| *time <= end).collect())
+        let read = |(&name, changes): (&&'static str, &Vec<(Interval, Signal)>)| {
+            (name.to_owned(), changes.iter().copied().take_while(|(time, _)| *time <= end).collect())
         };
-        let recorded: BTreeMap<_, _> = pins.inputs.iter().map(read).chain(pins.outputs.iter().map(driven)).collect();
+        let recorded: BTreeMap<_, _> =
+            devices.inputs.iter().map(read).chain(devices.outputs.iter().map(driven)).collect();
         Recording { federate: self.federate.clone(), pins: recorded.into_iter().collect() }
+    }
+}
+
+/// What registers have after a line of the script.
+fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
+    match value {
+        Value::Bytes(bytes) => Some(bytes.clone()),
+        Value::Number(number) => {
+            (0..=u8::MAX).find(|byte| f64::from(*byte).total_cmp(number).is_eq()).map(|byte| vec![vec![byte]])
+        }
+        Value::Text(_) => None,
     }
 }
 
@@ -122,7 +294,7 @@ pub(crate) fn starts(start: Instant) {
 impl Drop for Running {
     fn drop(&mut self) {
         let simulation = Simulation::of_program();
-        let known = simulation.lock().inputs.clone();
+        let known = simulation.lock().used.clone();
         for name in simulation.script.unknown(&simulation.federate, simulation.is_alone, |name| known.contains(name)) {
             log::warn!("the script for devices has values of {name}, which this program has not read");
         }

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The places of pins whose edges schedule actions.
+//! The places of devices whose interrupts schedule actions.
 
 use core::cell::RefCell;
+use core::ffi::c_int;
+use core::fmt;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use critical_section::Mutex;
-use lf_devices::{Edge, EdgePoster, Problem};
+use lf_devices::{EventPoster, Problem};
 use lf_model::PhysicalLink;
 use lf_runtime::{DeviceRemark, tell};
 use log::Level;
 
-use super::spec::{Spec, outcome};
+use super::spec::outcome;
 use crate::kconfig::LF_INTERRUPTS;
 use crate::raw;
 
-/// A pin that is watched, or could be.
+/// A device that is watched, or could be.
 struct Place {
     taken: AtomicBool,
     /// What its interrupts do, and whose they are.
-    watched: Mutex<RefCell<Option<(EdgePoster, &'static str)>>>,
+    watched: Mutex<RefCell<Option<(EventPoster, &'static str)>>>,
     /// How many of them found no room since the event loop has told of it.
     lost: AtomicU32,
 }
@@ -30,22 +32,30 @@ static PLACES: [Place; LF_INTERRUPTS] = [const {
 /// Whether any place has lost some.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// The interrupts of a pin, until this is dropped.
+/// The interrupts of a device, until this is dropped.
 #[derive(Debug)]
-pub struct Watch {
+pub struct Watch<S: Source> {
     place: usize,
+    source: S,
     /// Keeps the program going for what may still come.
     _link: PhysicalLink,
 }
 
-impl Watch {
-    /// Watches the pin of this name.
+/// A device that has interrupts.
+pub trait Source: fmt::Debug {
+    /// Begins them; they call the handler with the number of the place. Returns what C does.
+    fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int;
+    /// Ends them.
+    fn end(&self, place: usize);
+}
+
+impl<S: Source> Watch<S> {
+    /// Watches the device of this name.
     pub(super) fn new(
         name: &'static str,
-        pin: &'static Spec,
-        edge: Edge,
+        source: S,
         link: PhysicalLink,
-        poster: EdgePoster,
+        poster: EventPoster,
     ) -> Result<Self, Problem> {
         let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
         let free = PLACES.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
@@ -53,16 +63,8 @@ impl Watch {
         critical_section::with(|section| {
             *place.watched.borrow_ref_mut(section) = Some((poster, name));
         });
-        let edge = match edge {
-            Edge::ToActive => raw::lf_edge::LF_EDGE_TO_ACTIVE,
-            Edge::ToInactive => raw::lf_edge::LF_EDGE_TO_INACTIVE,
-            Edge::Both => raw::lf_edge::LF_EDGE_BOTH,
-        };
-        // SAFETY: the place is below CONFIG_LF_INTERRUPTS and was free, the pin is a constant of C, and the handler can
-        // be called at any time.
-        let result = unsafe { raw::lf_pin_watch(free, pin.raw(), edge, Some(happened)) };
-        match outcome(result) {
-            Ok(_) => Ok(Self { place: free, _link: link }),
+        match outcome(source.begin(free, Some(happened))) {
+            Ok(_) => Ok(Self { place: free, source, _link: link }),
             Err(problem) => {
                 place.give_back();
                 Err(problem)
@@ -71,10 +73,9 @@ impl Watch {
     }
 }
 
-impl Drop for Watch {
+impl<S: Source> Drop for Watch<S> {
     fn drop(&mut self) {
-        // SAFETY: this place is watched.
-        unsafe { raw::lf_pin_unwatch(self.place) };
+        self.source.end(self.place);
         // Afterwards nobody knows whose they were.
         tell_of_lost();
         PLACES[self.place].give_back();
@@ -92,12 +93,12 @@ impl Place {
     }
 }
 
-/// What C calls at an edge, from the interrupt as a rule.
-extern "C" fn happened(place: usize, active: bool) {
+/// What C calls at an event, from the interrupt as a rule.
+unsafe extern "C" fn happened(place: usize, value: u8) {
     let place = &PLACES[place];
     // It is copied out, because the event loop must not be woken while interrupts are locked.
     let poster = critical_section::with(|section| place.watched.borrow_ref(section).as_ref().map(|(it, _)| it.clone()));
-    if poster.is_some_and(|poster| poster.post(active).is_err()) {
+    if poster.is_some_and(|poster| poster.post(value).is_err()) {
         place.lost.fetch_add(1, Ordering::Relaxed);
         LOST.store(true, Ordering::Release);
     }

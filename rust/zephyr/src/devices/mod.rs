@@ -4,39 +4,43 @@
 //! zephyr-lang-rust's own support for the devicetree is not used: what it generates is of its crate `zephyr`, which
 //! asks for `alloc` and has a panic handler of its own (`docs/decisions/019-devices-by-macro.md`).
 
-pub use lf_devices::{DeviceError, Edge, Problem, embedded_hal};
+pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_hal, embedded_io};
 
+#[cfg(CONFIG_ADC)]
+mod adc;
 mod delay;
-#[cfg(CONFIG_GPIO)]
+#[cfg(CONFIG_I2C)]
+mod i2c;
 mod interrupts;
 #[cfg(CONFIG_GPIO)]
 mod pin;
-#[cfg(CONFIG_GPIO)]
+#[cfg(CONFIG_PWM)]
+mod pwm;
+mod sensor;
 mod spec;
+#[cfg(CONFIG_SPI)]
+mod spi;
+#[cfg(CONFIG_SERIAL)]
+mod uart;
 
+#[cfg(CONFIG_ADC)]
+pub use adc::{Adc, AdcNode};
 pub use delay::Delay;
-#[cfg(CONFIG_GPIO)]
+#[cfg(CONFIG_I2C)]
+pub use i2c::{I2c, I2cNode};
+#[cfg(CONFIG_LF_INTERRUPTS)]
 pub(crate) use interrupts::tell_of_lost;
 #[cfg(CONFIG_GPIO)]
 pub use pin::{Gpio, Input, Output};
-#[cfg(CONFIG_GPIO)]
+#[cfg(CONFIG_PWM)]
+pub use pwm::{Pwm, PwmNode};
+pub use sensor::{Sensor, SensorNode};
 #[doc(hidden)]
 pub use spec::Spec;
+#[cfg(CONFIG_SPI)]
+pub use spi::{Spi, SpiNode};
+#[cfg(CONFIG_SERIAL)]
+pub use uart::{Uart, UartNode};
 
-// The module `pins`, and the macro `__device!`.
-#[cfg(CONFIG_GPIO)]
+// The module `found`, and the macro `__device!`.
 include!(concat!(env!("OUT_DIR"), "/devices.rs"));
-
-/// What `device!` finds without drivers.
-#[cfg(not(CONFIG_GPIO))]
-#[doc(hidden)]
-#[macro_export]
-macro_rules! __device {
-    ($($name:tt)*) => {
-        compile_error!(concat!(
-            "the image has no driver for the pin `",
-            stringify!($($name)*),
-            "`: set CONFIG_GPIO=y in the application's prj.conf"
-        ))
-    };
-}

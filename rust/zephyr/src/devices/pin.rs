@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pins by Zephyr's drivers.
 
-use lf_devices::{DeviceError, Edge, EdgePoster, Pin, Problem};
+use core::ffi::c_int;
+
+use lf_devices::{Device, DeviceError, Edge, EventPoster, Pin, Problem};
 use lf_model::PhysicalLink;
 
-use super::interrupts::Watch;
+use super::interrupts::{Source, Watch};
 use super::spec::{Spec, outcome};
 use crate::raw;
 
@@ -54,12 +56,14 @@ impl Gpio {
     }
 }
 
-impl Pin for Gpio {
-    type Watch = Watch;
-
+impl Device for Gpio {
     fn name(&self) -> &'static str {
         self.name
     }
+}
+
+impl Pin for Gpio {
+    type Watch = Watch<Edges>;
 
     fn is_active_low(&self) -> bool {
         // SAFETY: the pin is a constant of C; so it is in all calls here.
@@ -86,7 +90,32 @@ impl Pin for Gpio {
         outcome(unsafe { raw::lf_pin_get(self.raw()) }).map(|level| level > 0)
     }
 
-    fn watch(&self, edge: Edge, link: PhysicalLink, poster: EdgePoster) -> Result<Watch, Problem> {
-        Watch::new(self.name, self.spec, edge, link, poster)
+    fn watch(&self, edge: Edge, link: PhysicalLink, poster: EventPoster) -> Result<Self::Watch, Problem> {
+        Watch::new(self.name, Edges { pin: self.spec, edge }, link, poster)
+    }
+}
+
+/// The edges of a pin.
+#[derive(Debug)]
+pub struct Edges {
+    pin: &'static Spec,
+    edge: Edge,
+}
+
+impl Source for Edges {
+    fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {
+        let edge = match self.edge {
+            Edge::ToActive => raw::lf_edge::LF_EDGE_TO_ACTIVE,
+            Edge::ToInactive => raw::lf_edge::LF_EDGE_TO_INACTIVE,
+            Edge::Both => raw::lf_edge::LF_EDGE_BOTH,
+        };
+        // SAFETY: the place is below CONFIG_LF_INTERRUPTS and was free, the pin is a constant of C, and the handler can
+        // be called at any time.
+        unsafe { raw::lf_pin_watch(place, self.pin.raw(), edge, handler) }
+    }
+
+    fn end(&self, place: usize) {
+        // SAFETY: this place is watched.
+        unsafe { raw::lf_pin_unwatch(place) };
     }
 }

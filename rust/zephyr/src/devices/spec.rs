@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What C has of a pin, and what its calls return.
+//! What C has of a device, and what its calls return.
 
 use core::ffi::c_int;
 use core::fmt;
@@ -8,15 +8,22 @@ use lf_devices::Problem;
 
 use crate::raw;
 
-/// What C has of a pin; only C looks into it.
+/// What C has of a device: a constant of a type that its kind says. Only C looks into it.
 #[repr(C)]
 pub struct Spec {
     _opaque: [u8; 0],
 }
 
 impl Spec {
-    pub(super) fn raw(&'static self) -> *const raw::gpio_dt_spec {
+    /// As the type that it is.
+    pub(super) fn raw<T>(&'static self) -> *const T {
         core::ptr::from_ref(self).cast()
+    }
+
+    /// The device of a constant that is a pointer to one; null without a driver.
+    pub(super) fn device(&'static self) -> *const raw::device {
+        // SAFETY: the caller has a constant of C of this type, which does not change.
+        unsafe { *self.raw::<*const raw::device>() }
     }
 }
 
@@ -31,10 +38,10 @@ pub(super) fn outcome(result: c_int) -> Result<c_int, Problem> {
     // SAFETY: it has no precondition.
     match result {
         0.. => Ok(result),
-        error => Err(match unsafe { raw::lf_pin_problem(error) } {
-            raw::lf_pin_problem::LF_PIN_NO_DRIVER => Problem::NoDriver,
-            raw::lf_pin_problem::LF_PIN_NOT_READY => Problem::NotReady,
-            raw::lf_pin_problem::LF_PIN_NOT_SUPPORTED => Problem::NotSupported,
+        error => Err(match unsafe { raw::lf_device_problem(error) } {
+            raw::lf_device_problem::LF_DEVICE_NO_DRIVER => Problem::NoDriver,
+            raw::lf_device_problem::LF_DEVICE_NOT_READY => Problem::NotReady,
+            raw::lf_device_problem::LF_DEVICE_NOT_SUPPORTED => Problem::NotSupported,
             _ => Problem::Failed(-error),
         }),
     }

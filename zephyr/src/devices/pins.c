@@ -7,21 +7,6 @@
 
 #include <zephyr/drivers/gpio.h>
 
-enum lf_pin_problem lf_pin_problem(int error)
-{
-	switch (-error) {
-	case ENXIO:
-		return LF_PIN_NO_DRIVER;
-	case ENODEV:
-		return LF_PIN_NOT_READY;
-	case ENOSYS:
-	case ENOTSUP:
-		return LF_PIN_NOT_SUPPORTED;
-	default:
-		return LF_PIN_FAILED;
-	}
-}
-
 bool lf_pin_is_active_low(const struct gpio_dt_spec *pin)
 {
 	return (pin->dt_flags & GPIO_ACTIVE_LOW) != 0;
@@ -29,10 +14,9 @@ bool lf_pin_is_active_low(const struct gpio_dt_spec *pin)
 
 static int configure(const struct gpio_dt_spec *pin, gpio_flags_t flags)
 {
-	if (pin->port == NULL) {
-		return -ENXIO;
-	}
-	return gpio_is_ready_dt(pin) ? gpio_pin_configure_dt(pin, flags) : -ENODEV;
+	int error = lf_device_ready(pin->port);
+
+	return error == 0 ? gpio_pin_configure_dt(pin, flags) : error;
 }
 
 int lf_pin_output(const struct gpio_dt_spec *pin, bool active)
@@ -61,7 +45,7 @@ struct place {
 	struct gpio_callback callback;
 	const struct gpio_dt_spec *pin;
 	enum lf_edge edge;
-	void (*handler)(size_t place, bool active);
+	lf_device_handler *handler;
 };
 
 static struct place places[CONFIG_LF_INTERRUPTS];
@@ -77,8 +61,7 @@ static void happened(const struct device *port, struct gpio_callback *callback, 
 	place->handler((size_t)(place - places), active);
 }
 
-int lf_pin_watch(size_t index, const struct gpio_dt_spec *pin, enum lf_edge edge,
-		 void (*handler)(size_t place, bool active))
+int lf_pin_watch(size_t index, const struct gpio_dt_spec *pin, enum lf_edge edge, lf_device_handler *handler)
 {
 	static const gpio_flags_t flags[] = {
 		[LF_EDGE_TO_ACTIVE] = GPIO_INT_EDGE_TO_ACTIVE,
@@ -112,8 +95,7 @@ void lf_pin_unwatch(size_t index)
 
 #else
 
-int lf_pin_watch(size_t index, const struct gpio_dt_spec *pin, enum lf_edge edge,
-		 void (*handler)(size_t place, bool active))
+int lf_pin_watch(size_t index, const struct gpio_dt_spec *pin, enum lf_edge edge, lf_device_handler *handler)
 {
 	ARG_UNUSED(index);
 	ARG_UNUSED(pin);

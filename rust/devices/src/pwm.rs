@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Outputs that are active for a part of each period.
+
+use embedded_hal::pwm::{ErrorType, SetDutyCycle};
+use lf_model::time::Interval;
+
+use crate::error::{Device, DeviceError, Problem};
+
+/// What a platform can do with a channel of PWM.
+pub trait PwmChannel: Device {
+    /// Whether it can be used.
+    ///
+    /// # Errors
+    /// When its driver is missing, or could not start.
+    fn is_ready(&self) -> Result<(), Problem>;
+    /// The period, in nanoseconds.
+    fn period(&self) -> u32;
+    /// Makes it active for so many nanoseconds of each period.
+    ///
+    /// # Errors
+    /// When its driver refuses.
+    fn set_pulse(&self, nanoseconds: u32) -> Result<(), Problem>;
+}
+
+/// An output that is active for a part of each period: a fan, a servo, an LED that is dimmed.
+///
+/// It has `embedded_hal::pwm::SetDutyCycle`, of which `set_duty_cycle_percent` is the handiest.
+#[derive(Debug)]
+pub struct Pwm<C> {
+    channel: C,
+}
+
+impl<C: PwmChannel> Pwm<C> {
+    /// Takes the channel into use; it is as it was.
+    ///
+    /// # Errors
+    /// When its driver is missing, or could not start.
+    pub fn new(channel: C) -> Result<Self, DeviceError> {
+        channel.named(channel.is_ready())?;
+        Ok(Self { channel })
+    }
+
+    /// The period.
+    pub fn period(&self) -> Interval {
+        Interval::from_nanos(self.channel.period().into())
+    }
+
+    /// Makes it active for this part of each period; what is longer than a period is always.
+    ///
+    /// # Errors
+    /// When its driver refuses.
+    pub fn set_pulse(&mut self, pulse: Interval) -> Result<(), DeviceError> {
+        let pulse = pulse.as_nanos().clamp(0, self.channel.period().into());
+        // A period fits, so what is at most one does.
+        self.channel.named(self.channel.set_pulse(u32::try_from(pulse).unwrap_or(u32::MAX)))
+    }
+}
+
+impl<C: PwmChannel> ErrorType for Pwm<C> {
+    type Error = DeviceError;
+}
+
+impl<C: PwmChannel> SetDutyCycle for Pwm<C> {
+    fn max_duty_cycle(&self) -> u16 {
+        u16::MAX
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), DeviceError> {
+        let pulse = i64::from(self.channel.period()) * i64::from(duty) / i64::from(u16::MAX);
+        self.set_pulse(Interval::from_nanos(pulse))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::cell::Cell;
+
+    use super::*;
+
+    /// A channel that remembers its pulse.
+    #[derive(Debug, Default)]
+    struct Remembered(Cell<u32>);
+
+    impl Device for &Remembered {
+        fn name(&self) -> &'static str {
+            "fan"
+        }
+    }
+
+    impl PwmChannel for &Remembered {
+        fn is_ready(&self) -> Result<(), Problem> {
+            Ok(())
+        }
+        fn period(&self) -> u32 {
+            u32::MAX
+        }
+        fn set_pulse(&self, nanoseconds: u32) -> Result<(), Problem> {
+            self.0.set(nanoseconds);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_duty_cycle_is_a_part_of_the_period() {
+        let channel = Remembered::default();
+        let mut pwm = Pwm::new(&channel).expect("it is ready");
+        for (percent, pulse) in [(0, 0), (100, u32::MAX)] {
+            pwm.set_duty_cycle_percent(percent).expect("it can be set");
+            assert_eq!(channel.0.get(), pulse);
+        }
+        pwm.set_duty_cycle(u16::MAX / 3).expect("it can be set");
+        assert_eq!(channel.0.get(), u32::MAX / 3);
+        pwm.set_pulse(Interval::from_secs(100)).expect("it can be set");
+        assert_eq!(channel.0.get(), u32::MAX);
+        pwm.set_pulse(Interval::from_nanos(-1)).expect("it can be set");
+        assert_eq!(channel.0.get(), 0);
+    }
+}

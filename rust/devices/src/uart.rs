@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Serial lines.
+
+use core::fmt;
+
+use embedded_io::{ErrorType, Read, ReadReady, Write};
+use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
+
+use crate::error::{Device, DeviceError, Problem};
+use crate::interrupt::{EventPoster, EventValue};
+
+/// What a platform can do with a serial line.
+pub trait SerialLine: Device {
+    /// What ends the interrupts of a line when it is dropped.
+    type Watch: fmt::Debug;
+
+    /// Whether it can be used.
+    ///
+    /// # Errors
+    /// When its driver is missing, or could not start.
+    fn is_ready(&self) -> Result<(), Problem>;
+    /// Sends this, and waits until the hardware has it.
+    ///
+    /// # Errors
+    /// When its driver reports one.
+    fn send(&self, bytes: &[u8]) -> Result<(), Problem>;
+    /// A byte that has come.
+    ///
+    /// # Errors
+    /// When its driver reports one.
+    fn receive(&self) -> Result<Option<u8>, Problem>;
+    /// Lets others run, while a byte is waited for.
+    fn pause(&self);
+    /// Posts each byte that comes, until the result is dropped, which also keeps the link. Posts that find no room are
+    /// counted and reported.
+    ///
+    /// # Errors
+    /// When its driver has no interrupts, or there is no room for another watch.
+    fn watch(&self, link: PhysicalLink, poster: EventPoster) -> Result<Self::Watch, Problem>;
+}
+
+/// A serial line, at the speed that the devicetree says.
+///
+/// It has the traits `Read`, `ReadReady` and `Write` of `embedded_io`. `read` waits for a byte, and the event loop with
+/// it; [`on_byte`](Uart::on_byte) is what programs want as a rule.
+#[derive(Debug)]
+pub struct Uart<L: SerialLine> {
+    line: L,
+    next: Option<u8>,
+    watch: Option<L::Watch>,
+}
+
+impl<L: SerialLine> Uart<L> {
+    /// Takes the line into use.
+    ///
+    /// # Errors
+    /// When its driver is missing, or could not start.
+    pub fn new(line: L) -> Result<Self, DeviceError> {
+        line.named(line.is_ready())?;
+        Ok(Self { line, next: None, watch: None })
+    }
+
+    /// From now on each byte that comes schedules the action, at the time of its interrupt, and is no longer to be
+    /// read.
+    ///
+    /// A byte that finds the action's queue full is counted, and reported by the event loop. As long as this lives, a
+    /// program without events does not end.
+    ///
+    /// # Errors
+    /// When the driver has no interrupts, or as many devices have them as there is room for.
+    pub fn on_byte<T: EventValue<u8>>(
+        &mut self,
+        ctx: &ReactionContext<'_>,
+        action: &PhysicalActionRef<T>,
+    ) -> Result<(), DeviceError> {
+        self.watch = None;
+        let link = ctx.physical_link();
+        let poster = T::poster(&link, action);
+        self.watch = Some(self.line.named(self.line.watch(link, poster))?);
+        Ok(())
+    }
+
+    /// Bytes schedule nothing from now on.
+    pub fn ignore_bytes(&mut self) {
+        self.watch = None;
+    }
+
+    fn peek(&mut self) -> Result<Option<u8>, DeviceError> {
+        if self.next.is_none() && self.watch.is_none() {
+            self.next = self.line.named(self.line.receive())?;
+        }
+        Ok(self.next)
+    }
+}
+
+impl<L: SerialLine> ErrorType for Uart<L> {
+    type Error = DeviceError;
+}
+
+impl<L: SerialLine> ReadReady for Uart<L> {
+    fn read_ready(&mut self) -> Result<bool, DeviceError> {
+        self.peek().map(|next| next.is_some())
+    }
+}
+
+impl<L: SerialLine> Read for Uart<L> {
+    /// # Errors
+    /// When the driver reports one, or each byte schedules an action, so that none will come here.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut count = 0;
+        while count < buffer.len() {
+            if let Some(byte) = self.peek()? {
+                buffer[count] = byte;
+                self.next = None;
+                count += 1;
+            } else if count > 0 {
+                break;
+            } else if self.watch.is_some() {
+                return self.line.named(Err(Problem::NotSupported));
+            } else {
+                self.line.pause();
+            }
+        }
+        Ok(count)
+    }
+}
+
+impl<L: SerialLine> Write for Uart<L> {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, DeviceError> {
+        self.line.named(self.line.send(bytes))?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<(), DeviceError> {
+        Ok(())
+    }
+}

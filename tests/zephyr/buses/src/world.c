@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the devices of the test find: a temperature that a model of the fan makes, a voltage, an acceleration. */
+
+#include <lf/emulation.h>
+
+#include <zephyr/drivers/adc/adc_emul.h>
+#include <zephyr/drivers/emul_sensor.h>
+#include <zephyr/drivers/pwm.h>
+#include <zephyr/kernel.h>
+
+/* In units of 0.5 degrees, as the sensor has it. */
+void world_temperature(int16_t halves)
+{
+	uint16_t left = (uint16_t)(halves * 128);
+	const uint8_t bytes[] = {left >> 8, left & 0xff};
+
+	(void)lf_emulated_registers_set(DEVICE_DT_GET(DT_NODELABEL(thermometer)), 0, bytes, sizeof(bytes));
+}
+
+void world_voltage(uint32_t millivolts)
+{
+	(void)adc_emul_const_value_set(DEVICE_DT_GET(DT_NODELABEL(adc0)), 1, millivolts);
+}
+
+uint32_t world_fan_pulse(void)
+{
+	uint32_t period, pulse;
+
+	(void)lf_emulated_pwm_get(DEVICE_DT_GET(DT_NODELABEL(pwm0)), 1, &period, &pulse);
+	return pulse;
+}
+
+/* 1 g along z. */
+void world_gravity(void)
+{
+	const q31_t g = (q31_t)(9.80665 / 16 * INT32_MAX);
+
+	(void)emul_sensor_backend_set_channel(EMUL_DT_GET(DT_NODELABEL(imu)),
+					      (struct sensor_chan_spec){SENSOR_CHAN_ACCEL_Z, 0}, &g, 4);
+}
