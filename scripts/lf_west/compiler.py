@@ -35,8 +35,10 @@ class Compiler:
         deployment: Path | None = None,
         board: str | None = None,
         federates: Sequence[str] = (),
+        host_only: bool = False,
     ) -> Description:
-        """Generate all crates and compile those for this computer; `board` takes all federates for Zephyr.
+        """Generate all crates and compile those for this computer; `board` takes all federates for Zephyr, and
+        `host_only` leaves out those on boards.
 
         The compiler says itself what is wrong with a program, on the standard error.
         """
@@ -45,6 +47,8 @@ class Compiler:
             arguments += ["--deployment", str(deployment)]
         elif board is not None:
             arguments += ["--platform", "zephyr", "--board", board]
+        if host_only:
+            arguments += ["--platform", "host"]
         if federates:
             arguments += ["--federate", *federates]
         result = _run(arguments, self.environment)

@@ -51,7 +51,8 @@ class LfFedRun(LfCommand):
             action="extend",
             default=[],
             type=Path,
-            help="run the images in these build folders of `west build`, one for each federate; nothing is built",
+            help="run the images in these build folders of `west build`, one for each federate on a board; with "
+            "--deployment the federates on this computer are built, else nothing is",
         )
         parser.add_argument("--timeout", metavar="TIME", help="stop all after this time: 90, 90s, 500ms, 2min")
         parser.add_argument(
@@ -70,6 +71,10 @@ class LfFedRun(LfCommand):
         if args.images:
             described, folders = description.in_image_folders(args.images)
             application = replace(application, elsewhere=folders)
+            if args.deployment is not None:
+                deployment = application.deployment(args.deployment)
+                here = lfz.build(application.file, application.generated, deployment=deployment, host_only=True)
+                described = described.merged_over(here)
         else:
             described = federation_of(self, application, args, cmake_arguments)
         federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)

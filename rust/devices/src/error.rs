@@ -39,6 +39,8 @@ pub enum Problem {
     NotReady,
     /// Its driver cannot do this.
     NotSupported,
+    /// Nothing can be read from a line whose bytes schedule an action.
+    BytesAreEvents,
     /// It has no address: it is a bus.
     NoAddress,
     /// It is not there: the script for devices has no line for it.
@@ -71,6 +73,9 @@ impl fmt::Display for Problem {
             ),
             Self::NotReady => f.write_str("its driver could not start; the boot messages may say why"),
             Self::NotSupported => f.write_str("its driver cannot do this"),
+            Self::BytesAreEvents => f.write_str(
+                "each byte schedules an action, so that none is left to be read: call ignore_bytes() before",
+            ),
             Self::NoAddress => f.write_str(
                 "it has no address: on a board a bus has none, but what the devicetree has on it; on Linux one comes \
                  after the name in the script for devices, such as thermometer@48",

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Outputs that are active for a part of each period.
 
+use core::time::Duration;
+
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use lf_model::time::Interval;
 
 use crate::error::{Device, DeviceError, Problem};
 
@@ -41,18 +42,18 @@ impl<C: PwmChannel> Pwm<C> {
     }
 
     /// The period.
-    pub fn period(&self) -> Interval {
-        Interval::from_nanos(self.channel.period().into())
+    pub fn period(&self) -> Duration {
+        Duration::from_nanos(self.channel.period().into())
     }
 
     /// Makes it active for this part of each period; what is longer than a period is always.
     ///
     /// # Errors
     /// When its driver refuses.
-    pub fn set_pulse(&mut self, pulse: Interval) -> Result<(), DeviceError> {
-        let pulse = pulse.as_nanos().clamp(0, self.channel.period().into());
-        // A period fits, so what is at most one does.
-        self.channel.named(self.channel.set_pulse(u32::try_from(pulse).unwrap_or(u32::MAX)))
+    pub fn set_pulse(&mut self, pulse: Duration) -> Result<(), DeviceError> {
+        let period = self.channel.period();
+        let pulse = u32::try_from(pulse.as_nanos()).map_or(period, |pulse| pulse.min(period));
+        self.channel.named(self.channel.set_pulse(pulse))
     }
 }
 
@@ -66,8 +67,8 @@ impl<C: PwmChannel> SetDutyCycle for Pwm<C> {
     }
 
     fn set_duty_cycle(&mut self, duty: u16) -> Result<(), DeviceError> {
-        let pulse = i64::from(self.channel.period()) * i64::from(duty) / i64::from(u16::MAX);
-        self.set_pulse(Interval::from_nanos(pulse))
+        let pulse = u64::from(self.channel.period()) * u64::from(duty) / u64::from(u16::MAX);
+        self.set_pulse(Duration::from_nanos(pulse))
     }
 }
 
@@ -110,9 +111,9 @@ mod tests {
         }
         pwm.set_duty_cycle(u16::MAX / 3).expect("it can be set");
         assert_eq!(channel.0.get(), u32::MAX / 3);
-        pwm.set_pulse(Interval::from_secs(100)).expect("it can be set");
+        pwm.set_pulse(Duration::from_secs(100)).expect("it can be set");
         assert_eq!(channel.0.get(), u32::MAX);
-        pwm.set_pulse(Interval::from_nanos(-1)).expect("it can be set");
+        pwm.set_pulse(Duration::ZERO).expect("it can be set");
         assert_eq!(channel.0.get(), 0);
     }
 }

@@ -116,7 +116,7 @@ impl<L: SerialLine> Read for Uart<L> {
             } else if count > 0 {
                 break;
             } else if self.watch.is_some() {
-                return self.line.named(Err(Problem::NotSupported));
+                return self.line.named(Err(Problem::BytesAreEvents));
             } else {
                 self.line.pause();
             }

@@ -73,13 +73,13 @@ impl Devicetree {
             let _ = writeln!(arms, "    ({name}) => {{ compile_error!({message:?}) }};");
         }
         let known = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };
-        let declared = symbols.iter().fold(String::new(), |mut declared, symbol| {
-            let _ = writeln!(declared, "        safe static {symbol}: Spec;");
-            declared
+        let statics = symbols.iter().fold(String::new(), |mut statics, symbol| {
+            let _ = writeln!(statics, "        safe static {symbol}: Spec;");
+            statics
         });
         format!(
             "/// Devices by their names.\n#[doc(hidden)]\npub mod found {{\n    #[allow(clippy::wildcard_imports)]\n    \
-             use super::*;\n    unsafe extern \"C\" {{\n{declared}    }}\n{functions}}}\n\n\
+             use super::*;\n    unsafe extern \"C\" {{\n{statics}    }}\n{functions}}}\n\n\
              /// What `device!` finds.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
              ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no device `\", \
              stringify!($($name)*), \"` that programs can use; it has {known}. An alias of your own is a line of the \

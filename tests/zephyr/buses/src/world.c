@@ -6,6 +6,7 @@
 #include <zephyr/drivers/adc/adc_emul.h>
 #include <zephyr/drivers/emul_sensor.h>
 #include <zephyr/drivers/pwm.h>
+#include <zephyr/drivers/sensor.h>
 #include <zephyr/kernel.h>
 
 /* In units of 0.5 degrees, as the sensor has it. */
@@ -15,6 +16,15 @@ void world_temperature(int16_t halves)
 	const uint8_t bytes[] = {left >> 8, left & 0xff};
 
 	(void)lf_emulated_registers_set(DEVICE_DT_GET(DT_NODELABEL(thermometer)), 0, bytes, sizeof(bytes));
+}
+
+/* At which temperature the sensor gives an alarm. */
+int16_t world_alarm(void)
+{
+	uint8_t left[2];
+
+	(void)lf_emulated_registers_get(DEVICE_DT_GET(DT_NODELABEL(thermometer)), 3, left, sizeof(left));
+	return (int16_t)((left[0] << 8) | left[1]) / 128;
 }
 
 void world_voltage(uint32_t millivolts)
@@ -37,4 +47,41 @@ void world_gravity(void)
 
 	(void)emul_sensor_backend_set_channel(EMUL_DT_GET(DT_NODELABEL(imu)),
 					      (struct sensor_chan_spec){SENSOR_CHAN_ACCEL_Z, 0}, &g, 4);
+}
+
+/* Says that it is a BMI160. */
+void world_chip(void)
+{
+	const uint8_t id = 0xd1;
+
+	(void)lf_emulated_registers_set(DEVICE_DT_GET(DT_NODELABEL(chip)), 0, &id, sizeof(id));
+}
+
+/* The last command that it was given. */
+uint8_t world_chip_command(void)
+{
+	uint8_t command;
+
+	(void)lf_emulated_registers_get(DEVICE_DT_GET(DT_NODELABEL(chip)), 0x7e, &command, sizeof(command));
+	return command;
+}
+
+/* In thousandths of a percent, one more each millisecond. */
+static void rise(struct k_timer *timer)
+{
+	static int32_t humidity = 40000;
+
+	ARG_UNUSED(timer);
+	humidity++;
+	(void)lf_emulated_sensor_set(DEVICE_DT_GET(DT_NODELABEL(climate)), SENSOR_CHAN_HUMIDITY, humidity * 1000LL);
+	if (humidity == 40100) {
+		k_timer_stop(timer);
+	}
+}
+
+static K_TIMER_DEFINE(climate, rise, NULL);
+
+void world_climate(void)
+{
+	k_timer_start(&climate, K_MSEC(1), K_MSEC(1));
 }
