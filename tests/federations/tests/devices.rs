@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pins on Linux: a script moves the inputs, and what all pins did is in one file.
+//! Devices on Linux: a script says what they find, and what all pins did is in one file.
 
 use std::fs;
 use std::path::Path;
@@ -51,6 +51,37 @@ fn a_scripted_button_changes_a_lamp_of_another_federate() {
 }
 
 #[test]
+fn a_thermostat_finds_what_the_script_says_and_the_fan_is_recorded() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let file = folder.path().join("room.vcd");
+    let vcd = file.to_str().expect("the folder's name is text");
+    let program = Path::new("applications/thermostat/src/Thermostat.lf");
+    let options = ["--devices", "applications/thermostat/src/room.txt", "--vcd", vcd];
+    let finished = Lfz::run("thermostat", program, &options).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let shown: Vec<&str> = finished.of("display").filter(|line| line.contains("wanted")).collect();
+    assert_eq!(shown.first(), Some(&"25.0 °C, 20.0 °C wanted, fan at 100 %"), "{finished}");
+    assert_eq!(shown.last(), Some(&"22.5 °C, 22.0 °C wanted, fan at 12 %"), "{finished}");
+    let recorded = fs::read_to_string(&file).expect("it was recorded");
+    assert!(recorded.lines().any(|line| line.starts_with("$var real 64 ") && line.contains(" fan ")), "{recorded}");
+    assert!(recorded.lines().any(|line| line.starts_with("r2310 ")), "the knob was turned: {recorded}");
+}
+
+#[test]
+fn a_value_that_a_device_cannot_have_is_told_with_its_line() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let script = folder.path().join("script.txt");
+    fs::write(&script, "0 s thermometer@48[0x00] 0x1900\n0 s knob \"half\"\n").expect("there is room");
+    let script = script.to_str().expect("the folder's name is text");
+    let program = Path::new("applications/thermostat/src/Thermostat.lf");
+    let finished = Lfz::run("knob", program, &["--devices", script]).finish();
+    assert_ne!(finished.code(), 0, "{finished}");
+    let told =
+        "knob: line 2 of the script for devices has a value that it cannot have: a voltage is a number of millivolts";
+    assert!(finished.lines.iter().any(|line| line.contains(told)), "{finished}");
+}
+
+#[test]
 fn a_script_without_sense_is_refused_before_the_start() {
     let folder = tempfile::tempdir().expect("there is room");
     let script = folder.path().join("script.txt");
@@ -59,6 +90,6 @@ fn a_script_without_sense_is_refused_before_the_start() {
     let blinky = Path::new("applications/blinky/src/Blinky.lf");
     let finished = Lfz::run("blinky", blinky, &["--devices", script]).finish();
     assert_eq!(finished.code(), 2, "{finished}");
-    let told = format!("error: {script}: line 2: \"bright\" is no value of a pin: it is 0 or 1");
+    let told = format!("error: {script}: line 2: \"bright\" is no value: a pin is 0 or 1");
     assert!(finished.lines.iter().any(|line| line.starts_with(&told)), "{finished}");
 }

@@ -15,6 +15,8 @@ struct Listing {
     program: String,
     /// The files that stand before it, each with its path as the second word behind the fence, and its text.
     files: Vec<(String, String)>,
+    /// The one of them that says what devices find: its fence says `devices`.
+    script: Option<String>,
     /// What it prints, if that stands behind it.
     output: Option<Vec<String>>,
 }
@@ -47,13 +49,14 @@ fn listings() -> Vec<Listing> {
         let stem = document.file_stem().expect("it has a name").to_string_lossy().replace('-', "_").to_lowercase();
         let text = fs::read_to_string(document).expect("the document can be read");
         let first = listings.len();
-        let mut files = Vec::new();
+        let (mut files, mut script) = (Vec::new(), None);
         for (kind, lines) in blocks(&text) {
             if kind == "lf" {
                 let name = format!("{stem}_{}", listings.len() - first + 1);
                 let files = std::mem::take(&mut files);
-                listings.push(Listing { name, program: lines.join("\n"), files, output: None });
-            } else if let Some((_, path)) = kind.split_once(' ') {
+                listings.push(Listing { name, program: lines.join("\n"), files, script: script.take(), output: None });
+            } else if let Some((language, path)) = kind.split_once(' ') {
+                script = (language == "devices").then(|| path.to_owned()).or(script);
                 files.push((path.to_owned(), lines.join("\n") + "\n"));
             } else if kind == "output" {
                 let listing = listings[first..].last_mut().expect("a program comes before its output");
@@ -95,7 +98,9 @@ fn programs_in_the_documents_print_what_stands_behind_them() {
     let folder = tempfile::tempdir().expect("there is room for a folder");
     let runs = listings().into_iter().filter_map(|listing| {
         let output = listing.output.as_ref()?.clone();
-        let run = Lfz::run(&format!("guide-{}", listing.name), &write(folder.path(), &listing), &["--timeout=180s"]);
+        let script = listing.script.as_ref().map(|path| format!("--devices={}", folder.path().join(path).display()));
+        let options: Vec<&str> = ["--timeout=180s"].into_iter().chain(script.as_deref()).collect();
+        let run = Lfz::run(&format!("guide-{}", listing.name), &write(folder.path(), &listing), &options);
         Some((listing.name, output, run))
     });
     for (name, output, run) in runs.collect::<Vec<_>>() {

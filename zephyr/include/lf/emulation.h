@@ -28,8 +28,8 @@ int lf_emulated_registers_set(const struct device *device, uint8_t first, const 
 int lf_emulated_registers_get(const struct device *device, uint8_t first, uint8_t *bytes, size_t length);
 
 /*
- * What a channel of enum sensor_channel of a sensor of the kind lf,emulated-sensor measures from now on, in millionths of
- * its unit; a sample is ready. Callable from interrupts. Returns 0, or -EINVAL when there is no such channel.
+ * What a channel of enum sensor_channel of a sensor of the kind lf,emulated-sensor measures from now on, in millionths
+ * of its unit; a sample is ready. Callable from interrupts. Returns 0, or -EINVAL when there is no such channel.
  */
 int lf_emulated_sensor_set(const struct device *device, int channel, int64_t micro);
 
