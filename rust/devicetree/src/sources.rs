@@ -79,7 +79,8 @@ impl Devicetree {
         });
         format!(
             "/// Devices by their names.\n#[doc(hidden)]\npub mod found {{\n    \
-             #[allow(clippy::wildcard_imports)]\n    use super::*;\n    unsafe extern \"C\" {{\n{statics}    }}\n{functions}}}\n\n\
+             #[allow(clippy::wildcard_imports)]\n    use super::*;\n    \
+             unsafe extern \"C\" {{\n{statics}    }}\n{functions}}}\n\n\
              /// What `device!` finds.\n#[doc(hidden)]\n#[macro_export]\nmacro_rules! __device {{\n{arms}    \
              ($($name:tt)*) => {{ compile_error!(concat!(\"this board's devicetree has no device `\", \
              stringify!($($name)*), \"` that programs can use; it has {known}. An alias of your own is a line of the \
