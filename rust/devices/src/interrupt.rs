@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From an interrupt to a physical action.
 
-use lf_model::{PhysicalActionRef, PhysicalLink, Poster, ScheduleError};
+use lf_model::{PhysicalActionRef, PhysicalLink, Poster, ReactionContext, ScheduleError};
+
+use crate::error::DeviceError;
 
 /// Which changes of an input schedule an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +58,20 @@ impl<Event> EventValue<Event> for () {
     fn poster(link: &PhysicalLink, action: &PhysicalActionRef<Self>) -> EventPoster {
         EventPoster::Bare(link.poster(action))
     }
+}
+
+/// Ends a watch, and begins another one that posts this action. The old one ends first, so that its place is free.
+pub(crate) fn begin<T: EventValue<Event>, Event, W>(
+    watch: &mut Option<W>,
+    ctx: &ReactionContext<'_>,
+    action: &PhysicalActionRef<T>,
+    start: impl FnOnce(PhysicalLink, EventPoster) -> Result<W, DeviceError>,
+) -> Result<(), DeviceError> {
+    *watch = None;
+    let link = ctx.physical_link();
+    let poster = T::poster(&link, action);
+    *watch = Some(start(link, poster)?);
+    Ok(())
 }
 
 /// Schedules the action of a device.

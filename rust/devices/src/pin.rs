@@ -7,7 +7,7 @@ use embedded_hal::digital::{ErrorType, InputPin, OutputPin, StatefulOutputPin};
 use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 
 use crate::error::{Device, DeviceError, Problem};
-use crate::interrupt::{Edge, EventPoster, EventValue};
+use crate::interrupt::{self, Edge, EventPoster, EventValue};
 
 /// What a platform can do with a pin. Levels are logical.
 pub trait Pin: Device {
@@ -166,11 +166,9 @@ impl<P: Pin> Input<P> {
         ctx: &ReactionContext<'_>,
         action: &PhysicalActionRef<T>,
     ) -> Result<(), DeviceError> {
-        self.watch = None;
-        let link = ctx.physical_link();
-        let poster = T::poster(&link, action);
-        self.watch = Some(self.pin.named(self.pin.watch(edge, link, poster))?);
-        Ok(())
+        interrupt::begin(&mut self.watch, ctx, action, |link, poster| {
+            self.pin.named(self.pin.watch(edge, link, poster))
+        })
     }
 
     /// Edges schedule nothing from now on.

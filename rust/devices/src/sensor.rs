@@ -6,7 +6,7 @@ use core::fmt;
 use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 
 use crate::error::{Device, DeviceError, Problem};
-use crate::interrupt::{EventPoster, EventValue};
+use crate::interrupt::{self, EventPoster, EventValue};
 
 /// Hands all channels to a macro: of each the name in Rust, the one in C, the one in scripts, and what it is.
 #[doc(hidden)]
@@ -207,11 +207,9 @@ impl<D: SensorDevice> Sensor<D> {
         ctx: &ReactionContext<'_>,
         action: &PhysicalActionRef<T>,
     ) -> Result<(), DeviceError> {
-        self.watch = None;
-        let link = ctx.physical_link();
-        let poster = T::poster(&link, action);
-        self.watch = Some(self.device.named(self.device.watch(link, poster))?);
-        Ok(())
+        interrupt::begin(&mut self.watch, ctx, action, |link, poster| {
+            self.device.named(self.device.watch(link, poster))
+        })
     }
 
     /// Samples schedule nothing from now on.

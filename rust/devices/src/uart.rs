@@ -7,7 +7,7 @@ use embedded_io::{ErrorType, Read, ReadReady, Write};
 use lf_model::{PhysicalActionRef, PhysicalLink, ReactionContext};
 
 use crate::error::{Device, DeviceError, Problem};
-use crate::interrupt::{EventPoster, EventValue};
+use crate::interrupt::{self, EventPoster, EventValue};
 
 /// What a platform can do with a serial line.
 pub trait SerialLine: Device {
@@ -73,11 +73,7 @@ impl<L: SerialLine> Uart<L> {
         ctx: &ReactionContext<'_>,
         action: &PhysicalActionRef<T>,
     ) -> Result<(), DeviceError> {
-        self.watch = None;
-        let link = ctx.physical_link();
-        let poster = T::poster(&link, action);
-        self.watch = Some(self.line.named(self.line.watch(link, poster))?);
-        Ok(())
+        interrupt::begin(&mut self.watch, ctx, action, |link, poster| self.line.named(self.line.watch(link, poster)))
     }
 
     /// Bytes schedule nothing from now on.
