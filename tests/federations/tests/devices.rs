@@ -107,9 +107,12 @@ fn a_program_uses_the_devices_that_the_script_names() {
         assert!(finished.lines.iter().any(|line| line == told), "{told}: {finished}");
     }
     let content = |name| fs::read_to_string(file(name)).expect("it is there");
-    assert_eq!([content("pwm0/period"), content("pwm0/duty_cycle"), content("pwm0/enable")], ["20000000", "5000000", "1"]);
+    assert_eq!(
+        [content("pwm0/period"), content("pwm0/duty_cycle"), content("pwm0/enable")],
+        ["20000000", "4000000", "1"]
+    );
     let recorded = fs::read_to_string(&vcd).expect("it was recorded");
-    for change in ["r0.25 ", "r1250 "] {
+    for change in ["r0.2 ", "r1250 "] {
         assert!(recorded.lines().any(|line| line.starts_with(change)), "{recorded}");
     }
 }

@@ -100,7 +100,9 @@ fn gpio(words: &mut Words<'_>) -> Result<Kind, String> {
             "pull-down" => pull = Some(Pull::Down),
             "no-pull" => pull = Some(Pull::None),
             other => {
-                return Err(format!("\"{other}\" is not known of a pin: active-low, pull-up, pull-down and no-pull are"));
+                return Err(format!(
+                    "\"{other}\" is not known of a pin: active-low, pull-up, pull-down and no-pull are"
+                ));
             }
         }
     }

@@ -3,7 +3,10 @@
 //! what pins do is written down.
 //!
 //! The same program runs on a board, where [`device!`](crate::device) finds what the devicetree has.
-#![cfg_attr(not(feature = "devices"), expect(dead_code, reason = "the script and the recording are there without them"))]
+#![cfg_attr(
+    not(feature = "devices"),
+    expect(dead_code, reason = "the script and the recording are there without them")
+)]
 
 use lf_devices::embedded_hal::delay::DelayNs;
 pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_hal, embedded_io};

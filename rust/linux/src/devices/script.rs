@@ -114,7 +114,8 @@ impl Script {
             let of_name = |key: &str| key == name || key.strip_prefix(name.as_str()).is_some_and(is_register);
             let change = self.devices.iter().filter(|(key, _)| of_name(key)).flat_map(|(_, changes)| changes).next();
             if let Some(change) = change {
-                let what = format!("{name} is a device of this computer, says line {line}: what it does is not written");
+                let what =
+                    format!("{name} is a device of this computer, says line {line}: what it does is not written");
                 return Err(ScriptError { line: change.line.try_into().unwrap_or(usize::MAX), what });
             }
         }

@@ -11,10 +11,10 @@ use lf_devices::{Channel, Problem, SensorValue};
 use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
 
-use super::recording::{self, Recording, Signal};
-use super::registers::Registers;
 use super::binding::Bound;
 use super::line::Value;
+use super::recording::{self, Recording, Signal};
+use super::registers::Registers;
 use super::script::{Change, Script};
 use crate::outside::HostOutside;
 

@@ -197,3 +197,16 @@ fn system_error(error: gpiocdev::Error) -> io::Error {
         other => io::Error::other(other),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_that_the_kernel_had_no_room_for_are_counted() {
+        let mut sequence = Sequence::default();
+        let missed: Vec<_> = [7, 8, 11, 11, u32::MAX, 1].map(|number| sequence.missed_before(number)).into();
+        assert_eq!(missed[..4], [0, 0, 2, 0]);
+        assert_eq!(missed[5], 1);
+    }
+}

@@ -103,12 +103,16 @@ mod tests {
 
     #[test]
     fn a_device_that_cannot_be_used_is_named_with_what_to_do() {
-        use lf_devices::{I2cBus, Pin, SpiTarget};
+        use lf_devices::{I2cBus, Pin, SerialLine, SpiTarget};
         let input = |line: &str| refused(Gpio::open, |gpio| gpio.configure_input(), line);
         let i2c = |line: &str| refused(I2c::open, |i2c| i2c.is_ready(), line);
         let spi = |line: &str| refused(Spi::open, |spi| spi.is_ready(), line);
+        let serial = |line: &str| refused(Serial::open, |serial| serial.is_ready(), line);
         for (told, has) in [
-            (input("\nx gpio /dev/gpiochip999 1"), "x: it is /dev/gpiochip999, says line 2 of the script for devices, "),
+            (
+                input("\nx gpio /dev/gpiochip999 1"),
+                "x: it is /dev/gpiochip999, says line 2 of the script for devices, ",
+            ),
             (input("x gpio /dev/gpiochip999 1"), "which is not there: `gpiodetect` lists the chips"),
             (input("x gpio /dev/null 1"), "which is no GPIO chip: `gpiodetect` lists those that are"),
             (input("x gpio / 1"), "which is no GPIO chip"),
@@ -118,6 +122,9 @@ mod tests {
             (i2c("x gpio /dev/gpiochip0 1"), "but the program uses it as an I²C bus: write i2c"),
             (spi("x spi /dev/spidev9.9"), "which is not there: is the driver spidev loaded"),
             (spi("x spi /dev/null 1 MHz"), "whose driver refuses it (error 25)"),
+            (serial("x serial /dev/ttyUSB999 9600"), "which is not there: is it plugged in?"),
+            (serial("x serial /dev/null 9600"), "which is no serial line, or has no such speed (error 25)"),
+            (serial("x gpio /dev/gpiochip0 1"), "but the program uses it as a serial line: write serial"),
             (spi("x gpio /dev/gpiochip0 1"), "but the program uses it as a device on an SPI bus: write spi"),
         ] {
             assert!(told.contains(has), "{told}");

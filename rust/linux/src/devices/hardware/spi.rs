@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use lf_devices::embedded_hal::spi::{Operation, SpiDevice as _};
 use lf_devices::{Device, Problem, SpiTarget};
 use linux_embedded_hal::SpidevDevice;
-use linux_embedded_hal::spidev::{Spidev, SpiModeFlags, SpidevOptions};
+use linux_embedded_hal::spidev::{SpiModeFlags, Spidev, SpidevOptions};
 
 use super::super::binding::{Bound, Kind};
 use super::{Advice, Place, failed};
