@@ -86,7 +86,8 @@ fn a_program_uses_the_devices_that_the_script_names() {
     let line = ptsname(&terminal, Vec::new()).expect("it has a name");
     let (line, sysfs) = (line.to_str().expect("it is text"), folder.path().display());
     let script = format!(
-        "line serial {line} 115200\nfan pwm {sysfs} 0 20 ms\nknob iio {sysfs} voltage1\nroom iio {sysfs}\n100 ms sw0 1\n"
+        "line serial {line} 115200\nfan pwm {sysfs} 0 20 ms\nknob iio {sysfs} voltage1\nroom iio {sysfs}\n\
+         100 ms sw0 1\n"
     );
     fs::write(file("script.txt"), script).expect("there is room");
     let (script, vcd) = (file("script.txt"), file("pins.vcd"));

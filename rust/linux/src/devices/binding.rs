@@ -63,13 +63,16 @@ pub(crate) enum Pull {
     None,
 }
 
+/// Reads what belongs to a device of a kind, behind its path.
+type ReadKind = fn(&mut Words<'_>) -> Result<Kind, String>;
+
 impl Binding {
     /// Reads what is behind the name of a device.
     pub(super) fn read(device: &str, words: &mut Words<'_>) -> Result<Self, String> {
         let kind = words.next().ok_or_else(|| {
             format!("after {device} comes what it is ({KINDS}); a line for one that is simulated begins with a time")
         })?;
-        let (read, example): (fn(&mut Words<'_>) -> Result<Kind, String>, _) = match kind {
+        let (read, example): (ReadKind, _) = match kind {
             "gpio" => (gpio, "/dev/gpiochip0 17"),
             "i2c" => (i2c, "/dev/i2c-1 0x48"),
             "spi" => (spi, "/dev/spidev0.0 1 MHz"),
@@ -93,7 +96,7 @@ impl Binding {
 fn gpio(words: &mut Words<'_>) -> Result<Kind, String> {
     let line = number(words, "the number of a line")?;
     let (mut is_active_low, mut pull) = (false, None);
-    while let Some(word) = words.next() {
+    for word in words {
         match word {
             "active-low" => is_active_low = true,
             "pull-up" => pull = Some(Pull::Up),

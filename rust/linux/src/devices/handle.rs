@@ -58,7 +58,8 @@ impl Handle {
     /// Makes a pin an input.
     ///
     /// # Errors
-    /// When a line of the script has no level for it; where it is real, when the driver is missing, is not ready or refuses.
+    /// When a line of the script has no level for it;
+    /// where it is real, when the driver is missing, is not ready or refuses.
     pub fn input(self) -> Result<Input, DeviceError> {
         Input::new(self.taken_by(hardware::Gpio::open)?)
     }
@@ -74,7 +75,8 @@ impl Handle {
     /// Sets up a channel of an analog-to-digital converter.
     ///
     /// # Errors
-    /// When a line of the script has no voltage for it; where it is real, when the driver is missing, is not ready or refuses.
+    /// When a line of the script has no voltage for it;
+    /// where it is real, when the driver is missing, is not ready or refuses.
     pub fn adc(self) -> Result<Adc, DeviceError> {
         Adc::new(self.taken_by(hardware::Adc::open)?)
     }
@@ -82,7 +84,8 @@ impl Handle {
     /// Takes an I²C bus into use, or one with a device on it.
     ///
     /// # Errors
-    /// When the script has no registers for it; where it is real, when the driver is missing or is not ready.
+    /// When the script has no registers for it;
+    /// where it is real, when the driver is missing or is not ready.
     pub fn i2c(self) -> Result<I2c, DeviceError> {
         I2c::new(self.taken_by(hardware::I2c::open)?)
     }
@@ -90,7 +93,8 @@ impl Handle {
     /// Takes a device on an SPI bus into use.
     ///
     /// # Errors
-    /// When the script has no registers for it; where it is real, when the driver is missing or is not ready.
+    /// When the script has no registers for it;
+    /// where it is real, when the driver is missing or is not ready.
     pub fn spi(self) -> Result<Spi, DeviceError> {
         Spi::new(self.taken_by(hardware::Spi::open)?)
     }
@@ -98,7 +102,8 @@ impl Handle {
     /// Takes a serial line into use.
     ///
     /// # Errors
-    /// When a line of the script has no text for it; where it is real, when the driver is missing or is not ready.
+    /// When a line of the script has no text for it;
+    /// where it is real, when the driver is missing or is not ready.
     pub fn uart(self) -> Result<Uart, DeviceError> {
         Uart::new(self.taken_by(hardware::Serial::open)?)
     }
@@ -106,7 +111,8 @@ impl Handle {
     /// Takes a sensor into use that the platform has a driver for.
     ///
     /// # Errors
-    /// When the script has no channels for it; where it is real, when it is none, or its driver is missing or not ready.
+    /// When the script has no channels for it;
+    /// where it is real, when it is none, or its driver is missing or not ready.
     pub fn sensor(self) -> Result<Sensor, DeviceError> {
         Sensor::new(self.taken_by(hardware::Sensor::open)?)
     }

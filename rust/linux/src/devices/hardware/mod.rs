@@ -104,10 +104,10 @@ mod tests {
     #[test]
     fn a_device_that_cannot_be_used_is_named_with_what_to_do() {
         use lf_devices::{I2cBus, Pin, SerialLine, SpiTarget};
-        let input = |line: &str| refused(Gpio::open, |gpio| gpio.configure_input(), line);
-        let i2c = |line: &str| refused(I2c::open, |i2c| i2c.is_ready(), line);
-        let spi = |line: &str| refused(Spi::open, |spi| spi.is_ready(), line);
-        let serial = |line: &str| refused(Serial::open, |serial| serial.is_ready(), line);
+        let input = |line: &str| refused(Gpio::open, Pin::configure_input, line);
+        let i2c = |line: &str| refused(I2c::open, I2cBus::is_ready, line);
+        let spi = |line: &str| refused(Spi::open, SpiTarget::is_ready, line);
+        let serial = |line: &str| refused(Serial::open, SerialLine::is_ready, line);
         for (told, has) in [
             (
                 input("\nx gpio /dev/gpiochip999 1"),
