@@ -55,6 +55,17 @@ pub enum Problem {
         /// What it has to be.
         expected: &'static str,
     },
+    /// The device of this computer that a line of the script for devices names cannot be used.
+    Hardware {
+        /// The line, from 1.
+        line: u32,
+        /// Its file, or its folder in sysfs.
+        path: &'static str,
+        /// What is wrong, and what to do.
+        what: &'static str,
+        /// What the system reports, a number of `errno.h`; 0 for nothing.
+        error: i32,
+    },
     /// As many devices schedule actions as there is room for.
     NoInterruptLeft {
         /// How many can.
@@ -86,6 +97,10 @@ impl fmt::Display for Problem {
             ),
             Self::Script { line, expected } => {
                 write!(f, "line {line} of the script for devices has a value that it cannot have: {expected}")
+            }
+            Self::Hardware { line, path, what, error } => {
+                write!(f, "it is {path}, says line {line} of the script for devices, {what}")?;
+                if *error == 0 { Ok(()) } else { write!(f, " (error {error})") }
             }
             Self::NoInterruptLeft { interrupts } => write!(
                 f,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! From an interrupt to a physical action.
 
-use lf_model::{PhysicalActionRef, PhysicalLink, Poster, ReactionContext, ScheduleError};
+use lf_model::{Outside, PhysicalActionRef, PhysicalLink, Poster, ReactionContext, ScheduleError};
 
 use crate::error::DeviceError;
 
@@ -95,6 +95,18 @@ impl EventPoster {
             Self::Bare(poster) => poster.post(None),
             Self::Level(poster) => poster.post(Some(value != 0)),
             Self::Byte(poster) => poster.post(Some(value)),
+        }
+    }
+
+    /// The same at the time that this clock shows: see [`Poster::post_by`].
+    ///
+    /// # Errors
+    /// When as many events wait as there is room for; the event is then not scheduled.
+    pub fn post_by(&self, clock: &dyn Outside, value: u8) -> Result<(), ScheduleError> {
+        match self {
+            Self::Bare(poster) => poster.post_by(clock, None),
+            Self::Level(poster) => poster.post_by(clock, Some(value != 0)),
+            Self::Byte(poster) => poster.post_by(clock, Some(value)),
         }
     }
 }

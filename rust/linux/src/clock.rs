@@ -31,7 +31,12 @@ impl Clock {
 
     /// The time now.
     pub(crate) fn now(self) -> Instant {
-        Instant::from_nanos(nanoseconds(ClockId::Monotonic).saturating_add(self.offset))
+        self.at(nanoseconds(ClockId::Monotonic))
+    }
+
+    /// The time at which the system's monotonic clock showed so many nanoseconds.
+    pub(crate) fn at(self, monotonic: i64) -> Instant {
+        Instant::from_nanos(monotonic.saturating_add(self.offset))
     }
 }
 

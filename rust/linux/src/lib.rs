@@ -44,7 +44,9 @@ pub use workers::Threads;
 
 /// What reaction bodies and preambles see without asking for it.
 pub mod prelude {
-    pub use crate::{SpawnPhysicalThread, device};
+    pub use crate::SpawnPhysicalThread;
+    #[cfg(feature = "devices")]
+    pub use crate::device;
     pub use lf_model::prelude::*;
     // Both spellings work: `info!` and `log::info!`.
     pub use log::{self, debug, error, info, trace, warn};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the threads of a program share with its event loop.
 
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use lf_coordination::clock_sync::ClockCorrection;
@@ -16,6 +17,8 @@ static PROGRAM: OnceLock<HostOutside> = OnceLock::new();
 #[derive(Debug)]
 pub(crate) struct HostOutside {
     clock: Clock,
+    /// What the event loop has read last from the clock, in nanoseconds: it may have promised all up to it.
+    read: AtomicI64,
     physical: Mutex<Physical>,
     mailbox: Mailbox,
 }
@@ -32,11 +35,24 @@ struct Physical {
 impl HostOutside {
     /// The one of this process; the first call reads the wall clock.
     pub(crate) fn of_program() -> &'static Self {
-        PROGRAM.get_or_init(|| Self {
+        PROGRAM.get_or_init(Self::new)
+    }
+
+    fn new() -> Self {
+        Self {
             clock: Clock::new(),
+            read: AtomicI64::new(i64::MIN),
             physical: Mutex::new(Physical { correction: ClockCorrection::NONE, latest: Instant::NEVER }),
             mailbox: Mailbox::new(),
-        })
+        }
+    }
+
+    /// The uncorrected clock of this process, read by its event loop.
+    pub(crate) fn read(&self) -> Instant {
+        let now = self.clock.now();
+        // What takes events out later is behind a lock, and so is who asks for this: see `Inbox::post`.
+        self.read.store(now.as_nanos(), Ordering::Relaxed);
+        now
     }
 
     /// The uncorrected clock of this process.
@@ -54,6 +70,30 @@ impl HostOutside {
     }
 }
 
+/// The same at a time in the past, when the system's monotonic clock showed so many nanoseconds; or, if that is later,
+/// at the last time that the event loop has read.
+#[cfg(feature = "devices")]
+#[derive(Debug)]
+pub(crate) struct HostOutsideAt(pub(crate) &'static HostOutside, pub(crate) i64);
+
+#[cfg(feature = "devices")]
+impl Outside for HostOutsideAt {
+    fn physical_time(&self) -> Instant {
+        let Self(host, monotonic) = self;
+        let read = Instant::from_nanos(host.read.load(Ordering::Relaxed));
+        let time = host.clock.at(*monotonic).max(read).min(host.clock.now());
+        host.physical.lock().unwrap_or_else(PoisonError::into_inner).correction.physical(time)
+    }
+
+    fn wake(&self) {
+        self.0.wake();
+    }
+
+    fn mailbox(&self) -> &Mailbox {
+        self.0.mailbox()
+    }
+}
+
 impl Outside for HostOutside {
     fn physical_time(&self) -> Instant {
         let mut physical = self.physical.lock().unwrap_or_else(PoisonError::into_inner);
@@ -67,5 +107,25 @@ impl Outside for HostOutside {
 
     fn mailbox(&self) -> &Mailbox {
         &self.mailbox
+    }
+}
+
+#[cfg(all(test, feature = "devices"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_in_the_past_is_exact_back_to_what_the_event_loop_has_read() {
+        let host: &'static HostOutside = Box::leak(Box::new(HostOutside::new()));
+        let nanoseconds = |time: Instant| time.as_nanos() - host.clock.at(0).as_nanos();
+        let before = nanoseconds(host.clock.now());
+        assert_eq!(HostOutsideAt(host, before).physical_time(), host.clock.at(before));
+        let read = host.read();
+        assert_eq!(HostOutsideAt(host, before).physical_time(), read);
+        let after = nanoseconds(host.clock.now());
+        assert_eq!(HostOutsideAt(host, after).physical_time(), host.clock.at(after));
+        // A driver's clock may be another one: nothing comes from the future.
+        let promised = HostOutsideAt(host, i64::MAX).physical_time();
+        assert!(promised >= read && promised <= host.clock.now());
     }
 }

@@ -308,6 +308,15 @@ impl<T> Poster<T> {
     pub fn post(&self, value: Option<T>) -> Result<(), ScheduleError> {
         self.action.post(self.outside, value, Offset::Asap)
     }
+
+    /// Schedules an event at the time that this clock shows: that of an interrupt a while ago. It shows no time before
+    /// one up to which the event loop may already have promised that nothing comes; see [`Inbox::post`].
+    ///
+    /// # Errors
+    /// As those of [`post`](Self::post).
+    pub fn post_by(&self, clock: &dyn Outside, value: Option<T>) -> Result<(), ScheduleError> {
+        self.action.post(clock, value, Offset::Asap)
+    }
 }
 
 impl<T> Clone for Poster<T> {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices on Linux: a script says what they find, and what all pins did is in one file.
+//! Devices on Linux: a script says what they find or names real ones, and what all pins did is in one file.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 
-use lf_federations::Lfz;
+use lf_federations::{Lfz, programs};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const PROGRAM: &str = "applications/button_and_lamp/src/ButtonAndLamp.lf";
 const SCRIPT: &str = "applications/button_and_lamp/src/presses.txt";
@@ -92,4 +94,70 @@ fn a_script_without_sense_is_refused_before_the_start() {
     assert_eq!(finished.code(), 2, "{finished}");
     let told = format!("error: {script}: line 2: \"bright\" is no value: a pin is 0 or 1");
     assert!(finished.lines.iter().any(|line| line.starts_with(&told)), "{finished}");
+}
+
+/// The line is one of the kernel's, a pseudo-terminal. The others are folders that look like those of sysfs.
+#[test]
+fn a_program_uses_the_devices_that_the_script_names() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let file = |name: &str| folder.path().join(name);
+    for (name, content) in [
+        ("pwm0/period", "0"),
+        ("pwm0/duty_cycle", "0"),
+        ("pwm0/enable", "0"),
+        ("in_voltage1_raw", "500"),
+        ("in_voltage_scale", "2.5"),
+        ("in_temp_input", "21500"),
+    ] {
+        fs::create_dir_all(file(name).parent().expect("it is in a folder")).expect("there is room");
+        fs::write(file(name), content).expect("there is room");
+    }
+    let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("there are pseudo-terminals");
+    grantpt(&terminal).and_then(|()| unlockpt(&terminal)).expect("it is this process's own");
+    let line = ptsname(&terminal, Vec::new()).expect("it has a name");
+    let (line, sysfs) = (line.to_str().expect("it is text"), folder.path().display());
+    let script = format!(
+        "line serial {line} 115200\nfan pwm {sysfs} 0 20 ms\nknob iio {sysfs} voltage1\nroom iio {sysfs}\n\
+         100 ms sw0 1\n"
+    );
+    fs::write(file("script.txt"), script).expect("there is room");
+    let (script, vcd) = (file("script.txt"), file("pins.vcd"));
+    let options = ["--devices", script.to_str().expect("it is text"), "--vcd", vcd.to_str().expect("it is text")];
+    let run = Lfz::run("real_devices", &programs().join("RealDevices.lf"), &options);
+
+    let mut terminal = File::from(terminal);
+    let mut greeting = [0; 6];
+    terminal.read_exact(&mut greeting).expect("the program says that it listens");
+    assert_eq!(&greeting, b"ready\n");
+    terminal.write_all(b"hello\n").expect("the line is open");
+    let mut answer = [0; 6];
+    terminal.read_exact(&mut answer).expect("the program answers");
+    assert_eq!(&answer, b"HELLO\n");
+    let finished = run.finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    for told in ["1250 mV", "21.500000 degrees", "sw0 is simulated"] {
+        assert!(finished.lines.iter().any(|line| line == told), "{told}: {finished}");
+    }
+    let content = |name| fs::read_to_string(file(name)).expect("it is there");
+    assert_eq!(
+        [content("pwm0/period"), content("pwm0/duty_cycle"), content("pwm0/enable")],
+        ["20000000", "4000000", "1"]
+    );
+    let recorded = fs::read_to_string(&vcd).expect("it was recorded");
+    for change in ["r0.2 ", "r1250 "] {
+        assert!(recorded.lines().any(|line| line.starts_with(change)), "{recorded}");
+    }
+}
+
+#[test]
+fn a_device_that_is_not_there_is_named_with_its_line() {
+    let folder = tempfile::tempdir().expect("there is room");
+    let script = folder.path().join("script.txt");
+    fs::write(&script, "# the lamp\nled0 gpio /dev/gpiochip999 17 active-low\n").expect("there is room");
+    let script = script.to_str().expect("the folder's name is text");
+    let blinky = Path::new("applications/blinky/src/Blinky.lf");
+    let finished = Lfz::run("blinky", blinky, &["--devices", script]).finish();
+    assert_ne!(finished.code(), 0, "{finished}");
+    let told = "led0: it is /dev/gpiochip999, says line 2 of the script for devices, which is not there: `gpiodetect`";
+    assert!(finished.lines.iter().any(|line| line.contains(told)), "{finished}");
 }

@@ -241,7 +241,8 @@ pub struct RunArgs {
     /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "BOUNDS")]
     pub measure: Option<PathBuf>,
-    /// What inputs do: a file of lines such as `100 ms button0 1`.
+    /// What inputs do, and which devices are real: a file of lines such as `100 ms button0 1` and
+    /// `led0 gpio /dev/gpiochip0 17`.
     #[arg(long, value_name = "SCRIPT")]
     pub devices: Option<PathBuf>,
     /// Write down what the pins of all federates do, for `PulseView` or `GTKWave`.

@@ -1,25 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices of a computer that has none: programs find what a script says, and what pins do is written down.
+//! Devices of a computer: those that a script names are its own, at the others programs find what the script says, and
+//! what pins do is written down.
 //!
-//! The same program runs on a board, where [`device!`](crate::device) finds the real ones.
+//! The same program runs on a board, where [`device!`](crate::device) finds what the devicetree has.
+#![cfg_attr(
+    not(feature = "devices"),
+    expect(dead_code, reason = "the script and the recording are there without them")
+)]
 
 use lf_devices::embedded_hal::delay::DelayNs;
 pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_hal, embedded_io};
 
+#[cfg(feature = "devices")]
+mod backend;
+mod binding;
+#[cfg(feature = "devices")]
 mod handle;
+#[cfg(feature = "devices")]
+mod hardware;
+mod line;
 #[doc(hidden)]
 pub mod recording;
 mod registers;
 mod script;
+#[cfg(feature = "devices")]
+mod simulated;
 mod simulation;
+#[cfg(feature = "devices")]
+mod watch;
+mod words;
 
-pub use handle::{Adc, Handle, I2c, Input, Output, Pwm, Sensor, Spi, Uart, Watch};
+#[cfg(feature = "devices")]
+pub use handle::{Adc, Handle, I2c, Input, Output, Pwm, Sensor, Spi, Uart};
 pub(crate) use script::Script;
 pub(crate) use simulation::{Simulation, starts};
 
 /// A device, by the alias or the label that a board's devicetree has for it: `device!(led0)`.
 ///
 /// Here every name is one of a device of any kind; on a board it has to be in the devicetree.
+#[cfg(feature = "devices")]
 #[macro_export]
 macro_rules! device {
     ($($name:tt)+) => { $crate::devices::Handle::named(::core::stringify!($($name)+)) };

@@ -8,6 +8,8 @@
 //! 2 s     b.sw0                1
 //! 2 s     thermometer[0x00]    0x1980
 //! 2 s     line                 "hello\n"
+//! # device, which one of this computer it is
+//! led0    gpio /dev/gpiochip0 17
 //! ```
 //!
 //! A name that begins with a federate's is that federate's alone. Before its first line an input is inactive.
@@ -16,21 +18,13 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use lf_model::time::Interval;
-use lf_model::units::{nanoseconds, number_and_unit};
+
+use super::binding::Bound;
+use super::line::{Happening, Line, Value};
+use super::words::{hexadecimal, without_comment};
 
 /// How many changes a script can have, repeated ones included.
 const CHANGES: usize = 10_000_000;
-
-/// What a device finds from a time on.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value {
-    /// A level, or something that is measured.
-    Number(f64),
-    /// What is in a register, and in those that follow it.
-    Bytes(Vec<Vec<u8>>),
-    /// What comes on a serial line.
-    Text(Vec<u8>),
-}
 
 /// Something that happens to a device.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,10 +36,11 @@ pub(crate) struct Change {
     pub(crate) line: u32,
 }
 
-/// The changes of each device, in order.
+/// The changes of each simulated device, in order, and which devices are real.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
     devices: BTreeMap<String, Vec<Change>>,
+    bound: BTreeMap<String, Bound>,
 }
 
 /// What is wrong with a line.
@@ -75,9 +70,19 @@ impl Script {
                 continue;
             }
             let error = |what| ScriptError { line: number, what };
-            let Line { at, device, value, every, until } = Line::read(line).map_err(error)?;
+            let (line, read) = (u32::try_from(number).unwrap_or(u32::MAX), Line::read(line).map_err(error)?);
+            let Happening { at, device, value, every, until } = match read {
+                Line::Change(happening) => happening,
+                Line::Binding(device, binding) => {
+                    if let Some(Bound { line, .. }) = script.bound.get(&device) {
+                        return Err(error(format!("line {line} says already which device {device} is")));
+                    }
+                    script.bound.insert(device, Bound { line, binding });
+                    continue;
+                }
+            };
             let changes = script.devices.entry(device).or_default();
-            let (mut time, line) = (at, u32::try_from(number).unwrap_or(u32::MAX));
+            let mut time = at;
             loop {
                 count += 1;
                 if count > CHANGES {
@@ -99,7 +104,29 @@ impl Script {
             changes.dedup_by(|earlier, later| earlier.at == later.at && is_replaced(earlier) && is_replaced(later));
             changes.reverse();
         }
+        script.is_either_real_or_simulated()?;
         Ok(script)
+    }
+
+    /// What a real device finds nobody can write down before.
+    fn is_either_real_or_simulated(&self) -> Result<(), ScriptError> {
+        for (name, Bound { line, .. }) in &self.bound {
+            let of_name = |key: &str| key == name || key.strip_prefix(name.as_str()).is_some_and(is_register);
+            let change = self.devices.iter().filter(|(key, _)| of_name(key)).flat_map(|(_, changes)| changes).next();
+            if let Some(change) = change {
+                let what =
+                    format!("{name} is a device of this computer, says line {line}: what it does is not written");
+                return Err(ScriptError { line: change.line.try_into().unwrap_or(usize::MAX), what });
+            }
+        }
+        Ok(())
+    }
+
+    /// Which device of this computer a device of a federate is; `None` for one that is simulated.
+    pub(crate) fn bound(&self, federate: &str, device: &str) -> Option<&Bound> {
+        let own = format!("{federate}.{device}");
+        let is_simulated = self.devices.contains_key(&own);
+        self.bound.get(&own).or_else(|| self.bound.get(device).filter(|_| !is_simulated))
     }
 
     /// The changes of a device of a federate.
@@ -133,7 +160,7 @@ impl Script {
             Some(device) => !knows(device),
             None => is_alone && !knows(name),
         };
-        self.devices.keys().filter(is_unknown).map(String::as_str).collect()
+        self.devices.keys().chain(self.bound.keys()).filter(is_unknown).map(String::as_str).collect()
     }
 }
 
@@ -166,144 +193,9 @@ impl<'s> Part<'s> {
     }
 }
 
-/// A number without the sign that it is hexadecimal.
-fn hexadecimal(text: &str) -> &str {
-    text.strip_prefix("0x").unwrap_or(text)
-}
-
-/// A line up to the sign of a comment, which is none in a text.
-fn without_comment(line: &str) -> &str {
-    let (mut is_text, mut is_escaped) = (false, false);
-    let is_comment = |character: char| {
-        is_text ^= character == '"' && !is_escaped;
-        is_escaped = character == '\\' && !is_escaped;
-        character == '#' && !is_text
-    };
-    line.find(is_comment).map_or(line, |end| &line[..end])
-}
-
-/// A line, taken apart.
-struct Line {
-    at: Interval,
-    device: String,
-    value: Value,
-    every: Option<Interval>,
-    until: Interval,
-}
-
-impl Line {
-    fn read(line: &str) -> Result<Self, String> {
-        let mut words = Words { rest: line };
-        let at = time(&mut words)?;
-        let device = words.next().ok_or("after the time comes the name of a device, and its value")?;
-        let device = device.to_owned();
-        let value = value(&device, &mut words)?;
-        let (mut every, mut until) = (None, at);
-        match words.next() {
-            None => {}
-            Some("every") => {
-                every = Some(time(&mut words)?).filter(|every| *every > Interval::ZERO);
-                if every.is_none() {
-                    return Err("what is repeated every 0 s never ends".to_owned());
-                }
-                if words.next() != Some("until") {
-                    return Err("after `every` and a time comes `until` and a time".to_owned());
-                }
-                until = time(&mut words)?;
-            }
-            Some(other) => return Err(format!("\"{other}\" is not known: only `every TIME until TIME` can come here")),
-        }
-        match words.next() {
-            None => Ok(Self { at, device, value, every, until }),
-            Some(other) => Err(format!("\"{other}\" is one word too many")),
-        }
-    }
-}
-
-/// The words of a line.
-struct Words<'l> {
-    rest: &'l str,
-}
-
-impl<'l> Words<'l> {
-    fn peek(&self) -> Option<&'l str> {
-        self.rest.split_whitespace().next()
-    }
-
-    /// A text in quotation marks, if one begins here.
-    fn text(&mut self) -> Option<Result<Vec<u8>, String>> {
-        let inside = self.rest.trim_start().strip_prefix('"')?;
-        let mut text = Vec::new();
-        let mut characters = inside.chars();
-        while let Some(character) = characters.next() {
-            let escaped = if character == '\\' { characters.next() } else { None };
-            match (character, escaped) {
-                ('"', None) => {
-                    self.rest = characters.as_str();
-                    return Some(Ok(text));
-                }
-                ('\\', Some('n')) => text.push(b'\n'),
-                ('\\', Some('r')) => text.push(b'\r'),
-                ('\\', Some('t')) => text.push(b'\t'),
-                ('\\', Some('0')) => text.push(0),
-                ('\\', Some(same @ ('"' | '\\'))) => text.push(same as u8),
-                ('\\', Some(other)) => return Some(Err(format!("\\{other} is not known in a text"))),
-                (other, _) => text.extend_from_slice(other.encode_utf8(&mut [0; 4]).as_bytes()),
-            }
-        }
-        Some(Err("a text has no closing quotation mark".to_owned()))
-    }
-}
-
-impl<'l> Iterator for Words<'l> {
-    type Item = &'l str;
-
-    fn next(&mut self) -> Option<&'l str> {
-        let rest = self.rest.trim_start();
-        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
-        let (word, rest) = rest.split_at(end);
-        self.rest = rest;
-        Some(word).filter(|word| !word.is_empty())
-    }
-}
-
-/// A number, bytes such as `0x1980 0x00`, or a text.
-fn value(device: &str, words: &mut Words<'_>) -> Result<Value, String> {
-    if let Some(text) = words.text() {
-        return text.map(Value::Text);
-    }
-    let mut bytes = Vec::new();
-    while let Some(digits) = words.peek().and_then(|word| word.strip_prefix("0x")) {
-        let is_byte = |at: usize| digits.get(at..at + 2).and_then(|digits| u8::from_str_radix(digits, 16).ok());
-        let these: Option<Vec<u8>> = (0..digits.len()).step_by(2).map(is_byte).collect();
-        match these {
-            Some(these) if !these.is_empty() => bytes.push(these),
-            _ => return Err(format!("\"0x{digits}\" is no bytes: two digits of 0 to f for each, such as 0x1980")),
-        }
-        words.next();
-    }
-    if !bytes.is_empty() {
-        return Ok(Value::Bytes(bytes));
-    }
-    match words.next() {
-        Some(word) => word.parse().ok().filter(|number: &f64| number.is_finite()).map(Value::Number).ok_or_else(|| {
-            format!(
-                "\"{word}\" is no value: a pin is 0 or 1, a voltage a number of millivolts, registers are bytes such \
-                 as 0x1980, and a serial line receives a text such as \"on\\n\""
-            )
-        }),
-        None => Err(format!("after {device} comes its value, such as 0 or 1")),
-    }
-}
-
-/// A number and a unit, in one word or in two.
-fn time(words: &mut Words<'_>) -> Result<Interval, String> {
-    let first = words.next().ok_or("a time is missing, such as 100 ms")?;
-    let (number, mut unit) = number_and_unit(first);
-    if unit.is_empty() {
-        unit = words.next().ok_or_else(|| format!("{number} needs a unit, such as ms"))?;
-    }
-    nanoseconds(number, unit).map(Interval::from_nanos).map_err(|error| error.to_string())
+/// Whether this behind the name of a device is not a part of the name, as `[1]` is in `keys[1]`.
+fn is_register(text: &str) -> bool {
+    Part::read(text).is_some_and(|part| part.address.is_some() || part.name.starts_with("0x"))
 }
 
 #[cfg(test)]

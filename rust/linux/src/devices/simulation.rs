@@ -11,9 +11,11 @@ use lf_devices::{Channel, Problem, SensorValue};
 use lf_model::Outside;
 use lf_model::time::{Instant, Interval};
 
+use super::binding::Bound;
+use super::line::Value;
 use super::recording::{self, Recording, Signal};
 use super::registers::Registers;
-use super::script::{Change, Script, Value};
+use super::script::{Change, Script};
 use crate::outside::HostOutside;
 
 static PROGRAM: OnceLock<Simulation> = OnceLock::new();
@@ -35,7 +37,7 @@ struct Devices {
     used: BTreeSet<&'static str>,
     /// What the script says of pins that are read, and of voltages.
     inputs: BTreeMap<&'static str, Vec<(Interval, Signal)>>,
-    /// When outputs changed; without a recording only what they are.
+    /// When outputs and real inputs changed; without a recording only what they are.
     outputs: BTreeMap<&'static str, Vec<(Instant, Signal)>>,
     /// What programs have written to registers, per device and address.
     registers: BTreeMap<(&'static str, u8), Registers>,
@@ -97,11 +99,25 @@ impl Simulation {
         devices.inputs.insert(name, changes);
     }
 
+    /// Which device of this computer a device is, if it is not simulated.
+    pub(super) fn bound(&self, name: &'static str) -> Option<&Bound> {
+        self.lock().used.insert(name);
+        self.script.bound(&self.federate, name)
+    }
+
     /// An output does this from now on.
     pub(super) fn drives(&self, name: &'static str, signal: Signal) {
         // The time is read under the lock, so that changes are in its order.
-        let mut devices = self.lock();
-        let now = HostOutside::of_program().physical_time();
+        let devices = self.lock();
+        self.notes(devices, name, HostOutside::of_program().physical_time(), signal);
+    }
+
+    /// A real device has done this at that time.
+    pub(super) fn sees(&self, name: &'static str, time: Instant, signal: Signal) {
+        self.notes(self.lock(), name, time, signal);
+    }
+
+    fn notes(&self, mut devices: MutexGuard<'_, Devices>, name: &'static str, now: Instant, signal: Signal) {
         let changes = devices.outputs.entry(name).or_default();
         if changes.last().is_some_and(|(_, before)| *before == signal) {
             return;

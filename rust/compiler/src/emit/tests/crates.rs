@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::emit_on;
 use crate::compile;
 use crate::deployment::{Deployment, Platform};
+use crate::plan::Plan;
 
 const PROGRAM: &str = r#"
 target Rust {
@@ -56,4 +57,22 @@ federated reactor { a = new A()  b = new B()  a.y -> b.x }
     let lines = |name: &str| manifest.text.lines().filter(|line| line.trim_matches('"').starts_with(name)).count();
     assert_eq!((lines("serde"), lines("postcard")), (1, 1), "{}", manifest.text);
     assert!(manifest.text.contains("1.0.200"), "{}", manifest.text);
+}
+
+/// What devices need is compiled for programs that speak of some, and in images it is there anyway.
+#[test]
+fn devices_are_a_feature_of_programs_that_speak_of_them() {
+    let manifest = |body: &str, deployment: &dyn Fn(&Plan) -> Deployment| {
+        let program = format!("target Rust\nmain reactor {{ reaction(startup) {{= {body} =}} }}");
+        let files: BTreeMap<String, String> = [("P.lf".to_owned(), program)].into();
+        let plan = compile("P.lf", &files).plan.expect("it is right");
+        let emitted = emit_on(&plan, &deployment(&plan));
+        let manifest = emitted.files.into_iter().find(|file| file.text.contains("[package]"));
+        manifest.expect("it is emitted").text
+    };
+    let host = |_: &Plan| Deployment::default();
+    assert!(manifest("device!(led0).output().unwrap();", &host).contains("features = [\"devices\"]"));
+    assert!(!manifest("println!();", &host).contains("devices"));
+    let image = |plan: &Plan| Deployment::all_on(plan, &Platform::Zephyr("some_board".to_owned()));
+    assert!(!manifest("device!(led0).output().unwrap();", &image).contains("devices"));
 }

@@ -23,7 +23,6 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     let payloads = job.rti.then(|| Payloads::new(plan, deployment));
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types, job.workers());
-    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, false) });
     let mut generated = vec![root(job, Some(&layout))?];
     if let Some(federate) = job.federate {
         generated.push(federate::emit(
@@ -44,9 +43,15 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
             generated.push(reactor::emit(plan, &layout, class, format!("{folder}/{class_module}.rs"))?);
         }
     }
+    // Bodies reach devices by paths and a macro that have this word in them. What is in modules of the user's own,
+    // nobody has read.
+    let may_use_devices =
+        !plan.target.cargo.modules.is_empty() || generated.iter().any(|(file, _)| file.text.contains("device"));
     if let Some(federate) = job.federate.filter(|_| !job.is_image) {
         generated.insert(1, main(job, federate, &generated, None)?);
     }
+    let bodies = manifest::Bodies::Rust { may_use_devices };
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, bodies) });
     for (file, file_map) in generated {
         map.insert(file.path.clone(), file_map);
         files.push(file);

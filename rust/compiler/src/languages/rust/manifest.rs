@@ -10,8 +10,18 @@ use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 /// The edition of a program that names none.
 const EDITION_DEFAULT: &str = "2024";
 
-/// The manifest of a participant's crate; whether its bodies are C.
-pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
+/// What a crate's bodies are written in, as far as it depends on that what they need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::languages) enum Bodies {
+    /// Rust, which may speak of devices.
+    Rust { may_use_devices: bool },
+    /// C, which calls the drivers of its platform.
+    C,
+}
+
+/// The manifest of a participant's crate.
+pub(in crate::languages) fn of_crate(job: &Job<'_>, bodies: Bodies) -> String {
+    let of_c = bodies == Bodies::C;
     let (program, cargo) = (&job.plan.name, &job.plan.target.cargo);
     let about = format!("{} of the Lingua Franca program {program}", job.name);
     let (package, version) = (job.package, job.settings.version);
@@ -39,7 +49,9 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
     } else {
         let path = toml_text(job.settings.lf_linux);
         let workers = (job.workers() > 1).then_some("workers");
-        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c.then_some("c")));
+        let devices = (bodies == Bodies::Rust { may_use_devices: true }).then_some("devices");
+        let of_bodies = devices.or(of_c.then_some("c"));
+        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_bodies));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)

@@ -17,7 +17,7 @@ use crate::plan::{FileIndex, Location, Logging, Plan};
 pub(in crate::languages) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) -> Result<(), EmitError> {
     let (plan, folder, deployment) = (job.plan, job.folder, job.settings.deployment);
     let sizes = Sizes::new(plan, job.federate, job.rti);
-    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, true) });
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, manifest::Bodies::C) });
     build_script(job, files)?;
     for (index, header) in preamble_headers(plan).iter().enumerate() {
         files.push(class::preamble_header(plan, index, header, folder));

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Devices of this computer.
+
+mod gpio;
+mod i2c;
+mod listener;
+mod measured;
+mod pwm;
+mod serial;
+mod spi;
+mod sysfs;
+
+use std::io;
+
+use lf_devices::Problem;
+
+use super::binding::Bound;
+
+pub(super) use gpio::Gpio;
+pub(super) use i2c::I2c;
+pub(super) use measured::{Adc, Sensor};
+pub(super) use pwm::Pwm;
+pub(super) use serial::Serial;
+pub(super) use spi::Spi;
+
+/// A device, by its name in the program and by the line of the script that says which one it is.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    name: &'static str,
+    line: u32,
+    path: &'static str,
+    advice: &'static Advice,
+}
+
+/// What is wrong with a device of a kind, as the system's errors have it, and what to do.
+#[derive(Debug)]
+struct Advice {
+    missing: &'static str,
+    denied: &'static str,
+    busy: &'static str,
+    /// The script has another kind for it.
+    other: &'static str,
+}
+
+impl Place {
+    fn of(name: &'static str, bound: &'static Bound, advice: &'static Advice) -> Self {
+        Self { name, line: bound.line, path: &bound.binding.path, advice }
+    }
+
+    /// The program uses it as what it is not.
+    fn is_other(&self) -> Problem {
+        self.problem(self.advice.other, 0)
+    }
+
+    /// It cannot be taken into use.
+    fn refuses(&self, error: &io::Error) -> Problem {
+        let what = match error.kind() {
+            io::ErrorKind::NotFound => self.advice.missing,
+            io::ErrorKind::PermissionDenied => self.advice.denied,
+            io::ErrorKind::ResourceBusy => self.advice.busy,
+            _ => "whose driver refuses it",
+        };
+        self.problem(what, number(error))
+    }
+
+    fn problem(&self, what: &'static str, error: i32) -> Problem {
+        Problem::Hardware { line: self.line, path: self.path, what, error }
+    }
+}
+
+/// A device that is in use does not do something.
+fn failed(error: &io::Error) -> Problem {
+    Problem::Failed(number(error))
+}
+
+/// 0 where the system has not reported it.
+fn number(error: &io::Error) -> i32 {
+    error.raw_os_error().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use lf_devices::{Device, DeviceError};
+
+    use super::super::script::Script;
+    use super::*;
+
+    /// What opening a device of this line of a script says.
+    pub(super) fn refused<D: Device>(
+        open: impl Fn(&'static str, &'static Bound) -> Result<D, Problem>,
+        take: impl Fn(&D) -> Result<(), Problem>,
+        line: &str,
+    ) -> String {
+        let problem = open("x", bound(line)).and_then(|device| take(&device)).expect_err(line);
+        DeviceError { device: "x", problem }.to_string()
+    }
+
+    /// What a line of a script says of `x`.
+    pub(super) fn bound(line: &str) -> &'static Bound {
+        let script: &'static Script = Box::leak(Box::new(Script::read(line).expect(line)));
+        script.bound("", "x").expect(line)
+    }
+
+    #[test]
+    fn a_device_that_cannot_be_used_is_named_with_what_to_do() {
+        use lf_devices::{I2cBus, Pin, SerialLine, SpiTarget};
+        let input = |line: &str| refused(Gpio::open, Pin::configure_input, line);
+        let i2c = |line: &str| refused(I2c::open, I2cBus::is_ready, line);
+        let spi = |line: &str| refused(Spi::open, SpiTarget::is_ready, line);
+        let serial = |line: &str| refused(Serial::open, SerialLine::is_ready, line);
+        for (told, has) in [
+            (
+                input("\nx gpio /dev/gpiochip999 1"),
+                "x: it is /dev/gpiochip999, says line 2 of the script for devices, ",
+            ),
+            (input("x gpio /dev/gpiochip999 1"), "which is not there: `gpiodetect` lists the chips"),
+            (input("x gpio /dev/null 1"), "which is no GPIO chip: `gpiodetect` lists those that are"),
+            (input("x gpio / 1"), "which is no GPIO chip"),
+            (input("x i2c /dev/i2c-1"), "but the program uses it as a pin: write gpio"),
+            (i2c("x i2c /dev/i2c-999"), "which is not there: is the driver i2c-dev loaded"),
+            (i2c("x i2c /dev/null"), "whose driver refuses it (error 25)"),
+            (i2c("x gpio /dev/gpiochip0 1"), "but the program uses it as an I²C bus: write i2c"),
+            (spi("x spi /dev/spidev9.9"), "which is not there: is the driver spidev loaded"),
+            (spi("x spi /dev/null 1 MHz"), "whose driver refuses it (error 25)"),
+            (serial("x serial /dev/ttyUSB999 9600"), "which is not there: is it plugged in?"),
+            (serial("x serial /dev/null 9600"), "which is no serial line, or has no such speed (error 25)"),
+            (serial("x gpio /dev/gpiochip0 1"), "but the program uses it as a serial line: write serial"),
+            (spi("x gpio /dev/gpiochip0 1"), "but the program uses it as a device on an SPI bus: write spi"),
+        ] {
+            assert!(told.contains(has), "{told}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What posts the events of a device.
+
+use std::fmt;
+
+use lf_model::ScheduleError;
+use lf_runtime::{DeviceRemark, tell};
+use log::Level;
+
+/// The interrupts of a device, until this is dropped.
+#[derive(Debug)]
+pub struct Watch {
+    _ends: Box<dyn Ends>,
+}
+
+impl Watch {
+    /// What makes them ends when this is dropped.
+    pub(super) fn until_dropped(ends: impl Ends + 'static) -> Self {
+        Self { _ends: Box::new(ends) }
+    }
+}
+
+/// What can be kept by a reactor, whichever thread runs it.
+pub(super) trait Ends: fmt::Debug + Send + Sync {}
+
+impl<T: fmt::Debug + Send + Sync> Ends for T {}
+
+/// Events of a device that found no room in the queue of its action, and that nobody was told of yet.
+#[derive(Debug)]
+pub(super) struct Lost {
+    device: &'static str,
+    events: u32,
+}
+
+impl Lost {
+    pub(super) fn of(device: &'static str) -> Self {
+        Self { device, events: 0 }
+    }
+
+    /// Counts one that was posted, or was not. Those before are told when there is room again.
+    pub(super) fn count(&mut self, posted: Result<(), ScheduleError>) {
+        if posted.is_err() {
+            self.events += 1;
+        } else {
+            self.tell();
+        }
+    }
+
+    fn tell(&mut self) {
+        if let events @ 1.. = std::mem::take(&mut self.events) {
+            tell(Level::Warn, &DeviceRemark::EventsLost { device: self.device, events });
+        }
+    }
+}
+
+impl Drop for Lost {
+    fn drop(&mut self) {
+        self.tell();
+    }
+}
