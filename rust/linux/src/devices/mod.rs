@@ -8,6 +8,8 @@ pub use lf_devices::{Channel, DeviceError, Edge, Problem, SensorValue, embedded_
 
 mod handle;
 #[doc(hidden)]
+pub mod moves;
+#[doc(hidden)]
 pub mod recording;
 mod registers;
 mod script;

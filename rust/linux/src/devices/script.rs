@@ -45,7 +45,7 @@ pub(crate) struct Change {
 /// The changes of each device, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
-    devices: BTreeMap<String, Vec<Change>>,
+    pub(super) devices: BTreeMap<String, Vec<Change>>,
 }
 
 /// What is wrong with a line.

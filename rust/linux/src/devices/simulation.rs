@@ -25,6 +25,7 @@ pub(crate) struct Simulation {
     is_alone: bool,
     script: Script,
     recording: Option<PathBuf>,
+    /// By the computer's clock.
     start: OnceLock<Instant>,
     devices: Mutex<Devices>,
 }
@@ -101,7 +102,7 @@ impl Simulation {
     pub(super) fn drives(&self, name: &'static str, signal: Signal) {
         // The time is read under the lock, so that changes are in its order.
         let mut devices = self.lock();
-        let now = HostOutside::of_program().physical_time();
+        let now = HostOutside::of_program().clock().now();
         let changes = devices.outputs.entry(name).or_default();
         if changes.last().is_some_and(|(_, before)| *before == signal) {
             return;
@@ -248,7 +249,7 @@ impl Simulation {
 
     /// Since the start.
     fn elapsed(&self) -> Interval {
-        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(*start))
+        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().clock().now().since(*start))
     }
 
     fn lock(&self) -> MutexGuard<'_, Devices> {
@@ -269,7 +270,7 @@ impl Simulation {
         };
         let recorded: BTreeMap<_, _> =
             devices.inputs.iter().map(read).chain(devices.outputs.iter().map(driven)).collect();
-        Recording { federate: self.federate.clone(), pins: recorded.into_iter().collect() }
+        Recording { federate: self.federate.clone(), start, pins: recorded.into_iter().collect() }
     }
 }
 
@@ -284,10 +285,13 @@ fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
     }
 }
 
-/// The program starts, and with it the script.
+/// The program starts, and with it the script. The start is by the federation's clock, while what happens to pins is
+/// by the computer's, as all recordings of a run have it: an oscilloscope is no part of the federation.
 pub(crate) fn starts(start: Instant) {
     if let Some(simulation) = PROGRAM.get() {
-        simulation.start.get_or_init(|| start);
+        let outside = HostOutside::of_program();
+        let left = start.since(outside.physical_time());
+        simulation.start.get_or_init(|| outside.clock().now().saturating_add(left));
     }
 }
 
