@@ -119,13 +119,11 @@ class Federation:
     def _bench_words(self, participant: Participant, vcd: str, devices: str) -> list[Word]:
         """The options of a program, which has their values as words of their own, or of an image on native_sim."""
         options = []
-        if self._has_pins(participant):
-            if self.bench.vcd is not None:
-                options.append((vcd, str(self._recording(participant))))
-            if self.bench.devices is not None:
-                is_image = participant.program is None
-                script = self._moves(participant) if is_image else self.bench.devices
-                options.append((devices, str(script)))
+        if self.bench.vcd is not None and self._has_pins(participant):
+            options.append((vcd, str(self._recording(participant))))
+        if self.bench.devices is not None and self._has_pins(participant):
+            script = self._moves(participant) if participant.program is None else self.bench.devices
+            options.append((devices, str(script)))
         drift = self.bench.drifts.get(participant.name)
         if drift is not None:
             options.append(("-rt-drift=", repr(drift)))

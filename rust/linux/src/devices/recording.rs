@@ -95,7 +95,11 @@ pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     let mut all: Vec<(IdCode, Changes)> = Vec::new();
     for Recording { federate, start, pins } in recordings {
         let shift = start.zip(first).map_or(Interval::ZERO, |(start, first)| start.since(first));
-        let shifted = |time: Interval| Interval::from_nanos(time.as_nanos().saturating_add(shift.as_nanos()));
+        // What was at the start was before it, too.
+        let shifted = |time: Interval| match time.as_nanos() {
+            ..=0 => Interval::ZERO,
+            after => Interval::from_nanos(after.saturating_add(shift.as_nanos())),
+        };
         vcd.add_module(federate)?;
         for (name, changes) in pins {
             let is_real = changes.first().is_some_and(|(_, signal)| matches!(signal, Signal::Real(_)));
@@ -170,7 +174,7 @@ mod tests {
         let mut merged = Vec::new();
         write(&mut merged, &[part(1000, 5), part(1200, 7)]).expect("memory takes it");
         let text = String::from_utf8(merged).expect("it is text");
-        assert!(text.starts_with("$comment start 1000 $end\n"), "{text}");
+        assert!(text.starts_with("$comment\n    start 1000\n$end\n"), "{text}");
         assert!(text.ends_with("#0\n0!\n0\"\n#5\n1!\n#207\n1\"\n"), "{text}");
     }
 

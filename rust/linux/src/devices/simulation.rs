@@ -290,8 +290,11 @@ fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
 pub(crate) fn starts(start: Instant) {
     if let Some(simulation) = PROGRAM.get() {
         let outside = HostOutside::of_program();
-        let left = start.since(outside.physical_time());
-        simulation.start.get_or_init(|| outside.clock().now().saturating_add(left));
+        let (before, physical, after) = (outside.clock().now(), outside.physical_time(), outside.clock().now());
+        // Where they cannot be told apart they are one clock.
+        let is_one = (before..=after).contains(&physical);
+        let by_computer = if is_one { start } else { after.saturating_add(start.since(physical)) };
+        simulation.start.get_or_init(|| by_computer);
     }
 }
 
