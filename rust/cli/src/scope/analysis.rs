@@ -118,6 +118,9 @@ pub(crate) struct Line {
     pub(crate) offset_us: f64,
     /// The standard deviation around the line.
     pub(crate) residual_us: f64,
+    /// The median of the slopes between delays that are half of the recording apart, which single edges that a busy
+    /// computer held up do not change (Theil's incomplete method).
+    pub(crate) median_slope_us_per_s: f64,
 }
 
 impl Line {
@@ -140,6 +143,7 @@ impl Line {
             slope_error_us_per_s: 0.0,
             offset_us: mean_us - slope_us_per_s * middle,
             residual_us: 0.0,
+            median_slope_us_per_s: median_slope_us_per_s(pairs)?,
         };
         let squares: f64 = pairs.iter().map(|pair| line.distance_us(pair).powi(2)).sum();
         line.residual_us = (squares / (count(pairs.len()) - 2.0)).sqrt();
@@ -156,6 +160,17 @@ impl Line {
     pub(crate) fn distance_us(&self, pair: &Pair) -> f64 {
         pair.delay_ns / 1e3 - self.at_us(pair.time_ns / 1e9)
     }
+}
+
+/// Of at least two pairs that are not all at one time.
+fn median_slope_us_per_s(pairs: &[Pair]) -> Option<f64> {
+    let later = &pairs[pairs.len() / 2..];
+    let seconds = |earlier: &Pair, later: &Pair| (later.time_ns - earlier.time_ns) / 1e9;
+    let apart = pairs.iter().zip(later).filter(|(earlier, later)| seconds(earlier, later) > 0.0);
+    let slope = |(earlier, later): (&Pair, &Pair)| (later.delay_ns - earlier.delay_ns) / 1e3 / seconds(earlier, later);
+    let mut slopes: Vec<f64> = apart.map(slope).collect();
+    slopes.sort_by(f64::total_cmp);
+    quantile(&slopes, 0.5)
 }
 
 /// How many values are in each of intervals of one width.
@@ -270,7 +285,7 @@ mod tests {
         fn a_drift_is_found(
             slope in -500.0_f64..500.0,
             offset in -1e4_f64..1e4,
-            pauses in vec(1_u32..1_000_000_000, 3..100),
+            pauses in vec(10_000_u32..1_000_000_000, 3..100),
         ) {
             let edges = toggles(&pauses);
             let pairs: Vec<Pair> = edges
@@ -285,6 +300,8 @@ mod tests {
             prop_assert!((line.at_us(0.0) - offset).abs() < 1e-3);
             prop_assert!((line.at_us(seconds) - offset - slope * seconds).abs() < 1e-3);
             prop_assert!(line.residual_us < 1e-3);
+            let found = line.median_slope_us_per_s;
+            prop_assert!((found - slope).abs() < 1e-3);
         }
 
         /// A histogram has each value once, and as many intervals as asked for.
@@ -304,6 +321,16 @@ mod tests {
             prop_assert!(of.min_us <= of.mean_us + 1e-6 && of.mean_us <= of.max_us + 1e-6 && of.sigma_us >= 0.0);
             prop_assert!(Line::through(&pairs).is_none());
         }
+    }
+
+    #[test]
+    fn single_edges_that_are_held_up_do_not_change_the_median_slope() {
+        let held_up = |index: u32| if index.is_multiple_of(10) { 5e6 } else { 0.0 };
+        let delay = |index: u32| f64::from(index) * 26e3 + held_up(index);
+        let pairs: Vec<Pair> =
+            (0..101).map(|index| Pair { time_ns: f64::from(index) * 1e9, delay_ns: delay(index) }).collect();
+        let line = Line::through(&pairs).expect("there are enough");
+        assert!((line.median_slope_us_per_s - 26.0).abs() < 1e-6);
     }
 
     #[test]

@@ -49,10 +49,10 @@ impl fmt::Display for Comparison {
 
 /// What a line says, in words.
 pub(super) fn drift(line: &Line) -> String {
-    let Line { slope_us_per_s, slope_error_us_per_s, offset_us, residual_us } = line;
+    let Line { slope_us_per_s, slope_error_us_per_s, offset_us, residual_us, median_slope_us_per_s } = line;
     format!(
         "drift {slope_us_per_s:.3} ± {slope_error_us_per_s:.3} µs/s, {offset_us:.3} µs at 0 s, σ around the line \
-         {residual_us:.3} µs"
+         {residual_us:.3} µs;\n  median of slopes {median_slope_us_per_s:.3} µs/s"
     )
 }
 

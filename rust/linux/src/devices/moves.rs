@@ -75,6 +75,9 @@ mod tests {
         let sw0 = ["2000000 any sw0 1", "3000000 any sw0 0", "4000000 any sw0 1"];
         assert_eq!(told("b"), [&["1000000 own sw1 1"], &sw0[..]].concat());
         assert_eq!(told("a"), [&["1000000 any b.sw1 1", "1000000 any sw1 1"], &sw0[..]].concat());
-        assert_eq!(moves("1 ms", "a").err(), Some("line 1: after the time comes the name of a device, and its value".to_owned()));
+        assert_eq!(
+            moves("1 ms", "a").err(),
+            Some("line 1: after the time comes the name of a device, and its value".to_owned())
+        );
     }
 }
