@@ -19,15 +19,14 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 @pytest.fixture
 def run(request: pytest.FixtureRequest, required_build_dirs: list[str]) -> Callable[..., str]:
     """Runs the federation of a program, of which twister has built the images, and gives what was printed. Federates
-    on this computer need the deployment, a path from the program's application."""
+    on this computer need the option --deployment."""
 
-    def run(file: str, deployment: str | None = None) -> str:
+    def run(file: str, *options: str) -> str:
         images = [request.config.getoption("--build-dir"), *required_build_dirs]
         limit_s = request.config.getoption("--base-timeout")
         command = [sys.executable, str(REPOSITORY / "scripts/lf"), "lf-fed-run"]
-        command += [str(REPOSITORY / "applications" / file), "--timeout", str(limit_s), "--images", *images]
-        if deployment is not None:
-            command += ["--deployment", deployment]
+        command += [str(REPOSITORY / "applications" / file), "--timeout", str(limit_s), *options]
+        command += ["--images", *images]
         result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         print(result.stdout)
         assert result.returncode == 0

@@ -10,7 +10,7 @@ import pytest
 
 
 def test_the_fan_cools_the_room_as_far_as_the_knob_says(run: Callable[..., str]) -> None:
-    output = run("thermostat/src/Thermostat.lf", "deployment/native_sim.yaml")
+    output = run("thermostat/src/Thermostat.lf", "--deployment", "deployment/native_sim.yaml")
     shown = re.findall(r"^display +\| ([\d.]+) °C, ([\d.]+) °C wanted, fan at (\d+) %$", output, re.MULTILINE)
     assert len(shown) == 6
     rooms = [float(room) for room, _, _ in shown]

@@ -74,6 +74,7 @@ const SWITCHES: &[&str] = &[
     "SPI",
     "SERIAL",
     "SENSOR",
+    "LF_OSCILLOSCOPE",
 ];
 
 type Outcome<T> = Result<T, Box<dyn Error>>;

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from lf_west import compiler, description
 from lf_west.application import open_application
 from lf_west.command import LfCommand
 from lf_west.fed_build_command import federation_of
-from lf_west.federation import plan_federation
+from lf_west.federation import Bench, plan_federation
 from lf_west.options import add_build_options
 
 _DESCRIPTION = """\
@@ -62,6 +63,27 @@ class LfFedRun(LfCommand):
             help="the RTI's TCP port; default: a free one, or the deployed one when -f leaves federates out",
         )
 
+        parser.add_argument(
+            "--vcd",
+            metavar="FILE",
+            type=Path,
+            help="write down what the pins of programs and of native_sim images do, by this computer's clock",
+        )
+        parser.add_argument(
+            "--devices",
+            metavar="SCRIPT",
+            type=Path,
+            help="what inputs do: a file of lines such as `100 ms sw0 1`; native_sim images find pins of it only",
+        )
+        parser.add_argument(
+            "--drift",
+            metavar="FEDERATE=RATE",
+            type=_drift,
+            action="append",
+            default=[],
+            help="what the clock of a native_sim image gains: 26e-6 for 26 microseconds in a second",
+        )
+
     def execute(self, file: str, args: argparse.Namespace, cmake_arguments: list[str]) -> None:
         """Build, then become the program that runs all and ends with the status of the run."""
         application = open_application(file, args.build_dir)
@@ -77,10 +99,29 @@ class LfFedRun(LfCommand):
                 described = described.merged_over(here)
         else:
             described = federation_of(self, application, args, cmake_arguments)
-        federation = plan_federation(application, described, lfz=lfz.path, federates=args.federate, port=args.rti_port)
+        federation = plan_federation(
+            application,
+            described,
+            lfz=lfz.path,
+            federates=args.federate,
+            port=args.rti_port,
+            bench=Bench(args.vcd, args.devices, dict(args.drift)),
+        )
         if federation.network is not None:
             federation.network.enter()
         lfz.supervise(federation.description(timeout_ns))
+
+
+def _drift(text: str) -> tuple[str, float]:
+    name, _, rate = text.rpartition("=")
+    try:
+        gain = float(rate)
+    except ValueError:
+        gain = math.nan
+    # What quartzes differ by is far less than this.
+    if not name or not abs(gain) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no federate and its drift, such as board=26e-6")
+    return name, gain
 
 
 def _port(text: str) -> int:

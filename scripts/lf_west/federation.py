@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from ipaddress import AddressValueError, IPv4Address
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,18 @@ Word = str | dict[str, str]
 
 
 @dataclass(frozen=True)
+class Bench:
+    """What is around the boards of a run: an oscilloscope, a hand, and quartzes that differ."""
+
+    # Where what all pins do is written down, if it is.
+    vcd: Path | None = None
+    # What moves inputs: a script as for `lfz run --devices`.
+    devices: Path | None = None
+    # What the clock of a native_sim image gains, as a fraction, by the federate's name.
+    drifts: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Federation:
     """What is to be run."""
 
@@ -40,6 +53,7 @@ class Federation:
     application: Application
     # Where virtual boards are attached, if there are any.
     network: PrivateNetwork | None = None
+    bench: Bench = field(default_factory=Bench)
 
     @property
     def rti_image(self) -> Participant | None:
@@ -54,15 +68,18 @@ class Federation:
         """A federate that joins this federation, or the image with its RTI, whatever it was built for."""
         address = _ADDRESS if self.network is None else self.rti.host
         if participant.program is not None:
-            return [str(participant.program), "--rti", self._port(f"{address}:", participant), "--id", self._id()]
+            words: list[Word] = [str(participant.program), "--rti", self._port(f"{address}:", participant)]
+            return [*words, "--id", self._id(), *self._bench_words(participant, "--vcd", "--devices")]
         image, board = image_file(self.application, participant), participant.board or ""
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
         if not is_native_sim(board):
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
-            return [*qemu.command(board, image, interface or "", mac)]
+            trace = self._recording(participant) if self.bench.vcd is not None and qemu.has_pins(board) else None
+            return [*qemu.command(board, image, interface or "", mac, trace)]
         words = [str(image), self._id("-lf-federation-id="), f"-lf-rti-address={address}"]
         words.append(self._port("-lf-rti-port=", participant))
+        words += self._bench_words(participant, "-lf-vcd=", "-lf-devices=")
         return words if interface is None else [*words, f"-eth-if={interface}"]
 
     def description(self, timeout_ns: int | None) -> dict[str, Any]:
@@ -76,7 +93,51 @@ class Federation:
             "grace_ns": None if self.network is None else _BOARDS_GRACE_NS,
             "rti": {"name": "RTI", "words": self.rti_command()} if image is None else self._process(image),
             "federates": [self._process(item) for item in self.participants if item is not image],
+            "oscilloscope": self._oscilloscope(),
         }
+
+    def _has_pins(self, participant: Participant) -> bool:
+        """Whether its pins can be recorded: a program, or an image that has the options for it."""
+        if participant.program is not None:
+            return True
+        configuration = self.application.image_folder(participant.name) / "zephyr" / ".config"
+        return "CONFIG_LF_OSCILLOSCOPE=y" in configuration.read_text(encoding="utf-8").splitlines()
+
+    def _recording(self, participant: Participant) -> Path:
+        return self.application.image_folder(participant.name).with_suffix(".vcd")
+
+    def _oscilloscope(self) -> dict[str, Any] | None:
+        if self.bench.vcd is None:
+            return None
+        parts = []
+        for item in self.participants:
+            is_trace = item.board is not None and qemu.has_pins(item.board)
+            if is_trace or self._has_pins(item):
+                parts.append({"name": item.name, "file": str(self._recording(item)), "is_trace": is_trace})
+        return {"file": str(self.bench.vcd), "parts": parts}
+
+    def _bench_words(self, participant: Participant, vcd: str, devices: str) -> list[Word]:
+        """The options of a program, which has their values as words of their own, or of an image on native_sim."""
+        options = []
+        if self.bench.vcd is not None and self._has_pins(participant):
+            options.append((vcd, str(self._recording(participant))))
+        if self.bench.devices is not None and self._has_pins(participant):
+            script = self._moves(participant) if participant.program is None else self.bench.devices
+            options.append((devices, str(script)))
+        drift = self.bench.drifts.get(participant.name)
+        if drift is not None:
+            options.append(("-rt-drift=", repr(drift)))
+        return [word for option in options for word in ([option[0] + option[1]] if "=" in option[0] else option)]
+
+    def _moves(self, participant: Participant) -> Path:
+        """What an image is told of the script, which it does not read itself."""
+        command = [str(self.lfz), "moves", str(self.bench.devices), participant.name]
+        result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+        if result.returncode != 0:
+            raise LfError(f"the script {self.bench.devices} for --devices cannot be used.")
+        file = self._recording(participant).with_suffix(".moves")
+        file.write_text(result.stdout, encoding="utf-8")
+        return file
 
     def _process(self, participant: Participant) -> dict[str, Any]:
         is_played = participant.board is not None and qemu.is_played(participant.board)
@@ -109,6 +170,7 @@ def plan_federation(
     lfz: Path,
     federates: Sequence[str],
     port: int | None,
+    bench: Bench | None = None,
 ) -> Federation:
     """Work out who is run and how; what cannot be run on this computer is refused by name."""
     rti = described.rti
@@ -126,6 +188,7 @@ def plan_federation(
             f"Run it, too: -f {' '.join([*elsewhere, *federates])}",
         )
     _refuse_other_boards(participants)
+    _refuse_other_drifts(participants, bench or Bench())
     for item in participants:
         file = item.program or image_file(application, item)
         if not file.is_file():
@@ -164,6 +227,7 @@ def plan_federation(
         participants=tuple(participants),
         application=application,
         network=network,
+        bench=bench or Bench(),
     )
 
 
@@ -191,6 +255,15 @@ def _refuse_other_boards(participants: Sequence[Participant]) -> None:
             f"there is no {qemu.PROGRAM}, which plays the boards of {', '.join(item.name for item in images)}.",
             "Install QEMU for Arm: apt install qemu-system-arm",
         )
+
+
+def _refuse_other_drifts(participants: Sequence[Participant], bench: Bench) -> None:
+    """Only native_sim has a clock that is told how fast it is."""
+    images = [item.name for item in participants if item.board is not None and is_native_sim(item.board)]
+    for name in bench.drifts:
+        if name not in images:
+            there_are = f"there are {', '.join(images)}" if images else "there is none"
+            raise LfError(f"--drift: {name} is no image on native_sim; {there_are}.")
 
 
 def _network(participants: Sequence[Participant], rti: Rti) -> PrivateNetwork | None:

@@ -22,11 +22,13 @@ class _Machine:
     cpu: str
     # The Ethernet controller, as QEMU calls it.
     controller: str
+    # What QEMU can trace of its pins.
+    trace: tuple[str, ...] = ()
 
 
 # By the board's name without its revision.
 _MACHINES = {
-    "qemu_cortex_m3": _Machine("lm3s6965evb", "cortex-m3", "stellaris"),
+    "qemu_cortex_m3": _Machine("lm3s6965evb", "cortex-m3", "stellaris", ("pl061_reset", "pl061_set_output")),
     "mps2/an385": _Machine("mps2-an385", "cortex-m3", "lan9118"),
 }
 
@@ -46,8 +48,17 @@ def is_played(board: str) -> bool:
     return _machine(board) is not None
 
 
-def command(board: str, image: Path, interface: str, mac: str | None) -> list[str]:
-    """Start an image on a board whose Ethernet is the other end of a TAP interface."""
+def has_pins(board: str) -> bool:
+    """Whether QEMU can tell what the pins of this board do."""
+    machine = _machine(board)
+    return machine is not None and machine.trace != ()
+
+
+def command(board: str, image: Path, interface: str, mac: str | None, trace: Path | None = None) -> list[str]:
+    """Start an image on a board whose Ethernet is the other end of a TAP interface.
+
+    What its pins do is traced into a file, by the clock of this computer.
+    """
     machine = _machine(board)
     if machine is None:
         raise ValueError(f"QEMU does not play {board}")
@@ -55,6 +66,9 @@ def command(board: str, image: Path, interface: str, mac: str | None) -> list[st
     # Some controllers tell the driver their address; others are told theirs by the devicetree.
     network += f",mac={mac}" if mac is not None else ""
     words = [PROGRAM, "-machine", machine.name, "-cpu", machine.cpu, "-nic", network]
+    if trace is not None:
+        events = [word for event in machine.trace for word in ("-trace", event)]
+        words += [*events, "-msg", "timestamp=on", "-D", str(trace)]
     return [*words, "-display", "none", "-monitor", "none", "-serial", "stdio", "-kernel", str(image)]
 
 

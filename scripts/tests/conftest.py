@@ -36,6 +36,9 @@ if words[0] == "rti":
 if words[0] == "plan":
     print(json.dumps({"target": {"board": os.environ.get("STAND_IN_BOARD")}}))
     sys.exit(0)
+if words[0] == "moves":
+    print(os.environ["STAND_IN_MOVES"])
+    sys.exit(0)
 if words[0] == "explain-errors":
     print(os.environ["STAND_IN_EXPLANATION"])
     sys.exit(int(os.environ.get("STAND_IN_EXPLAIN_STATUS", "0")))

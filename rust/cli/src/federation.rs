@@ -16,6 +16,7 @@ use crate::commands::listening_port;
 use crate::compile::Console;
 use crate::failure::Failure;
 use crate::guard;
+use crate::oscilloscope::Oscilloscope;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
@@ -40,6 +41,8 @@ pub(crate) struct Federation {
     pub(crate) rti_port: Option<u16>,
     /// All others.
     pub(crate) federates: Vec<Process>,
+    /// What their pins do, if that is to be recorded.
+    pub(crate) oscilloscope: Option<Oscilloscope>,
 }
 
 /// The only form that there is: 1.
@@ -197,6 +200,14 @@ impl Federation {
     /// # Errors
     /// When one cannot be started, or the system's calls fail; nothing is left running then.
     pub(crate) fn run(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
+        let Some(oscilloscope) = &self.oscilloscope else { return self.run_processes(interrupts) };
+        oscilloscope.clear();
+        let ending = self.run_processes(interrupts)?;
+        oscilloscope.merge()?;
+        Ok(ending)
+    }
+
+    fn run_processes(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
         let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
         let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
         let mut supervisor = Supervisor::new(self.limits(), interrupts, output);

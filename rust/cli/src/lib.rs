@@ -14,6 +14,7 @@ mod federation;
 mod guard;
 mod measure;
 mod oscilloscope;
+mod scope;
 mod supervisor;
 mod terminal;
 mod time;

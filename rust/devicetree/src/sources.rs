@@ -31,7 +31,29 @@ impl Devicetree {
         for c in constants.values() {
             let _ = write!(source, "\n{c}");
         }
+        if is_set("LF_OSCILLOSCOPE") {
+            source += &self.named_pins(&names);
+        }
         source
+    }
+
+    /// The table of pins by their names, aliases first, as they are what applications call them by.
+    fn named_pins(&self, names: &BTreeMap<String, Meaning>) -> String {
+        let is_alias = |name: &str| self.aliases.contains_key(name.split(['.', '[']).next().unwrap_or(name));
+        let mut names: Vec<_> = names.iter().collect();
+        names.sort_by_key(|(name, _)| !is_alias(name));
+        let (mut table, mut count) = (String::new(), 0);
+        for (name, meaning) in names {
+            let Meaning::Usable(Device { node, kind: kind @ Kind::Gpio { .. } }) = meaning else { continue };
+            for Constant { symbol, .. } in constants_of(node, kind) {
+                let _ = writeln!(table, "\t{{{name:?}, &{symbol}}},");
+                count += 1;
+            }
+        }
+        format!(
+            "\n#include <lf/oscilloscope.h>\n\nconst struct lf_named_pin lf_named_pins[] = {{\n{table}\t{{NULL, \
+             NULL}},\n}};\nconst size_t lf_named_pin_count = {count};\n"
+        )
     }
 
     /// Rust of the crate that has the macro: a module `found` with a function for each device that gives what

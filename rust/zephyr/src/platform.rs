@@ -161,6 +161,13 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         ZephyrOutside::of_program().set_correction(correction);
     }
 
+    #[cfg(CONFIG_LF_OSCILLOSCOPE)]
+    fn starts(&mut self, start: Instant) {
+        let left = start.since(ZephyrOutside::of_program().physical_time());
+        // SAFETY: it has no precondition.
+        unsafe { raw::lf_oscilloscope_starts(left.as_nanos()) };
+    }
+
     fn random(&mut self, buffer: &mut [u8]) -> Result<(), RandomError> {
         // SAFETY: the pointer is valid for as many bytes, and C only writes them.
         match unsafe { raw::lf_random(buffer.as_mut_ptr(), buffer.len()) } {

@@ -115,6 +115,9 @@ int lf_pin_watch(size_t place, const struct gpio_dt_spec *pin, enum lf_edge edge
 /* Ends that. */
 void lf_pin_unwatch(size_t place);
 
+/* The program starts in so many nanoseconds; with CONFIG_LF_OSCILLOSCOPE. */
+void lf_oscilloscope_starts(int64_t in_ns);
+
 /* Channels of PWM. */
 struct pwm_dt_spec;
 int lf_pwm_ready(const struct pwm_dt_spec *channel);

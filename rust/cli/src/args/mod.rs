@@ -2,6 +2,7 @@
 //! The command line.
 
 mod rti;
+mod scope;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use crate::time;
 use lf_compiler::maxwait::parse_time;
 
 pub use rti::{PORT_DEFAULT, RtiArgs};
+pub use scope::{EdgeKind, ScopeArgs};
 
 /// Lingua Franca for Zephyr: compiles, runs and coordinates federated Lingua Franca programs in Rust.
 #[derive(Debug, Parser)]
@@ -83,6 +85,15 @@ one that fails. A program without `federated` runs as a single process.
 Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
 without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
     Run(RunArgs),
+    /// Compare edges of pins in recordings: delays, drift, what is missing.
+    #[command(long_about = "\
+Compare edges of pins in recordings: delays, drift, what is missing.
+
+The recordings are what `lfz run --vcd`, `west lf-fed-run --vcd` or a logic analyser has written (VCD). Each signal is
+compared with the reference: edges of one kind that are each other's nearest belong together. Printed are how much later
+those of the signal are, in microseconds; the straight line through these delays over time, whose slope is the drift of
+one clock against the other; and a histogram of the distances from that line.")]
+    Scope(ScopeArgs),
     /// Run the RTI alone, with the options of the stock RTI.
     #[command(disable_version_flag = true)]
     Rti(RtiArgs),
@@ -110,7 +121,9 @@ listens, their output prefixed. All end together: the first failure, ^C or the t
 SIGTERM, then SIGKILL.
 
 The description is JSON: { version: 1, speaker: NAME, id: { exactly: ID } or { begins_with: ID }, timeout_ns,
-grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...] }. A PROCESS is { name, words: [WORD, ...],
+grace_ns, terminate_ns, rti: PROCESS, rti_port, federates: [PROCESS, ...], oscilloscope }. The oscilloscope is
+{ file, parts: [{ name, file, is_trace }] }: what is to be one file, recordings of participants and traces of QEMU. A
+PROCESS is { name, words: [WORD, ...],
 environment: { NAME: TEXT }, folder, crate, status_line }, a WORD a text or { before: TEXT, known: rti_port or
 federation_id }.
 
@@ -119,6 +132,19 @@ Exit status: that of the first participant that failed; 124 after the time limit
     Supervise {
         /// The description; `-` is standard input.
         file: PathBuf,
+    },
+    /// Print how a script for devices moves the pins of a federate, for native_sim's `-lf-devices`.
+    #[command(
+        hide = true,
+        long_about = "\
+Print how a script for devices moves the pins of a federate, for native_sim's -lf-devices: a line for each move with
+nanoseconds since the start, `own` or `any`, whoever the script names, the pin, and 0 or 1."
+    )]
+    Moves {
+        /// What inputs do: a file of lines such as `100 ms button0 1`.
+        script: PathBuf,
+        /// The federate.
+        federate: String,
     },
     /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.
     #[command(hide = true)]

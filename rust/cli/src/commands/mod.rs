@@ -15,6 +15,8 @@ use std::process::ExitCode;
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
 use crate::guard;
+use crate::oscilloscope;
+use crate::scope;
 use crate::terminal;
 
 pub(crate) use rti::listening_port;
@@ -26,9 +28,11 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Scope(arguments) => scope::scope(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
+        Command::Moves { script, federate } => oscilloscope::print_moves(&script, &federate),
         Command::Nanoseconds { time } => {
             terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
         }

@@ -13,7 +13,7 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
 use crate::measure;
-use crate::oscilloscope;
+use crate::oscilloscope::Oscilloscope;
 use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
 
@@ -35,9 +35,6 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
             "{name} does not ask for decentralized coordination: nobody waits there"
         )));
     }
-    if arguments.vcd.is_some() {
-        oscilloscope::clear(&built.plan, &built.out);
-    }
     let interrupts = Interrupts::of_this_process()?;
     let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
         // Which participant failed how has been said; a single number cannot say more than that one did.
@@ -51,10 +48,6 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
             .map_err(|error| Failure::message(format!("cannot write {}: {error}", bounds.display())))?;
         terminal::remark(format_args!("{} messages measured: {}", measured.messages, bounds.display()));
     }
-    if let Some(file) = &arguments.vcd {
-        let pins = oscilloscope::merge(&built.plan, &built.out, file)?;
-        terminal::remark(format_args!("{pins} pins recorded: {}", file.display()));
-    }
     Ok(ExitCode::from(ending.exit_code()))
 }
 
@@ -63,6 +56,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
     let planned = built.plan.rti.as_ref();
     let name = planned.map_or(&built.plan.name, |rti| &rti.federation_id);
     let rti = planned.map(|rti| rti_process(built, rti, arguments)).transpose()?;
+    let oscilloscope = arguments.vcd.as_ref().map(|file| Oscilloscope::of(&built.plan, &built.out, file));
     let mut federates = Vec::new();
     for federate in &built.plan.federates {
         let name = &federate.name;
@@ -81,8 +75,8 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
         }
-        if arguments.vcd.is_some() {
-            words.extend(["--vcd".into(), oscilloscope::file(&built.out, federate).into()]);
+        if let Some(file) = oscilloscope.as_ref().and_then(|oscilloscope| oscilloscope.file_of(name)) {
+            words.extend(["--vcd".into(), file.into()]);
         }
         federates.push(Process { name: name.clone(), words, ..Process::default() });
     }
@@ -97,6 +91,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         rti,
         rti_port: rti_port.flatten(),
         federates,
+        oscilloscope,
     })
 }
 

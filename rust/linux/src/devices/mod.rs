@@ -20,6 +20,8 @@ mod handle;
 mod hardware;
 mod line;
 #[doc(hidden)]
+pub mod moves;
+#[doc(hidden)]
 pub mod recording;
 mod registers;
 mod script;

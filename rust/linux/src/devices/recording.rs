@@ -3,7 +3,7 @@
 
 use std::io::{self, BufRead, Write};
 
-use lf_model::time::Interval;
+use lf_model::time::{Instant, Interval};
 use vcd::{Command, IdCode, Parser, ScopeItem, TimescaleUnit, Value, VarType, Writer};
 
 /// What a device does from a time on.
@@ -23,6 +23,8 @@ pub type Changes = Vec<(Interval, Signal)>;
 pub struct Recording {
     /// The federate.
     pub federate: String,
+    /// When it has started, by the clock that all recordings of a run share.
+    pub start: Option<Instant>,
     /// Its pins.
     pub pins: Vec<(String, Changes)>,
 }
@@ -35,6 +37,7 @@ impl Recording {
     pub fn read(federate: &str, from: impl BufRead) -> io::Result<Self> {
         let mut parser = Parser::new(from);
         let header = parser.parse_header()?;
+        let start = start_of(&header.items).map(Instant::from_nanos);
         let (mut codes, mut pins) = (Vec::new(), Vec::new());
         for scope in header.items {
             let ScopeItem::Scope(scope) = scope else { continue };
@@ -62,38 +65,61 @@ impl Recording {
                 _ => {}
             }
         }
-        Ok(Self { federate: federate.to_owned(), pins })
+        Ok(Self { federate: federate.to_owned(), start, pins })
     }
 }
 
-/// Writes what the pins of these federates did, on one axis of time.
+/// What a recording says of its start.
+#[must_use]
+pub fn start_of(items: &[ScopeItem]) -> Option<i64> {
+    items.iter().find_map(|item| match item {
+        ScopeItem::Comment(comment) => comment.trim().strip_prefix(START)?.trim().parse().ok(),
+        _ => None,
+    })
+}
+
+/// What a comment begins with that says the start, in nanoseconds since 1970.
+const START: &str = "start ";
+
+/// Writes what the pins of these federates did, on one axis of time, which begins with the first that has started.
 ///
 /// # Errors
 /// When it cannot be written.
 pub fn write(to: impl Write, recordings: &[Recording]) -> io::Result<()> {
     let mut vcd = Writer::new(to);
+    let first = recordings.iter().filter_map(|recording| recording.start).min();
+    if let Some(first) = first {
+        vcd.comment(&format!("{START}{}", first.as_nanos()))?;
+    }
     vcd.timescale(1, TimescaleUnit::NS)?;
-    let mut all: Vec<(IdCode, &Changes)> = Vec::new();
-    for Recording { federate, pins } in recordings {
+    let mut all: Vec<(IdCode, Changes)> = Vec::new();
+    for Recording { federate, start, pins } in recordings {
+        let shift = start.zip(first).map_or(Interval::ZERO, |(start, first)| start.since(first));
+        // What was at the start was before it, too.
+        let shifted = |time: Interval| match time.as_nanos() {
+            ..=0 => Interval::ZERO,
+            after => Interval::from_nanos(after.saturating_add(shift.as_nanos())),
+        };
         vcd.add_module(federate)?;
         for (name, changes) in pins {
             let is_real = changes.first().is_some_and(|(_, signal)| matches!(signal, Signal::Real(_)));
             let (kind, bits) = if is_real { (VarType::Real, 64) } else { (VarType::Wire, 1) };
+            let changes = changes.iter().map(|&(time, signal)| (shifted(time), signal)).collect();
             all.push((vcd.add_var(kind, bits, &reference(name), None)?, changes));
         }
         vcd.upscope()?;
     }
     vcd.enddefinitions()?;
     vcd.timestamp(0)?;
-    for &(id, changes) in &all {
+    for (id, changes) in &all {
         let at_start = changes.iter().take_while(|(time, _)| *time <= Interval::ZERO).last();
         let nothing = match changes.first() {
             Some((_, Signal::Real(_))) => Signal::Real(0.0),
             _ => Signal::Level(false),
         };
-        change(&mut vcd, id, at_start.map_or(nothing, |(_, signal)| *signal))?;
+        change(&mut vcd, *id, at_start.map_or(nothing, |(_, signal)| *signal))?;
     }
-    let later = all.iter().flat_map(|&(id, changes)| changes.iter().map(move |&(time, signal)| (time, id, signal)));
+    let later = all.iter().flat_map(|(id, changes)| changes.iter().map(move |&(time, signal)| (time, *id, signal)));
     let mut later: Vec<_> = later.filter(|(time, ..)| *time > Interval::ZERO).collect();
     later.sort_by_key(|(time, ..)| *time);
     let mut now = Interval::ZERO;
@@ -126,11 +152,30 @@ mod tests {
     #[test]
     fn what_is_measured_is_written_and_read() {
         let changes = vec![(Interval::ZERO, Signal::Real(0.25)), (Interval::from_nanos(7), Signal::Real(-1.5))];
-        let recording = Recording { federate: "a".to_owned(), pins: vec![("fan".to_owned(), changes.clone())] };
+        let recording = Recording {
+            federate: "a".to_owned(),
+            start: Some(Instant::from_nanos(1_700_000_000_000_000_000)),
+            pins: vec![("fan".to_owned(), changes.clone())],
+        };
         let mut written = Vec::new();
-        write(&mut written, &[recording]).expect("memory takes it");
+        write(&mut written, std::slice::from_ref(&recording)).expect("memory takes it");
         let read = Recording::read("a", written.as_slice()).expect("it is sound");
+        assert_eq!(read.start, recording.start);
         assert_eq!(read.pins, [("fan".to_owned(), changes)]);
+    }
+
+    #[test]
+    fn who_starts_later_is_shown_later() {
+        let part = |start, at| Recording {
+            federate: "a".to_owned(),
+            start: Some(Instant::from_nanos(start)),
+            pins: vec![("led0".to_owned(), vec![(Interval::from_nanos(at), Signal::Level(true))])],
+        };
+        let mut merged = Vec::new();
+        write(&mut merged, &[part(1000, 5), part(1200, 7)]).expect("memory takes it");
+        let text = String::from_utf8(merged).expect("it is text");
+        assert!(text.starts_with("$comment\n    start 1000\n$end\n"), "{text}");
+        assert!(text.ends_with("#0\n0!\n0\"\n#5\n1!\n#207\n1\"\n"), "{text}");
     }
 
     #[test]

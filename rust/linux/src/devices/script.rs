@@ -39,8 +39,8 @@ pub(crate) struct Change {
 /// The changes of each simulated device, in order, and which devices are real.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
-    devices: BTreeMap<String, Vec<Change>>,
-    bound: BTreeMap<String, Bound>,
+    pub(super) devices: BTreeMap<String, Vec<Change>>,
+    pub(super) bound: BTreeMap<String, Bound>,
 }
 
 /// What is wrong with a line.

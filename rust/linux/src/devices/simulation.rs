@@ -27,6 +27,7 @@ pub(crate) struct Simulation {
     is_alone: bool,
     script: Script,
     recording: Option<PathBuf>,
+    /// By the computer's clock.
     start: OnceLock<Instant>,
     devices: Mutex<Devices>,
 }
@@ -109,10 +110,11 @@ impl Simulation {
     pub(super) fn drives(&self, name: &'static str, signal: Signal) {
         // The time is read under the lock, so that changes are in its order.
         let devices = self.lock();
-        self.notes(devices, name, HostOutside::of_program().physical_time(), signal);
+        self.notes(devices, name, HostOutside::of_program().clock().now(), signal);
     }
 
-    /// A real device has done this at that time.
+    /// A real device has done this at that time of the computer's clock.
+    #[cfg(feature = "devices")]
     pub(super) fn sees(&self, name: &'static str, time: Instant, signal: Signal) {
         self.notes(self.lock(), name, time, signal);
     }
@@ -264,7 +266,7 @@ impl Simulation {
 
     /// Since the start.
     fn elapsed(&self) -> Interval {
-        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().physical_time().since(*start))
+        self.start.get().map_or(Interval::ZERO, |start| HostOutside::of_program().clock().now().since(*start))
     }
 
     fn lock(&self) -> MutexGuard<'_, Devices> {
@@ -285,7 +287,7 @@ impl Simulation {
         };
         let recorded: BTreeMap<_, _> =
             devices.inputs.iter().map(read).chain(devices.outputs.iter().map(driven)).collect();
-        Recording { federate: self.federate.clone(), pins: recorded.into_iter().collect() }
+        Recording { federate: self.federate.clone(), start, pins: recorded.into_iter().collect() }
     }
 }
 
@@ -300,10 +302,16 @@ fn bytes(value: &Value) -> Option<Vec<Vec<u8>>> {
     }
 }
 
-/// The program starts, and with it the script.
+/// The program starts, and with it the script. The start is by the federation's clock, while what happens to pins is
+/// by the computer's, as all recordings of a run have it: an oscilloscope is no part of the federation.
 pub(crate) fn starts(start: Instant) {
     if let Some(simulation) = PROGRAM.get() {
-        simulation.start.get_or_init(|| start);
+        let outside = HostOutside::of_program();
+        let (before, physical, after) = (outside.clock().now(), outside.physical_time(), outside.clock().now());
+        // Where they cannot be told apart they are one clock.
+        let is_one = (before..=after).contains(&physical);
+        let by_computer = if is_one { start } else { after.saturating_add(start.since(physical)) };
+        simulation.start.get_or_init(|| by_computer);
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use gpiocdev::line::{Bias, EdgeDetection, EdgeEvent, EdgeKind, Value};
 use gpiocdev::request::{Builder, Request};
 use lf_devices::{Device, Edge, EventPoster, Pin, Problem};
-use lf_model::{Outside, PhysicalLink};
+use lf_model::PhysicalLink;
 
 use super::super::binding::{Bound, Kind, Pull};
 use super::super::recording::Signal;
@@ -147,10 +147,10 @@ impl Pin for Gpio {
 /// Posts an edge at the time of its interrupt.
 fn take(name: &'static str, event: &EdgeEvent, poster: &EventPoster, lost: &mut Lost) {
     let monotonic = i64::try_from(event.timestamp_ns).unwrap_or(i64::MAX);
-    let clock = HostOutsideAt(HostOutside::of_program(), monotonic);
+    let host = HostOutside::of_program();
     let is_active = event.kind == EdgeKind::Rising;
-    Simulation::of_program().sees(name, clock.physical_time(), Signal::Level(is_active));
-    lost.count(poster.post_by(&clock, is_active.into()));
+    Simulation::of_program().sees(name, host.clock().at(monotonic), Signal::Level(is_active));
+    lost.count(poster.post_by(&HostOutsideAt(host, monotonic), is_active.into()));
 }
 
 /// The numbers that the kernel gives to the edges of a line, with those that it had no room for.

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz run --vcd` and its like: what the pins of all federates did, in one file.
+//!
+//! Each federate writes a file of its own, whose times are by the clock of the computer that all of them run on, and
+//! which says when the federate has started. So the files agree on time, as the channels of one oscilloscope do.
+
+mod qemu;
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use lf_compiler::plan::Plan;
+use lf_linux::devices::moves::moves;
+use lf_linux::devices::recording::{self, Recording};
+use serde::Deserialize;
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// What is to be recorded in a run.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Oscilloscope {
+    /// The file that is made of all parts.
+    pub(crate) file: PathBuf,
+    /// What each participant writes.
+    pub(crate) parts: Vec<Part>,
+}
+
+/// What a participant writes.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Part {
+    /// Its name.
+    pub(crate) name: String,
+    /// The file.
+    pub(crate) file: PathBuf,
+    /// Whether it is what QEMU traces of a board, and no VCD.
+    #[serde(default)]
+    pub(crate) is_trace: bool,
+}
+
+impl Oscilloscope {
+    /// That of a program whose federates all run on this computer, with files of their own in a folder.
+    pub(crate) fn of(plan: &Plan, folder: &Path, file: &Path) -> Self {
+        let part =
+            |name: &String| Part { name: name.clone(), file: folder.join(format!("{name}.vcd")), is_trace: false };
+        let parts = plan.federates.iter().map(|federate| part(&federate.name)).collect();
+        Self { file: file.to_owned(), parts }
+    }
+
+    /// The file into which a participant writes what its pins do.
+    pub(crate) fn file_of(&self, name: &str) -> Option<&Path> {
+        self.parts.iter().find(|part| part.name == name).map(|part| part.file.as_path())
+    }
+
+    /// Takes away what an earlier run has left.
+    pub(crate) fn clear(&self) {
+        for part in &self.parts {
+            // What cannot be removed cannot be written either, and that is told.
+            let _ = std::fs::remove_file(&part.file);
+        }
+    }
+
+    /// Makes one file of those that the participants have written, and says so. One that was ended before it could
+    /// write has none.
+    ///
+    /// # Errors
+    /// When one is not understood, or the result cannot be written.
+    pub(crate) fn merge(&self) -> Result<(), Failure> {
+        let mut recordings = Vec::new();
+        // What QEMU traces does not say when the program in it has started; so that of the others counts.
+        let (traces, parts): (Vec<&Part>, Vec<&Part>) = self.parts.iter().partition(|part| part.is_trace);
+        for Part { name, file, is_trace } in parts.into_iter().chain(traces) {
+            let start = recordings.iter().filter_map(|recording: &Recording| recording.start).min();
+            let recording = if *is_trace {
+                std::fs::read_to_string(file).map(|trace| qemu::recording(name, &trace, start))
+            } else {
+                File::open(file).and_then(|part| Recording::read(name, BufReader::new(part)))
+            };
+            match recording {
+                Ok(recording) => recordings.push(recording),
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) => return Err(Failure::message(format!("cannot use {}: {error}", file.display()))),
+            }
+        }
+        let to = self.file.display();
+        File::create(&self.file)
+            .and_then(|file| recording::write(BufWriter::new(file), &recordings))
+            .map_err(|error| Failure::message(format!("cannot write {to}: {error}")))?;
+        let pins: usize = recordings.iter().map(|recording| recording.pins.len()).sum();
+        terminal::remark(format_args!("{pins} pins recorded: {to}"));
+        Ok(())
+    }
+}
+
+/// `lfz moves`
+///
+/// # Errors
+/// When the script cannot be read or makes no sense.
+pub(crate) fn print_moves(script: &Path, federate: &str) -> Result<ExitCode, Failure> {
+    let name = script.display();
+    let text = std::fs::read_to_string(script).map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    let (moves, others) = moves(&text, federate).map_err(|error| Failure::message(format!("{name}: {error}")))?;
+    for other in others {
+        terminal::remark(format_args!("{name}: {other} is no pin: images on native_sim do not find its values"));
+    }
+    let lines: Vec<String> = moves.iter().map(ToString::to_string).collect();
+    terminal::print(lines.join("\n"))?;
+    Ok(ExitCode::SUCCESS)
+}
