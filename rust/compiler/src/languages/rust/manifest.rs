@@ -10,8 +10,21 @@ use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 /// The edition of a program that names none.
 const EDITION_DEFAULT: &str = "2024";
 
-/// The manifest of a participant's crate; whether its bodies are C.
-pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
+/// What of a crate is C.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(in crate::languages) enum CParts {
+    /// Nothing that its build script has to do with.
+    None,
+    /// Its bodies.
+    Bodies,
+    /// Files beside bodies in another language.
+    Sources,
+    /// The same with headers that are bound, or these alone.
+    Headers,
+}
+
+/// The manifest of a participant's crate.
+pub(in crate::languages) fn of_crate(job: &Job<'_>, c: CParts) -> String {
     let (program, cargo) = (&job.plan.name, &job.plan.target.cargo);
     let about = format!("{} of the Lingua Franca program {program}", job.name);
     let (package, version) = (job.package, job.settings.version);
@@ -25,13 +38,13 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
         let features = features(
-            has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c.then_some("c")),
+            has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(c)),
         );
         text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)
             + &dependencies(job, cargo)
-            + &build_dependencies(of_c, job.settings.lf_zephyr)
+            + &build_dependencies(c, job.settings.lf_zephyr)
             + "\n";
         text.push_str("[profile.dev]\nopt-level = 1\npanic = \"abort\"\n\n");
         text.push_str("[profile.release]\ndebug = \"line-tables-only\"\nlto = true\npanic = \"abort\"\n\n");
@@ -39,23 +52,30 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>, of_c: bool) -> String {
     } else {
         let path = toml_text(job.settings.lf_linux);
         let workers = (job.workers() > 1).then_some("workers");
-        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c.then_some("c")));
+        let features = features(workers.into_iter().chain(sending::features(job.plan)).chain(of_c(c)));
         text = text + "[dependencies]\nlf = { package = \"lf-linux\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)
             + &dependencies(job, cargo)
-            + &build_dependencies(of_c, job.settings.lf_linux);
+            + &build_dependencies(c, job.settings.lf_linux);
     }
     text
 }
 
-/// What the build script needs that compiles C.
-fn build_dependencies(of_c: bool, lf: &str) -> String {
-    if !of_c {
-        return String::new();
-    }
+/// The feature of the runtime for bodies in C.
+fn of_c(c: CParts) -> Option<&'static str> {
+    (c == CParts::Bodies).then_some("c")
+}
+
+/// What the build script needs that compiles C and binds headers.
+fn build_dependencies(c: CParts, lf: &str) -> String {
+    let features = match c {
+        CParts::None => return String::new(),
+        CParts::Bodies | CParts::Sources => "",
+        CParts::Headers => ", features = [\"headers\"]",
+    };
     let path = toml_text(&format!("{lf}/../c-build"));
-    format!("\n[build-dependencies]\nlf-c-build = {{ path = {path} }}\n")
+    format!("\n[build-dependencies]\nlf-c-build = {{ path = {path}{features} }}\n")
 }
 
 /// The program's own dependencies, and the features that it asks for.
