@@ -82,7 +82,13 @@ fn main() -> Outcome<()> {
     let output = PathBuf::from(variable("OUT_DIR")?);
     let arguments = clang_arguments()?;
     // For crates that bind headers of their own; `FLOATS` says whether Rust and C pass such numbers alike.
-    println!("cargo::metadata=CLANG_ARGUMENTS={}", arguments.join("\t"));
+    let mut of_programs = arguments.clone();
+    // The image's compiler makes enumerations as small as their values allow. Those that this crate has are passed in
+    // registers, whatever their size.
+    if variable("LF_C_SHORT_ENUMS")? == "1" {
+        of_programs.push("-fshort-enums".to_owned());
+    }
+    println!("cargo::metadata=CLANG_ARGUMENTS={}", of_programs.join("\t"));
     println!("cargo::metadata=FLOATS={}", !Kconfig::read()?.is_set("ARCH_POSIX"));
     write_bindings(&output.join("bindings.rs"), arguments)?;
     write_kconfig(&output.join("kconfig.rs"))?;
@@ -135,10 +141,6 @@ fn clang_arguments() -> Outcome<Vec<String>> {
         let values = variable(name)?;
         let values = values.split([' ', ';']).filter(|value| !value.is_empty());
         arguments.extend(values.map(|value| format!("{prefix}{value}")));
-    }
-    // Where the image's compiler makes enumerations as small as their values allow.
-    if variable("LF_C_SHORT_ENUMS")? == "1" {
-        arguments.push("-fshort-enums".to_owned());
     }
     if Kconfig::read()?.is_set("ARCH_POSIX") {
         // native_sim is compiled with the headers of the build computer's C library, which clang finds by itself.

@@ -142,19 +142,17 @@ macro(_lf_add_bodies_in_c)
   endif()
 endmacro()
 
-# Adds to `app` the C that a program has beside bodies in Rust. Where headers are bound, the crate is told by a file how
-# the C of `app` is compiled, and writes another one of C. Uses the caller's variables.
+# Adds to `app` the C that a program has beside bodies in Rust. Where headers are bound, the crate is told by a file which
+# folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
 macro(_lf_add_c_beside)
   set(bindings FALSE)
   include(${beside})
   if(bindings)
     set(c_flags ${output}/c_flags.txt)
     set(c_wrapper ${output}/c_wrapper.c)
-    # Rust needs no flags but these: folders, macros, and those of the program, of which some are macros.
     file(GENERATE OUTPUT ${c_flags} CONTENT "-I$<JOIN:$<TARGET_PROPERTY:app,INCLUDE_DIRECTORIES>,\n-I>
 -D$<JOIN:$<TARGET_PROPERTY:app,COMPILE_DEFINITIONS>,\n-D>
-$<JOIN:$<TARGET_PROPERTY:app,COMPILE_OPTIONS>,\n>
-" TARGET app)
+")
   endif()
 endmacro()
 

@@ -16,7 +16,12 @@ pub(crate) fn functions(bindings: &str) -> Vec<String> {
     let file = syn::parse_file(bindings).expect("bindgen writes Rust");
     let mut types = Types::default();
     types.visit_file(&file);
-    types.functions.iter().filter(|(_, signature)| types.has_number(signature, 0)).map(|(name, _)| name.clone()).collect()
+    types
+        .functions
+        .iter()
+        .filter(|(_, signature)| types.has_number(signature, 0))
+        .map(|(name, _)| name.clone())
+        .collect()
 }
 
 /// What types consist of, and what functions take and give.

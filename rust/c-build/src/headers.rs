@@ -7,15 +7,16 @@ use std::{env, fs, process};
 use bindgen::callbacks::ParseCallbacks;
 use bindgen::{BindgenError, Builder, EnumVariation};
 
-use crate::floats;
+use crate::{Program, floats};
 
 /// Writes `c.rs` into `out`. Gives the file of C with what makes functions of those that are `static inline`; Zephyr's
 /// build compiles it where `LF_C_WRAPPER_FILE` says.
-pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], out: &Path) -> PathBuf {
+pub(crate) fn bind(program: &Program, out: &Path) -> PathBuf {
+    let Program { headers, includes, flags, place, .. } = program;
     if let Err(reason) = clang_sys::load() {
         fail(&format!(
-            "error: libclang cannot be loaded, which reads the headers that `c-headers` names ({reason}): install it, \
-             on Debian and Ubuntu as libclang-dev, or name its folder in LIBCLANG_PATH"
+            "{place}: error: libclang, which reads headers, cannot be loaded: install it, on Debian and Ubuntu as \
+             libclang-dev, or name its folder in LIBCLANG_PATH ({reason})"
         ));
     }
     let wrapper = variable("LF_C_WRAPPER_FILE").map_or_else(|| out.join("c_wrapper.c"), PathBuf::from);
@@ -27,7 +28,7 @@ pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], 
         let macros = flags.iter().filter(|flag| is_for_clang(flag)).cloned();
         builder(headers, &wrapper).clang_args(image_arguments().into_iter().chain(folders).chain(macros))
     };
-    let mut bindings = generate(builder());
+    let mut bindings = generate(builder(), place);
     if variable("DEP_LF_ZEPHYR_FLOATS").is_some_and(|has| has == "false") {
         let unusable = floats::functions(&bindings);
         for function in &unusable {
@@ -39,7 +40,7 @@ pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], 
         }
         if !unusable.is_empty() {
             write(&wrapper, "");
-            bindings = generate(unusable.iter().fold(builder(), Builder::blocklist_function));
+            bindings = generate(unusable.iter().fold(builder(), Builder::blocklist_function), place);
         }
     }
     write(&out.join("c.rs"), &bindings);
@@ -70,14 +71,14 @@ fn builder(headers: &[PathBuf], wrapper: &Path) -> Builder {
     builder
 }
 
-/// The arguments that the platform's headers need, and what the image's files of C are told.
+/// The arguments that the platform's headers need, and the folders and macros of the image's files of C.
 fn image_arguments() -> Vec<String> {
     let platform = variable("DEP_LF_ZEPHYR_CLANG_ARGUMENTS").unwrap_or_default();
     let mut arguments: Vec<String> = platform.split_terminator('\t').map(str::to_owned).collect();
     if let Some(file) = variable("LF_C_FLAGS_FILE") {
         println!("cargo::rerun-if-changed={file}");
         let flags = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{file} cannot be read: {error}"));
-        arguments.extend(flags.lines().filter(|flag| is_for_clang(flag)).map(str::to_owned));
+        arguments.extend(flags.lines().filter(|flag| flag.len() > 2).map(str::to_owned));
     }
     arguments
 }
@@ -88,12 +89,12 @@ fn is_for_clang(flag: &str) -> bool {
     ["-D", "-U", "-I"].iter().any(|kind| flag.strip_prefix(kind).is_some_and(|rest| !rest.is_empty()))
 }
 
-fn generate(builder: Builder) -> String {
+fn generate(builder: Builder, place: &str) -> String {
     match builder.generate() {
         Ok(bindings) => bindings.to_string(),
         // It is what a compiler says, with places.
         Err(BindgenError::ClangDiagnostic(text)) => fail(&text),
-        Err(error) => fail(&format!("error: the headers that `c-headers` names cannot be bound: {error}")),
+        Err(error) => fail(&format!("{place}: error: the headers cannot be bound: {error}")),
     }
 }
 

@@ -34,6 +34,7 @@ pub struct Program {
     flags: Vec<String>,
     sources: Vec<PathBuf>,
     headers: Vec<PathBuf>,
+    place: String,
     libraries: Vec<String>,
 }
 
@@ -78,6 +79,12 @@ impl Program {
         self
     }
 
+    /// Where the program names headers, `P.lf:3:16`: what keeps them from being bound is said of this place.
+    pub fn named_at(mut self, place: &str) -> Self {
+        place.clone_into(&mut self.place);
+        self
+    }
+
     /// A library to link: `m` is always linked.
     pub fn library(mut self, name: impl Into<String>) -> Self {
         self.libraries.push(name.into());
@@ -108,7 +115,7 @@ impl Program {
     /// Binds the headers; gives a file of C that the bindings need.
     #[cfg(feature = "headers")]
     fn bind(&self, out: &Path) -> Option<PathBuf> {
-        (!self.headers.is_empty()).then(|| headers::bind(&self.headers, &self.includes, &self.flags, out))
+        (!self.headers.is_empty()).then(|| headers::bind(self, out))
     }
 
     #[cfg(not(feature = "headers"))]

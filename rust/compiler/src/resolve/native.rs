@@ -47,13 +47,27 @@ impl Reader<'_> {
     pub(super) fn beside(&mut self, key: &Name, value: &PropertyValue) {
         match key.text.as_str() {
             "c-sources" => {
-                let files = self.existing(key, value, Some(("c", "files of C end with `.c`, and headers are named in \
-                     `c-headers`; what else there is to compile, a file for CMake can say (`cmake-include`)")));
+                let files = self.existing(
+                    key,
+                    value,
+                    Some((
+                        "c",
+                        "files of C end with `.c`, and headers are named in \
+                     `c-headers`; what else there is to compile, a file for CMake can say (`cmake-include`)",
+                    )),
+                );
                 self.target.c.sources.extend(files);
             }
             "c-headers" => {
-                let files = self.existing(key, value, Some(("h", "headers end with `.h`, and files that are compiled \
-                     are named in `c-sources`")));
+                let files = self.existing(
+                    key,
+                    value,
+                    Some((
+                        "h",
+                        "headers end with `.h`, and files that are compiled \
+                     are named in `c-sources`",
+                    )),
+                );
                 self.target.c.headers.extend(files);
             }
             "c-include-directories" => {
@@ -67,12 +81,7 @@ impl Reader<'_> {
 
     /// The files, or folders, that a property names: those that there are and whose names end in this way, of which
     /// there is a hint.
-    fn existing(
-        &mut self,
-        key: &Name,
-        value: &PropertyValue,
-        extension: Option<(&str, &str)>,
-    ) -> Vec<IncludedFile> {
+    fn existing(&mut self, key: &Name, value: &PropertyValue, extension: Option<(&str, &str)>) -> Vec<IncludedFile> {
         let mut found: Vec<IncludedFile> = Vec::new();
         for (written, span) in self.items(key, value) {
             let path = join(self.path_of(span), &written);

@@ -204,7 +204,11 @@ fn file_module(
         let (folder, module) = (ident(folder), ident(module));
         quote!(pub use crate::#folder::#module;)
     });
-    let bindings = binds.then(|| quote!(use crate::c;));
+    let bindings = binds.then(|| {
+        quote!(
+            use crate::c;
+        )
+    });
     let tokens = quote! {
         #![doc = #about]
         #(#modules)*

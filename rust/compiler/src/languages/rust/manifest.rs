@@ -37,9 +37,8 @@ pub(in crate::languages) fn of_crate(job: &Job<'_>, c: CParts) -> String {
     if job.is_image {
         let path = toml_text(job.settings.lf_zephyr);
         text.push_str("[lib]\ncrate-type = [\"staticlib\"]\n\n");
-        let features = features(
-            has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(c)),
-        );
+        let features =
+            features(has_peers(job).then_some("peers").into_iter().chain(sending::features(job.plan)).chain(of_c(c)));
         text = text + "[dependencies]\nlf = { package = \"lf-zephyr\", path = " + &path + &features + " }\n";
         text = text
             + &sending::dependencies(job)

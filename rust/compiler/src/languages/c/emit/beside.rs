@@ -19,6 +19,8 @@ impl<'p> Beside<'p> {
         let sources = native.sources.iter().filter(|file| runs(file.at));
         all.sources.extend(sources.map(|file| job.settings.absolute(&file.path)));
         let headers = native.headers.iter().filter(|file| has_file(file.at));
+        let first = headers.clone().next().map(|file| (job.plan.path(file.at), file.at));
+        all.place = first.map(|(path, at)| format!("{path}:{}:{}", at.line, at.column));
         all.headers.extend(headers.clone().map(|file| job.settings.absolute(&file.path)));
         for list in [&mut all.sources, &mut all.headers] {
             let mut seen = BTreeSet::new();
@@ -64,8 +66,9 @@ impl<'p> Beside<'p> {
             let bindings = if binds { "set(bindings TRUE)\n" } else { "" };
             let text = all.cmake(job, std::iter::empty()) + bindings;
             files.push(File { path: format!("{folder}/c.cmake"), text });
-            // What headers need CMake tells by another way, with what files for it add.
-            all = Compilation { headers: all.headers, ..Compilation::default() };
+            // Folders CMake tells by another way, with what files for it add.
+            let Compilation { headers, flags, place, .. } = all;
+            all = Compilation { headers, flags, place, ..Compilation::default() };
         } else {
             all.read_cmake(job)?;
         }

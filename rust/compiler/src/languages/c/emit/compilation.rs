@@ -15,6 +15,8 @@ pub(super) struct Compilation<'p> {
     pub(super) sources: Vec<String>,
     /// Headers to bind.
     pub(super) headers: Vec<String>,
+    /// Where the first of these is named, for errors that are about none of them.
+    pub(super) place: Option<String>,
     /// Libraries to link, by their names.
     pub(super) libraries: Vec<String>,
     /// The program's own files for CMake.
@@ -89,6 +91,7 @@ impl<'p> Compilation<'p> {
             ("flag", self.flags),
             ("source", self.sources),
             ("header", self.headers),
+            ("named_at", Vec::from_iter(self.place)),
             ("library", self.libraries),
         ];
         let calls = lists.iter().flat_map(|(method, list)| list.iter().map(move |one| (method, one)));
