@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "driver.h"
 
-double measure(double first)
+int measure(int first)
 {
 	static int value;
 
-	value = value == 0 ? (int)first : next_value(value);
+	value = value == 0 ? first : next_value(value);
 	return value;
 }

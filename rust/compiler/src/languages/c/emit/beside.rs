@@ -67,8 +67,8 @@ impl<'p> Beside<'p> {
             let text = all.cmake(job, std::iter::empty()) + bindings;
             files.push(File { path: format!("{folder}/c.cmake"), text });
             // Folders CMake tells by another way, with what files for it add.
-            let Compilation { headers, flags, place, .. } = all;
-            all = Compilation { headers, flags, place, ..Compilation::default() };
+            let Compilation { flags, headers, place, .. } = all;
+            all = Compilation { flags, headers, place, ..Compilation::default() };
         } else {
             all.read_cmake(job)?;
         }
