@@ -81,7 +81,17 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 
 fn main() -> Outcome<()> {
     let output = PathBuf::from(variable("OUT_DIR")?);
-    write_bindings(&output.join("bindings.rs"))?;
+    let arguments = clang_arguments()?;
+    // For crates that bind headers of their own; `FLOATS` says whether Rust and C pass such numbers alike.
+    let mut of_programs = arguments.clone();
+    // The image's compiler makes enumerations as small as their values allow. Those that this crate has are passed in
+    // registers, whatever their size.
+    if variable("LF_C_SHORT_ENUMS")? == "1" {
+        of_programs.push("-fshort-enums".to_owned());
+    }
+    println!("cargo::metadata=CLANG_ARGUMENTS={}", of_programs.join("\t"));
+    println!("cargo::metadata=FLOATS={}", !Kconfig::read()?.is_set("ARCH_POSIX"));
+    write_bindings(&output.join("bindings.rs"), arguments)?;
     write_kconfig(&output.join("kconfig.rs"))?;
     write_devices(&output.join("devices.rs"))?;
     write_header()
@@ -96,7 +106,7 @@ fn variable(name: &str) -> Outcome<String> {
     })
 }
 
-fn write_bindings(to: &Path) -> Outcome<()> {
+fn write_bindings(to: &Path, clang_arguments: Vec<String>) -> Outcome<()> {
     let wrapper = variable("WRAPPER_FILE")?;
     // Without the file the image cannot be linked, even if nothing else has changed.
     println!("cargo::rerun-if-changed={wrapper}");
@@ -112,7 +122,7 @@ fn write_bindings(to: &Path) -> Outcome<()> {
         .layout_tests(false)
         .generate_comments(false)
         .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()))
-        .clang_args(clang_arguments()?);
+        .clang_args(clang_arguments);
     for functions in FUNCTIONS {
         builder = builder.allowlist_function(functions);
     }
@@ -125,7 +135,9 @@ fn write_bindings(to: &Path) -> Outcome<()> {
 
 fn clang_arguments() -> Outcome<Vec<String>> {
     let target = variable("TARGET")?;
-    let mut arguments = vec!["-DLF_BINDGEN".to_owned()];
+    let before = format!("{}/before.h", variable("CARGO_MANIFEST_DIR")?);
+    println!("cargo::rerun-if-changed={before}");
+    let mut arguments = ["-DLF_BINDGEN", "-include", &before].map(str::to_owned).to_vec();
     for (prefix, name) in [("-I", "INCLUDE_DIRS"), ("-D", "INCLUDE_DEFINES")] {
         let values = variable(name)?;
         let values = values.split([' ', ';']).filter(|value| !value.is_empty());

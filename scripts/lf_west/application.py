@@ -123,6 +123,18 @@ def user_files(application: Application, board: str, federate: str | None) -> tu
     return confs, [overlay for overlay in overlays if overlay.is_file()]
 
 
+def user_settings(application: Application) -> list[str]:
+    """What CMake is told of the application's own Kconfig options and bindings of devices, if it has any.
+
+    Where the folder is that of the repository, Zephyr finds them by itself.
+    """
+    folder = application.folder
+    if folder == REPOSITORY:
+        return []
+    kconfig = [f"-DKCONFIG_ROOT={folder / 'Kconfig'}"] if (folder / "Kconfig").is_file() else []
+    return [*kconfig, *([f"-DDTS_ROOT={folder}"] if (folder / "dts").is_dir() else [])]
+
+
 def board_file_names(board: str) -> list[str]:
     """The names that files for a board have, as in Zephyr: `/` becomes `_`; with a revision there are two names.
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lf_west.application import Application, user_files
+from lf_west.application import Application, user_files, user_settings
 from lf_west.description import Participant
 from lf_west.errors import LfError
 from lf_west.west_arguments import WestArguments
@@ -112,6 +112,7 @@ def plan_image(
         f"-DEXTRA_DTC_OVERLAY_FILE={_joined(all_overlays)}",
         f"-DLF_CARGO_TARGET_DIR={cargo_folder}",
         f"-DLF_CARGO_MESSAGES={messages}",
+        *user_settings(application),
         # What the user says comes last, so that it counts.
         *user_cmake,
     ]

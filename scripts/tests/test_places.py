@@ -9,7 +9,7 @@ import pytest
 from conftest import World
 
 from lf_west import compiler
-from lf_west.application import board_file_names, open_application, user_files
+from lf_west.application import board_file_names, open_application, user_files, user_settings
 from lf_west.errors import LfError
 from lf_west.workspace import find_workspace
 
@@ -142,6 +142,14 @@ def test_the_users_files_are_taken_when_they_exist_the_most_special_last(world: 
         world.touch(other)
     assert user_files(application, board, "b") == (expected_confs, expected_overlays)
     assert user_files(application, board, None) == (expected_confs[:2], expected_overlays[:1])
+
+
+def test_zephyr_is_told_of_the_applications_own_options_and_devices(world: World) -> None:
+    application = open_application(world.file, None)
+    assert user_settings(application) == []
+    kconfig = world.touch("Kconfig")
+    world.touch("dts/bindings/a,b.yaml")
+    assert user_settings(application) == [f"-DKCONFIG_ROOT={kconfig}", f"-DDTS_ROOT={world.application}"]
 
 
 def test_files_outside_of_a_source_folder_are_an_application_too(world: World) -> None:

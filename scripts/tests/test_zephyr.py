@@ -161,6 +161,13 @@ def test_a_thread_schedules_a_physical_action() -> None:
     assert "CONFIG_LF_USER_THREADS=1\n" in config
 
 
+def test_images_have_the_c_the_options_and_the_settings_of_their_own_federates() -> None:
+    output = run(REPOSITORY / "tests/federations/programs/c_beside/CBeside.lf", "-w", "-b native_sim/native/64")
+    said = re.findall(r"^sum +\| (\d+ and \d+)$", output, re.MULTILINE)
+    # The option begins at 100 in the image of `left` only.
+    assert said == ["103 and 1", "106 and 2", "109 and 4"], output
+
+
 def test_a_thread_too_many_ends_the_program_with_what_to_do() -> None:
     result = run_alone(PROGRAMS / "TooManyThreads.lf")
     output = result.stdout + result.stderr

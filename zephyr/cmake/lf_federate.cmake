@@ -70,13 +70,19 @@ function(lf_federate crate)
   if(EXISTS ${crate}/c)
     _lf_add_bodies_in_c()
   endif()
+  set(c_flags "")
+  set(c_wrapper "")
+  file(GLOB beside CONFIGURE_DEPENDS ${crate}/c.cmake)
+  if(beside)
+    _lf_add_c_beside()
+  endif()
   _lf_write_settings(${output}/cargo_settings.cmake)
 
   # Cargo itself knows best whether something has changed, so it always runs: the output that this command names is
   # never made.
   add_custom_command(
     OUTPUT ${output}/always
-    BYPRODUCTS ${library} ${wrapper} ${devices} ${header}
+    BYPRODUCTS ${library} ${wrapper} ${devices} ${header} ${c_wrapper}
     COMMAND ${CMAKE_COMMAND} -DSETTINGS=${output}/cargo_settings.cmake -P ${LF_ZEPHYR_CMAKE_DIR}/lf_cargo_build.cmake
     COMMENT "Building the federate's crate ${crate}"
     USES_TERMINAL
@@ -89,7 +95,7 @@ function(lf_federate crate)
   endif()
   add_dependencies(app lf_crate)
 
-  target_sources(app PRIVATE ${wrapper} ${devices})
+  target_sources(app PRIVATE ${wrapper} ${devices} ${c_wrapper})
   target_include_directories(app PRIVATE ${output}/include)
   if(CONFIG_ARM)
     # What compilers for Arm call; without these names Rust's compiler_builtins would bring a second memcpy().
@@ -135,6 +141,34 @@ macro(_lf_add_bodies_in_c)
     set(sizes $<TARGET_OBJECTS:lf_sizes>)
   endif()
 endmacro()
+
+# Adds to `app` the C that a program has beside bodies in Rust. Where headers are bound, the crate is told by a file which
+# folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
+macro(_lf_add_c_beside)
+  set(bindings FALSE)
+  include(${beside})
+  if(bindings)
+    set(c_flags ${output}/c_flags.txt)
+    set(c_wrapper ${output}/c_wrapper.c)
+    file(GENERATE OUTPUT ${c_flags} CONTENT "-I$<JOIN:$<TARGET_PROPERTY:app,INCLUDE_DIRECTORIES>,\n-I>
+-D$<JOIN:$<TARGET_PROPERTY:app,COMPILE_DEFINITIONS>,\n-D>
+")
+  endif()
+endmacro()
+
+# Sets `out` to 1 where the compiler of the image makes enumerations as small as their values allow, else to 0.
+function(_lf_has_short_enums out)
+  file(WRITE ${CMAKE_BINARY_DIR}/lf/empty.c "")
+  execute_process(
+    COMMAND ${CMAKE_C_COMPILER} -dM -E ${CMAKE_BINARY_DIR}/lf/empty.c
+    OUTPUT_VARIABLE macros ERROR_QUIET
+  )
+  string(REGEX MATCH "__ARM_SIZEOF_MINIMAL_ENUM 1" match "${macros}")
+  set(${out} 0 PARENT_SCOPE)
+  if(match)
+    set(${out} 1 PARENT_SCOPE)
+  endif()
+endfunction()
 
 # lf_find_program_files(TARGET FOLDER...)
 #
@@ -226,6 +260,7 @@ macro(_lf_write_settings file)
   if(LF_CLANG)
     execute_process(COMMAND ${LF_CLANG} -print-resource-dir OUTPUT_VARIABLE resources OUTPUT_STRIP_TRAILING_WHITESPACE)
   endif()
+  _lf_has_short_enums(short_enums)
   file(GENERATE OUTPUT ${file} CONTENT
 "set(cargo [==[${LF_CARGO}]==])
 set(environment [==[${LF_CARGO_ENVIRONMENT}]==])
@@ -248,6 +283,9 @@ list(APPEND environment
   [==[LF_HEADER_FILE=${header}]==]
   [==[LF_C_SIZES=${sizes}]==]
   [==[LF_CLANG_RESOURCE_DIR=${resources}]==]
+  LF_C_SHORT_ENUMS=${short_enums}
+  [==[LF_C_FLAGS_FILE=${c_flags}]==]
+  [==[LF_C_WRAPPER_FILE=${c_wrapper}]==]
   CARGO_PROFILE_DEV_OPT_LEVEL=1
   CARGO_PROFILE_DEV_PANIC=abort
   CARGO_PROFILE_RELEASE_OPT_LEVEL=${optimization}

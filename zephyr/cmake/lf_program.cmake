@@ -18,7 +18,8 @@ cmake_path(SET _lf_program_repository NORMALIZE ${CMAKE_CURRENT_LIST_DIR}/../..)
 #
 # Compiles the LF program in FILE for the board of this build, and adds what was generated to the application's
 # settings: to be called before find_package(Zephyr). The folder's prj.conf and boards/BOARD.conf and .overlay count,
-# too; the settings below them are those of the top of this repository.
+# too, and then prj_FEDERATE.conf and boards/BOARD_FEDERATE.*; the settings below them are those of the top of this
+# repository. Zephyr itself reads the folder's Kconfig and its dts/bindings.
 #
 # Cache variables:
 #   LF_PROGRAM      a program in place of FILE, by the application's folder.
@@ -96,10 +97,20 @@ function(lf_program file)
 
   # As `west lf-build` names them.
   _lf_board_file_names(boards "${BOARD}")
-  list(TRANSFORM boards REPLACE "(.+)" "boards/\\1.conf" OUTPUT_VARIABLE board_confs)
-  list(TRANSFORM boards REPLACE "(.+)" "boards/\\1.overlay" OUTPUT_VARIABLE board_overlays)
-  _lf_existing(confs prj.conf ${board_confs})
-  _lf_existing(overlays ${board_overlays})
+  set(confs)
+  set(overlays)
+  set(own)
+  if(LF_FEDERATE)
+    set(own _${LF_FEDERATE})
+  endif()
+  foreach(owner IN ITEMS "" ${own})
+    list(TRANSFORM boards REPLACE "(.+)" "boards/\\1${owner}.conf" OUTPUT_VARIABLE board_confs)
+    list(TRANSFORM boards REPLACE "(.+)" "boards/\\1${owner}.overlay" OUTPUT_VARIABLE board_overlays)
+    list(APPEND confs prj${owner}.conf ${board_confs})
+    list(APPEND overlays ${board_overlays})
+  endforeach()
+  _lf_existing(confs ${confs})
+  _lf_existing(overlays ${overlays})
   set(LF_FEDERATE_CRATE ${crate} PARENT_SCOPE)
   set(APPLICATION_CONFIG_DIR ${_lf_program_repository} PARENT_SCOPE)
   set(EXTRA_CONF_FILE ${kconfig} ${confs} PARENT_SCOPE)

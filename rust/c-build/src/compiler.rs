@@ -53,6 +53,9 @@ impl Compiler {
         for (_, output) in said {
             self.report(&output);
         }
+        for (_, object) in &jobs {
+            watch_headers(&object.with_extension("d"));
+        }
         jobs.into_iter().map(|(_, object)| object).collect()
     }
 
@@ -75,7 +78,7 @@ impl Compiler {
         let mut command: Vec<_> = vec![tool.path().into()];
         command.extend(tool.args().iter().cloned());
         // Values of ports and actions are read by way of their common part.
-        command.extend(["-fno-strict-aliasing", "-D_GNU_SOURCE", "-fdiagnostics-color=never"].map(Into::into));
+        command.extend(["-fno-strict-aliasing", "-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
         if is_cpp(file) {
             // LF's `string` is a `char *`, and ports have values of types of which the standard does not promise that
             // `offsetof` works.
@@ -100,6 +103,17 @@ impl Compiler {
         for line in said.lines().filter(|line| line.contains("warning: ")) {
             println!("cargo::warning={line}");
         }
+    }
+}
+
+/// Has cargo run the build script again when a header changes that a file includes, as far as it is none of the
+/// system's. The compiler lists them as make reads it.
+fn watch_headers(list: &Path) {
+    let text = fs::read_to_string(list).unwrap_or_default();
+    // Spaces in names stand behind a backslash.
+    let names = text.replace("\\\n", " ").replace("\\ ", "\0");
+    for name in names.split_ascii_whitespace().skip(2) {
+        println!("cargo::rerun-if-changed={}", name.replace('\0', " "));
     }
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles the C part of a generated program, in that program's build script, and finds the sizes of its types.
+//! Compiles the C part of a generated program, in that program's build script: bodies, of whose types it finds the
+//! sizes, or what stands beside bodies in Rust, for which it can bind headers.
 //!
 //! ```no_run
 //! lf_c_build::program().define("LOG_LEVEL", "3").source("../src/helpers.c").build();
+//! lf_c_build::beside().include("../src").source("../src/fan.c").header("../src/fan.h").build();
 //! ```
 //!
 //! The C files of the program are those of the folder `c` beside its manifest, those that end with `.cpp` in C++;
@@ -11,6 +13,10 @@
 #![forbid(unsafe_code)]
 
 mod compiler;
+#[cfg(feature = "headers")]
+mod floats;
+#[cfg(feature = "headers")]
+mod headers;
 mod sizes;
 
 use std::path::{Path, PathBuf};
@@ -22,14 +28,23 @@ use compiler::Compiler;
 #[must_use = "nothing is compiled before `build`"]
 #[derive(Debug, Default)]
 pub struct Program {
+    /// Whether its bodies are C, which call the runtime of such.
+    of_bodies: bool,
     includes: Vec<PathBuf>,
     flags: Vec<String>,
     sources: Vec<PathBuf>,
+    headers: Vec<PathBuf>,
+    place: String,
     libraries: Vec<String>,
 }
 
 /// The program in the folder `c`.
 pub fn program() -> Program {
+    Program { of_bodies: true, ..Program::default() }
+}
+
+/// Files of C beside a program in Rust.
+pub fn beside() -> Program {
     Program::default()
 }
 
@@ -58,14 +73,26 @@ impl Program {
         self
     }
 
+    /// A header, of which bindings are made: the file `c.rs` in `OUT_DIR`. It takes the feature `headers`.
+    pub fn header(mut self, file: impl Into<PathBuf>) -> Self {
+        self.headers.push(file.into());
+        self
+    }
+
+    /// Where the program names headers, `P.lf:3:16`: what keeps them from being bound is said of this place.
+    pub fn named_at(mut self, place: &str) -> Self {
+        place.clone_into(&mut self.place);
+        self
+    }
+
     /// A library to link: `m` is always linked.
     pub fn library(mut self, name: impl Into<String>) -> Self {
         self.libraries.push(name.into());
         self
     }
 
-    /// Compiles the program, tells cargo to link it, and writes `sizes.rs` into `OUT_DIR`, with a constant
-    /// `LF_SIZE_N` per size.
+    /// Compiles the program, tells cargo to link it, and writes what Rust has to know of it into `OUT_DIR`: of bodies
+    /// `sizes.rs`, with a constant `LF_SIZE_N` per size, and of headers `c.rs`.
     ///
     /// What the compiler says goes to standard error; where it has found errors, the build script ends with status 1.
     ///
@@ -73,18 +100,43 @@ impl Program {
     /// Outside of a build script, and where files cannot be read or written.
     pub fn build(self) {
         let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo says where build scripts write"));
+        let wrapper = self.bind(&out);
+        if self.of_bodies {
+            self.build_bodies(&out);
+        } else if !is_image() {
+            let mut compiler = Compiler::new(self.includes, self.flags, &out);
+            let files: Vec<_> = self.sources.into_iter().chain(wrapper).collect();
+            let objects = compiler.compile(&files);
+            compiler.finish();
+            link(&files, &objects, &self.libraries);
+        }
+    }
+
+    /// Binds the headers; gives a file of C that the bindings need.
+    #[cfg(feature = "headers")]
+    fn bind(&self, out: &Path) -> Option<PathBuf> {
+        (!self.headers.is_empty()).then(|| headers::bind(self, out))
+    }
+
+    #[cfg(not(feature = "headers"))]
+    fn bind(&self, _out: &Path) -> Option<PathBuf> {
+        assert!(self.headers.is_empty(), "headers are bound by the feature `headers`");
+        None
+    }
+
+    fn build_bodies(self, out: &Path) {
         let code = Path::new("c");
-        println!("cargo::rerun-if-env-changed=LF_C_SIZES");
-        if let Some(object) = env::var_os("LF_C_SIZES") {
+        if is_image() {
+            let object = env::var_os("LF_C_SIZES").unwrap_or_default();
             println!("cargo::rerun-if-changed={}", Path::new(&object).display());
-            write_sizes(&out, (!object.is_empty()).then_some(Path::new(&object)));
+            write_sizes(out, (!object.is_empty()).then_some(Path::new(&object)));
             return;
         }
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
         let includes =
             [runtime.join("include"), runtime.clone(), code.to_owned()].into_iter().chain(self.includes).collect();
-        let mut compiler = Compiler::new(includes, self.flags, &out);
+        let mut compiler = Compiler::new(includes, self.flags, out);
 
         let (types, own): (Vec<_>, Vec<_>) =
             files_in(code).into_iter().partition(|file| file.file_stem().is_some_and(|stem| stem == "sizes"));
@@ -93,18 +145,29 @@ impl Program {
         let objects = compiler.compile(&files);
         let types = compiler.compile(&types);
         compiler.finish();
-        let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
 
-        write_sizes(&out, types.first().map(PathBuf::as_path));
+        write_sizes(out, types.first().map(PathBuf::as_path));
         println!("cargo::rerun-if-changed=c");
         println!("cargo::rerun-if-changed={}", runtime.display());
-        // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
-        for object in objects {
-            println!("cargo::rustc-link-arg={}", object.display());
-        }
-        for library in self.libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
-            println!("cargo::rustc-link-arg=-l{library}");
-        }
+        link(&files, &objects, &self.libraries);
+    }
+}
+
+/// Whether this is a build for Zephyr, which compiles C itself.
+fn is_image() -> bool {
+    println!("cargo::rerun-if-env-changed=LF_C_SIZES");
+    env::var_os("LF_C_SIZES").is_some()
+}
+
+/// Tells cargo to link what has become of files.
+fn link(files: &[PathBuf], objects: &[PathBuf], libraries: &[String]) {
+    // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
+    for object in objects {
+        println!("cargo::rustc-link-arg={}", object.display());
+    }
+    let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
+    for library in libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
+        println!("cargo::rustc-link-arg=-l{library}");
     }
 }
 

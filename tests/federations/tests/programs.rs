@@ -222,6 +222,15 @@ fn federates_in_two_languages_understand_each_other() {
     assert_eq!(said("sink"), expected, "{finished}");
 }
 
+/// Each federate has the C of its own file, whose functions are called like the other's, and calls back.
+#[test]
+fn federates_have_c_beside_their_bodies() {
+    let finished = Lfz::run("c_beside", &programs().join("c_beside/CBeside.lf"), &[]).finish();
+    assert_eq!(finished.code(), 0, "{finished}");
+    let said: Vec<&str> = finished.of("sum").filter(|line| line.contains(" and ")).collect();
+    assert_eq!(said, ["3 and 1", "6 and 2", "9 and 4"], "{finished}");
+}
+
 /// Their arguments are all kinds of ports, in the order of the signature.
 #[test]
 fn functions_are_bodies_of_reactions() {

@@ -68,8 +68,8 @@ impl Origin for LfOrigin<'_> {
     }
 }
 
-/// The files that the program includes, by their absolute paths, as rustc names them. Those that cannot be read rustc
-/// itself complains about.
+/// The files that the program includes, by their absolute paths, as compilers name them. Those that cannot be read
+/// these complain about themselves.
 pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     for module in &plan.target.cargo.modules {
@@ -78,6 +78,10 @@ pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
             Some(folder) => add_folder(folder, &mut files),
             None => add_file(&path, &mut files),
         }
+    }
+    let c = &plan.target.c;
+    for path in c.sources.iter().chain(&c.headers).filter_map(|file| std::path::absolute(&file.path).ok()) {
+        add_file(&path, &mut files);
     }
     files
 }

@@ -32,6 +32,10 @@ impl Plan {
             return Cow::Borrowed(self);
         }
         let mut plan = self.clone();
+        plan.target.c.retain(|at| {
+            let own = self.files[at.file.0].language.as_deref();
+            own.unwrap_or(&self.target.language) == language.name()
+        });
         for file in &mut plan.files {
             let own = file.language.take().unwrap_or_else(|| self.target.language.clone());
             if own != language.name() {
@@ -44,7 +48,8 @@ impl Plan {
             let Cargo { build_type, .. } = plan.target.cargo;
             plan.target.cargo = Cargo { build_type, ..Cargo::default() };
         } else {
-            plan.target.c = NativeCode::default();
+            let NativeCode { sources, headers, folders, cmake, definitions, .. } = plan.target.c;
+            plan.target.c = NativeCode { sources, headers, folders, cmake, definitions, ..NativeCode::default() };
         }
         if plan.is_foreign(plan.main) {
             let main = &mut plan.classes[plan.main.0];

@@ -13,6 +13,15 @@ pub struct NativeCode {
     pub is_cpp: bool,
     /// `files`, in order.
     pub files: Vec<IncludedFile>,
+    /// `c-sources`, in order: files of C beside bodies in another language.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<IncludedFile>,
+    /// `c-headers`, in order: what these declare is bound for such bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub headers: Vec<IncludedFile>,
+    /// `c-include-directories`, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub folders: Vec<IncludedFile>,
     /// `cmake-include`, in order.
     pub cmake: Vec<CmakeFile>,
     /// `compile-definitions`.
@@ -32,9 +41,19 @@ impl NativeCode {
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
+
+    /// Leaves out what is said at other places than these.
+    pub(crate) fn retain(&mut self, is_kept: impl Fn(Location) -> bool) {
+        for files in [&mut self.files, &mut self.sources, &mut self.headers, &mut self.folders] {
+            files.retain(|file| is_kept(file.at));
+        }
+        self.cmake.retain(|file| is_kept(file.at));
+        self.definitions.retain(|definition| is_kept(definition.at));
+    }
 }
 
-/// A file or a folder that code can include by its own name: in the folder of generated files, as far as code sees it.
+/// A file or a folder that takes part. Those of `files` code can include by their own names: they are in the folder of
+/// generated files, as far as code sees it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct IncludedFile {
     /// Absolute, or relative to where paths of LF files are.

@@ -15,7 +15,7 @@ const KEYS: [&str; 10] =
 const RUNTIME_OF_LFC: &str = "reactor_rt";
 
 /// Names of crates and of modules that generated crates have for themselves.
-const TAKEN: [&str; 7] = ["lf", "federate", "rti", "main", "lib", "core", "std"];
+const TAKEN: [&str; 8] = ["lf", "c", "federate", "rti", "main", "lib", "core", "std"];
 
 /// The editions that there are, but for the first, whose paths are others.
 const EDITIONS: [&str; 3] = ["2018", "2021", "2024"];

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target properties that are about the compiler of C: files that take part, and what it is told.
 
+use std::ffi::OsStr;
+use std::path::Path;
+
 use super::cmake;
 use super::load::join;
 use super::target::{Reader, text_of};
@@ -10,6 +13,10 @@ use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, T
 
 /// What LF's own compiler brings with it begins so.
 const OF_LFC: &str = "/lib/c/";
+
+/// What programs whose bodies are not C can say about C.
+pub(super) const BESIDE: [&str; 5] =
+    ["c-sources", "c-headers", "c-include-directories", "cmake-include", "compile-definitions"];
 
 /// The schedulers of LF.
 const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATIC"];
@@ -24,6 +31,7 @@ impl Reader<'_> {
                 ("C", "files") => self.files(key, value),
                 ("C", "cmake-include") => self.cmake_include(key, value),
                 ("C", "compile-definitions") => self.definitions(key, value),
+                ("Rust", name) if BESIDE.contains(&name) => self.beside(key, value),
                 ("C", "compiler-flags") if is_other => self.flags(key, value),
                 ("Rust", "cargo-dependencies") if is_other => self.dependencies(key, value),
                 ("Rust", "rust-include") if is_other => self.modules(key, value),
@@ -33,6 +41,62 @@ impl Reader<'_> {
         if is_other && language == "Rust" {
             self.features(&target.properties);
         }
+    }
+
+    /// One of [`BESIDE`].
+    pub(super) fn beside(&mut self, key: &Name, value: &PropertyValue) {
+        match key.text.as_str() {
+            "c-sources" => {
+                let files = self.existing(
+                    key,
+                    value,
+                    Some((
+                        "c",
+                        "files of C end with `.c`, and headers are named in \
+                     `c-headers`; what else there is to compile, a file for CMake can say (`cmake-include`)",
+                    )),
+                );
+                self.target.c.sources.extend(files);
+            }
+            "c-headers" => {
+                let files = self.existing(
+                    key,
+                    value,
+                    Some((
+                        "h",
+                        "headers end with `.h`, and files that are compiled \
+                     are named in `c-sources`",
+                    )),
+                );
+                self.target.c.headers.extend(files);
+            }
+            "c-include-directories" => {
+                let folders = self.existing(key, value, None);
+                self.target.c.folders.extend(folders);
+            }
+            "cmake-include" => self.cmake_include(key, value),
+            _ => self.definitions(key, value),
+        }
+    }
+
+    /// The files, or folders, that a property names: those that there are and whose names end in this way, of which
+    /// there is a hint.
+    fn existing(&mut self, key: &Name, value: &PropertyValue, extension: Option<(&str, &str)>) -> Vec<IncludedFile> {
+        let mut found: Vec<IncludedFile> = Vec::new();
+        for (written, span) in self.items(key, value) {
+            let path = join(self.path_of(span), &written);
+            let end = Path::new(&path).extension().and_then(OsStr::to_str);
+            if let Some((_, hint)) = extension.filter(|(expected, _)| end != Some(*expected)) {
+                let message = format!("`{}` does not take `{written}`", key.text);
+                self.found.push(Diagnostic::new(Code::BadPropertyValue, span, message).hint(hint));
+            } else if !self.sources.exists(&path) {
+                self.missing(span, &path, "it does not exist");
+            } else {
+                let at = self.at(span);
+                found.push(IncludedFile { path, at });
+            }
+        }
+        found
     }
 
     pub(super) fn files(&mut self, key: &Name, value: &PropertyValue) {

@@ -104,6 +104,20 @@ pub(super) const RUST: &[TargetProperty] = &[
     property("cargo-features", &["[\"cli\"]"], "features of generated crates: those of their dependencies"),
     property("rust-include", &["[]"], "files of Rust that are modules of generated crates: `\"filters.rs\"`"),
     property("edition", &["\"2024\"", "\"2021\"", "\"2018\""], "the edition of Rust of bodies; 2024 when not given"),
+    property("c-sources", &["[]"], "files of C that are compiled with the program, see [C beside Rust](c-code.md)"),
+    property("c-headers", &["[]"], "headers whose declarations bodies find in the module `c`: `\"driver/fan.h\"`"),
+    property(
+        "c-include-directories",
+        &["[]"],
+        "folders in which C looks for headers, beside those of LF files and of `c-headers`",
+    ),
+    property(
+        "cmake-include",
+        &["[]"],
+        "what is told to CMake: everything for an image; for this computer sources, definitions, folders of headers, \
+         options and libraries",
+    ),
+    property("compile-definitions", &["{ LIMIT: 3 }"], "macros that files and headers of C have"),
 ];
 
 /// Properties of programs whose bodies are C.
@@ -127,10 +141,12 @@ pub(super) const C: &[TargetProperty] = &[
     property("tracing", SWITCH, "no effect: nothing is traced"),
 ];
 
-/// The language that a property belongs to, if it is not one of all programs.
-pub(super) fn language_of(name: &str) -> Option<&'static str> {
+/// The language that a property belongs to which programs in this one do not have.
+pub(super) fn language_of(name: &str, language: &str) -> Option<&'static str> {
     let has = |table: &[TargetProperty]| table.iter().any(|known| known.name == name);
-    [("Rust", RUST), ("C", C)].into_iter().find(|(_, table)| has(table)).map(|(language, _)| language)
+    let mut owners = [("Rust", RUST), ("C", C)].into_iter().filter(|(_, table)| has(table)).map(|(owner, _)| owner);
+    let first = owners.next()?;
+    (first != language && owners.all(|owner| owner != language)).then_some(first)
 }
 
 /// The names of all properties that are honoured in programs of a language.

@@ -93,7 +93,7 @@ impl Reader<'_> {
 
     fn property(&mut self, property: &Property) {
         let Property { key, value } = property;
-        let other = language_of(&key.text).filter(|language| *language != self.target.language);
+        let other = language_of(&key.text, &self.target.language);
         match key.text.as_str() {
             name if other.is_some() => self.of_other_language(name, key, other.unwrap_or_default()),
             "coordination" => {
@@ -117,6 +117,7 @@ impl Reader<'_> {
             "rust-include" => self.modules(key, value),
             "build-type" => self.build_type(key, value),
             "edition" => self.edition(key, value),
+            "c-sources" | "c-headers" | "c-include-directories" => self.beside(key, value),
             "files" => self.files(key, value),
             "cmake-include" => self.cmake_include(key, value),
             "compile-definitions" => self.definitions(key, value),
@@ -160,7 +161,14 @@ impl Reader<'_> {
         }
         let message =
             format!("`{name}` is for bodies in {language}, and those of this program are {}", self.target.language);
-        self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint("remove it"));
+        let hint = match name {
+            "files" => "name files of C in `c-sources`, and headers in `c-headers`",
+            "c-sources" | "c-headers" | "c-include-directories" => {
+                "name headers in `files`, and what is compiled in a file for CMake (`cmake-include`)"
+            }
+            _ => "remove it",
+        };
+        self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(hint));
     }
 
     fn other(&mut self, name: &str, key: &Name) {

@@ -3,6 +3,7 @@
 
 mod applications;
 mod bodies_in_c;
+mod c_beside;
 mod crates;
 mod deployments;
 mod fixture;

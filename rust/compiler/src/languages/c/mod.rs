@@ -9,7 +9,7 @@ mod shape;
 mod types;
 mod values;
 
-pub(in crate::languages) use emit::Sizes;
+pub(in crate::languages) use emit::{Beside, Sizes};
 
 use super::language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
 use super::lexical;

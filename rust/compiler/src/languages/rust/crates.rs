@@ -6,11 +6,13 @@ use quote::quote;
 
 use super::federate::Bodies;
 use super::layout::Layout;
+use super::manifest::{self, CParts};
 use super::names::ident;
 use super::rti::{self, Payloads};
 use super::splice::Splices;
-use super::{federate, manifest, reactor, sending};
+use super::{federate, reactor, sending};
 use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
+use crate::languages::c::Beside;
 use crate::plan::{Federate, FileIndex, Plan};
 
 /// Adds a crate's files and their maps.
@@ -23,7 +25,15 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     let payloads = job.rti.then(|| Payloads::new(plan, deployment));
     let types = payloads.as_ref().map(Payloads::classes).unwrap_or_default();
     let layout = Layout::new(plan, job.federate, &types, job.workers());
-    let mut generated = vec![root(job, Some(&layout))?];
+    let beside = Beside::new(job, |at| layout.has_file(at.file));
+    let binds = beside.has_headers();
+    let c = match beside.is_any() {
+        true if binds => CParts::Headers,
+        true if !job.is_image => CParts::Sources,
+        _ => CParts::None,
+    };
+    beside.emit(job, files)?;
+    let mut generated = vec![root(job, Some(&layout), binds)?];
     if let Some(federate) = job.federate {
         generated.push(federate::emit(
             plan,
@@ -38,7 +48,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     }
     for (file, module) in layout.files() {
         let folder = format!("{folder}/src/{module}");
-        generated.push(file_module(plan, &layout, file, format!("{folder}/mod.rs"))?);
+        generated.push(file_module(plan, &layout, file, binds, format!("{folder}/mod.rs"))?);
         for (class, class_module) in layout.classes_of(file) {
             generated.push(reactor::emit(plan, &layout, class, format!("{folder}/{class_module}.rs"))?);
         }
@@ -50,8 +60,7 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     if let Some(federate) = job.federate.filter(|_| !job.is_image) {
         generated.insert(1, main(job, federate, &generated, None)?);
     }
-    let bodies = manifest::Bodies::Rust { may_use_devices };
-    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, bodies) });
+    files.push(File { path: format!("{folder}/Cargo.toml"), text: manifest::of_crate(job, c, may_use_devices) });
     for (file, file_map) in generated {
         map.insert(file.path.clone(), file_map);
         files.push(file);
@@ -59,14 +68,28 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     Ok(())
 }
 
-/// `lib.rs`: attributes and modules; without a layout, how large what is C's is.
-pub(in crate::languages) fn root(job: &Job<'_>, layout: Option<&Layout<'_>>) -> Result<(File, FileMap), EmitError> {
+/// `lib.rs`: attributes and modules, perhaps one with what headers of C declare; without a layout, how large what is C's
+/// is.
+pub(in crate::languages) fn root(
+    job: &Job<'_>,
+    layout: Option<&Layout<'_>>,
+    binds: bool,
+) -> Result<(File, FileMap), EmitError> {
     let about = format!(" `{}` of the Lingua Franca program {}.", job.name, job.plan.name);
     let no_std = (job.is_image).then(|| quote!(#![no_std]));
     let sizes = layout.is_none().then(|| {
         quote!(
             mod sizes {
                 include!(concat!(env!("OUT_DIR"), "/sizes.rs"));
+            }
+        )
+    });
+    let bindings = binds.then(|| {
+        quote!(
+            #[doc = " What the program's headers of C declare."]
+            #[allow(warnings, reason = "bindgen writes it")]
+            pub mod c {
+                include!(concat!(env!("OUT_DIR"), "/c.rs"));
             }
         )
     });
@@ -103,6 +126,7 @@ pub(in crate::languages) fn root(job: &Job<'_>, layout: Option<&Layout<'_>>) -> 
         #(#modules)*
         #(#included)*
         #sizes
+        #bindings
         #entry
     };
     Splices::new(job.plan).finish(format!("{}/src/lib.rs", job.folder), tokens)
@@ -161,7 +185,13 @@ fn zephyr_entry(job: &Job<'_>) -> TokenStream {
 }
 
 /// The module of an LF file: its preambles, and the modules of its reactors.
-fn file_module(plan: &Plan, layout: &Layout<'_>, file: FileIndex, path: String) -> Result<(File, FileMap), EmitError> {
+fn file_module(
+    plan: &Plan,
+    layout: &Layout<'_>,
+    file: FileIndex,
+    binds: bool,
+    path: String,
+) -> Result<(File, FileMap), EmitError> {
     let source = &plan.files[file.0];
     let name = source.path.rsplit(['/', '\\']).next().unwrap_or(&source.path);
     let about = format!(" What {name} declares.");
@@ -178,11 +208,17 @@ fn file_module(plan: &Plan, layout: &Layout<'_>, file: FileIndex, path: String) 
         let (folder, module) = (ident(folder), ident(module));
         quote!(pub use crate::#folder::#module;)
     });
+    let bindings = binds.then(|| {
+        quote!(
+            use crate::c;
+        )
+    });
     let tokens = quote! {
         #![doc = #about]
         #(#modules)*
         #(#siblings)*
         use lf::prelude::*;
+        #bindings
         #(#preambles)*
     };
     splices.finish(path, tokens)

@@ -14,6 +14,9 @@ use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind}
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
 
+/// The module of what headers of C declare.
+const BINDINGS: &str = "c";
+
 /// The modules of one crate.
 pub(in crate::languages) struct Layout<'p> {
     files: BTreeMap<FileIndex, String>,
@@ -64,8 +67,10 @@ impl<'p> Layout<'p> {
         used.extend(instances().map(|instance| (instance.class, true)));
         used.extend(federate.map(|_| (plan.main, true)));
         let included = plan.target.cargo.modules.iter().map(|module| module.name.as_str());
-        let reserved: Vec<&str> = RESERVED.into_iter().chain(included).collect();
+        let headers = (!plan.target.c.headers.is_empty()).then_some(BINDINGS);
+        let reserved: Vec<&str> = RESERVED.into_iter().chain(headers).chain(included).collect();
         let mut file_names = Names::reserving(&reserved);
+        let classes_reserved: Vec<&str> = RESERVED.into_iter().chain(headers).collect();
         let mut files = BTreeMap::new();
         let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
         let mut classes = BTreeMap::new();
@@ -73,7 +78,7 @@ impl<'p> Layout<'p> {
             let class = &plan.classes[index.0];
             let file = class.at.file;
             files.entry(file).or_insert_with(|| file_names.give(&module_name(stem(&plan.files[file.0].path))));
-            let names = class_names.entry(file).or_insert_with(|| Names::reserving(&RESERVED));
+            let names = class_names.entry(file).or_insert_with(|| Names::reserving(&classes_reserved));
             let module = names.give(&module_name(&class.name));
             classes.insert(index, ClassModule { file, module, name: ident(&class.name), whole });
             for file in &class.files {
@@ -108,6 +113,11 @@ impl<'p> Layout<'p> {
     /// The files with their modules.
     pub(super) fn files(&self) -> impl Iterator<Item = (FileIndex, &str)> {
         self.files.iter().map(|(file, module)| (*file, module.as_str()))
+    }
+
+    /// Whether the crate has a module of this file.
+    pub(super) fn has_file(&self, file: FileIndex) -> bool {
+        self.files.contains_key(&file)
     }
 
     /// The path of a file's module from anywhere in the crate.

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What headers of C declare, for Rust.
+
+use std::path::{Path, PathBuf};
+use std::{env, fs, process};
+
+use bindgen::callbacks::ParseCallbacks;
+use bindgen::{BindgenError, Builder, EnumVariation};
+
+use crate::{Program, floats};
+
+/// Writes `c.rs` into `out`. Gives the file of C with what makes functions of those that are `static inline`; Zephyr's
+/// build compiles it where `LF_C_WRAPPER_FILE` says.
+pub(crate) fn bind(program: &Program, out: &Path) -> PathBuf {
+    let Program { headers, includes, flags, place, .. } = program;
+    if let Err(reason) = clang_sys::load() {
+        fail(&format!(
+            "{place}: error: libclang, which reads headers, cannot be loaded: install it, on Debian and Ubuntu as \
+             libclang-dev, or name its folder in LIBCLANG_PATH ({reason})"
+        ));
+    }
+    let wrapper = variable("LF_C_WRAPPER_FILE").map_or_else(|| out.join("c_wrapper.c"), PathBuf::from);
+    // Without it an image cannot be linked. Where nothing is static, bindgen writes none.
+    println!("cargo::rerun-if-changed={}", wrapper.display());
+    write(&wrapper, "");
+    let builder = || {
+        let folders = includes.iter().map(|folder| format!("-I{}", folder.display()));
+        let macros = flags.iter().filter(|flag| is_for_clang(flag)).cloned();
+        builder(headers, &wrapper).clang_args(image_arguments().into_iter().chain(folders).chain(macros))
+    };
+    let mut bindings = generate(builder(), place);
+    if variable("DEP_LF_ZEPHYR_FLOATS").is_some_and(|has| has == "false") {
+        let unusable = floats::functions(&bindings);
+        for function in &unusable {
+            println!(
+                "cargo::warning=the function `{function}` takes or gives floating-point numbers, which images for \
+                 native_sim cannot pass between Rust and C: bodies cannot call it, but through a function of C that \
+                 takes a pointer to them"
+            );
+        }
+        if !unusable.is_empty() {
+            write(&wrapper, "");
+            bindings = generate(unusable.iter().fold(builder(), Builder::blocklist_function), place);
+        }
+    }
+    write(&out.join("c.rs"), &bindings);
+    wrapper
+}
+
+/// What is bound, and how it looks in Rust.
+fn builder(headers: &[PathBuf], wrapper: &Path) -> Builder {
+    let mut builder = Builder::default()
+        .use_core()
+        // A value of an enumeration of C can be any number.
+        .default_enum_style(EnumVariation::NewType { is_bitfield: false, is_global: false })
+        .derive_default(true)
+        .derive_eq(true)
+        .derive_partialeq(true)
+        .generate_cstr(true)
+        .generate_comments(false)
+        .layout_tests(false)
+        .wrap_static_fns(true)
+        .wrap_static_fns_path(wrapper)
+        .wrap_static_fns_suffix("__of_program")
+        .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()) as Box<dyn ParseCallbacks>);
+    for header in headers {
+        let name = header.display().to_string();
+        // What they include is bound as far as they need it.
+        builder = builder.allowlist_file(regex_of(&name)).header(name);
+    }
+    builder
+}
+
+/// The arguments that the platform's headers need, and the folders and macros of the image's files of C.
+fn image_arguments() -> Vec<String> {
+    let platform = variable("DEP_LF_ZEPHYR_CLANG_ARGUMENTS").unwrap_or_default();
+    let mut arguments: Vec<String> = platform.split_terminator('\t').map(str::to_owned).collect();
+    if let Some(file) = variable("LF_C_FLAGS_FILE") {
+        println!("cargo::rerun-if-changed={file}");
+        let flags = fs::read_to_string(&file).unwrap_or_else(|error| panic!("{file} cannot be read: {error}"));
+        arguments.extend(flags.lines().filter(|flag| flag.len() > 2).map(str::to_owned));
+    }
+    arguments
+}
+
+/// Whether an argument of the C compiler is about macros or folders, which is all that matters for headers; others may
+/// be such as clang does not know.
+fn is_for_clang(flag: &str) -> bool {
+    ["-D", "-U", "-I"].iter().any(|kind| flag.strip_prefix(kind).is_some_and(|rest| !rest.is_empty()))
+}
+
+fn generate(builder: Builder, place: &str) -> String {
+    match builder.generate() {
+        Ok(bindings) => bindings.to_string(),
+        // It is what a compiler says, with places.
+        Err(BindgenError::ClangDiagnostic(text)) => fail(&text),
+        Err(error) => fail(&format!("{place}: error: the headers cannot be bound: {error}")),
+    }
+}
+
+fn fail(message: &str) -> ! {
+    eprintln!("{}", message.trim_end());
+    process::exit(1);
+}
+
+fn variable(name: &str) -> Option<String> {
+    println!("cargo::rerun-if-env-changed={name}");
+    env::var(name).ok()
+}
+
+fn write(file: &Path, text: &str) {
+    fs::write(file, text).unwrap_or_else(|error| panic!("{} cannot be written: {error}", file.display()));
+}
+
+/// A regular expression that only this text matches.
+fn regex_of(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '/' | '_' | '-' | ' ');
+    text.chars().map(|c| if is_plain(c) { c.to_string() } else { format!("\\{c}") }).collect()
+}
