@@ -2,12 +2,14 @@
 //! The `main` of a generated program.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{self, JoinHandle};
 use std::{fmt, io};
 
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage, Program};
+use lf_runtime::trace::{Header, Role};
 use lf_runtime::{
     All, Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
 };
@@ -17,6 +19,7 @@ use crate::devices::Simulation;
 use crate::observations::Observations;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
+use crate::trace_file::TraceFile;
 
 /// The exit status for a command line that makes no sense.
 const USAGE: u8 = 2;
@@ -114,8 +117,18 @@ fn run(
     program: &mut dyn Program,
     engine: Engine<'_>,
 ) -> Result<(), MainError> {
+    let tables = engine.tables();
+    let sizes = [tables.reactions.len(), tables.inputs.len(), tables.outputs.len()];
+    let trace = |host: &mut Linux, role| -> Result<(), MainError> {
+        let Some(path) = &arguments.trace else { return Ok(()) };
+        let sizes = sizes.map(|size| u16::try_from(size).unwrap_or(u16::MAX));
+        let failed = |error| MainError::Trace { path: path.clone(), error };
+        host.trace_into(TraceFile::create(path, Header { role, sizes }).map_err(failed)?);
+        Ok(())
+    };
     let Some(federation) = &description.federation else {
         let mut host = Linux::new().map_err(MainError::System)?;
+        trace(&mut host, Role::Program)?;
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
@@ -126,6 +139,7 @@ fn run(
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
     };
+    trace(&mut host, Role::Federate(federation.id))?;
     if let Some(path) = &arguments.observations {
         host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
     }
@@ -174,6 +188,8 @@ enum MainError {
     System(io::Error),
     /// What is observed cannot be written.
     Observations(io::Error),
+    /// The trace cannot be written.
+    Trace { path: PathBuf, error: io::Error },
     /// The RTI's host is unknown.
     Resolve { host: String, reason: String },
     /// The event loop ended early.
@@ -191,6 +207,7 @@ impl fmt::Display for MainError {
         match self {
             Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
             Self::Observations(error) => write!(f, "cannot create the file of observations: {error}"),
+            Self::Trace { path, error } => write!(f, "the trace {} cannot be written: {error}", path.display()),
             Self::Resolve { host, reason } => {
                 write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")
             }

@@ -10,10 +10,12 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
+use lf_runtime::trace::{Header, Role};
 use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
 
 use crate::platform::Linux;
 use crate::trace::Traced;
+use crate::trace_file::TraceFile;
 pub use crate::trace::{Trace, TraceFormat};
 
 /// Connections beyond one per federate, for those that are told why they are refused.
@@ -57,6 +59,8 @@ pub struct Options {
     pub start_barrier_time_out: Option<Interval>,
     /// Files for traces of the messages.
     pub traces: Vec<Trace>,
+    /// A file for what happens, as federates record it, too.
+    pub record: Option<PathBuf>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -80,6 +84,7 @@ impl Options {
             start_barrier_time_out,
             log_waits: None,
             traces: Vec::new(),
+            record: None,
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -138,7 +143,11 @@ impl std::error::Error for RtiError {}
 /// # Errors
 /// Why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
-    let host = Linux::new().map_err(RtiError::System)?;
+    let mut host = Linux::new().map_err(RtiError::System)?;
+    if let Some(file) = &options.record {
+        let trace = TraceFile::create(file, Header { role: Role::Rti, sizes: [0; 3] });
+        host.trace_into(trace.map_err(|error| RtiError::Trace { file: file.clone(), error })?);
+    }
     if options.traces.is_empty() {
         return serve_on(host, options, listening);
     }
