@@ -9,6 +9,7 @@ mod plan;
 mod rti;
 mod run;
 mod supervise;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -27,6 +28,7 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
+        Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
         Command::Nanoseconds { time } => {

@@ -16,6 +16,7 @@ use crate::measure;
 use crate::oscilloscope;
 use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
+use crate::trace;
 
 /// Builds all participants for this computer and runs them to their end.
 pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
@@ -38,6 +39,9 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     if arguments.vcd.is_some() {
         oscilloscope::clear(&built.plan, &built.out);
     }
+    if let Some(folder) = &arguments.trace {
+        trace::prepare(&built.plan, folder)?;
+    }
     let interrupts = Interrupts::of_this_process()?;
     let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
         // Which participant failed how has been said; a single number cannot say more than that one did.
@@ -54,6 +58,10 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &arguments.vcd {
         let pins = oscilloscope::merge(&built.plan, &built.out, file)?;
         terminal::remark(format_args!("{pins} pins recorded: {}", file.display()));
+    }
+    if let Some(folder) = &arguments.trace {
+        let folder = folder.display();
+        terminal::remark(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
     }
     Ok(ExitCode::from(ending.exit_code()))
 }
@@ -77,6 +85,9 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         words.extend(arguments.arguments.iter().map(Word::from));
         if arguments.measure.is_some() {
             words.extend(["--observations".into(), measure::file(&built.out, federate).into()]);
+        }
+        if let Some(folder) = &arguments.trace {
+            words.extend(["--trace".into(), trace::file(folder, name).into()]);
         }
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
@@ -113,6 +124,9 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
         }
     };
     words.extend(["--id".into(), Word::known("", Known::FederationId), "--port".into(), port.to_string().into()]);
+    if let Some(folder) = arguments.trace.as_ref().filter(|_| arguments.rti.is_none()) {
+        words.extend(["--trace".into(), trace::file(folder, "RTI").into()]);
+    }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))
 }
