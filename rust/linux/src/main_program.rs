@@ -9,7 +9,6 @@ use std::{fmt, io};
 
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage, Program};
-use lf_runtime::trace::{Header, Role};
 use lf_runtime::{
     All, Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
 };
@@ -117,18 +116,9 @@ fn run(
     program: &mut dyn Program,
     engine: Engine<'_>,
 ) -> Result<(), MainError> {
-    let tables = engine.tables();
-    let sizes = [tables.reactions.len(), tables.inputs.len(), tables.outputs.len()];
-    let trace = |host: &mut Linux, role| -> Result<(), MainError> {
-        let Some(path) = &arguments.trace else { return Ok(()) };
-        let sizes = sizes.map(|size| u16::try_from(size).unwrap_or(u16::MAX));
-        let failed = |error| MainError::Trace { path: path.clone(), error };
-        host.trace_into(TraceFile::create(path, Header { role, sizes }).map_err(failed)?);
-        Ok(())
-    };
     let Some(federation) = &description.federation else {
         let mut host = Linux::new().map_err(MainError::System)?;
-        trace(&mut host, Role::Program)?;
+        arguments.trace_into(&mut host)?;
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
@@ -139,7 +129,7 @@ fn run(
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
     };
-    trace(&mut host, Role::Federate(federation.id))?;
+    arguments.trace_into(&mut host)?;
     if let Some(path) = &arguments.observations {
         host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
     }
@@ -154,6 +144,16 @@ fn run(
     let join = Join { federation_id: federation_id.as_bytes(), rti };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     run_federate::<_, All>(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
+}
+
+impl Arguments {
+    /// Has what happens recorded, if the user wants that.
+    fn trace_into(&self, host: &mut Linux) -> Result<(), MainError> {
+        let Some(path) = &self.trace else { return Ok(()) };
+        let trace = TraceFile::create(path).map_err(|error| MainError::Trace { path: path.clone(), error })?;
+        host.trace_into(trace);
+        Ok(())
+    }
 }
 
 /// Where the RTI listens: as the command line says, else as the program does.

@@ -11,7 +11,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
-use lf_runtime::trace::Event;
+use lf_runtime::trace::{Event, Header};
 
 use crate::attention::{Attention, look_until};
 use crate::clock::Clock;
@@ -93,6 +93,12 @@ impl Linux {
 impl Platform for Linux {
     fn starts(&mut self, start: Instant) {
         devices::starts(start);
+    }
+
+    fn trace_begins(&mut self, header: Header) {
+        if let Some(trace) = &mut self.trace {
+            trace.begin(header);
+        }
     }
 
     fn trace(&mut self, at: Instant, event: Event) {

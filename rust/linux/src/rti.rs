@@ -10,13 +10,12 @@ use lf_coordination::rti::{AfterLoss, Config, START_REPORT, SetupError};
 pub use lf_coordination::rti::{CLOCK_SYNC_TRIALS, ClockSync, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::platform::{NetError, Platform, SocketId};
-use lf_runtime::trace::{Header, Role};
 use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
 
 use crate::platform::Linux;
 use crate::trace::Traced;
-use crate::trace_file::TraceFile;
 pub use crate::trace::{Trace, TraceFormat};
+use crate::trace_file::TraceFile;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
@@ -145,8 +144,8 @@ impl std::error::Error for RtiError {}
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
     let mut host = Linux::new().map_err(RtiError::System)?;
     if let Some(file) = &options.record {
-        let trace = TraceFile::create(file, Header { role: Role::Rti, sizes: [0; 3] });
-        host.trace_into(trace.map_err(|error| RtiError::Trace { file: file.clone(), error })?);
+        let failed = |error| RtiError::Trace { file: file.clone(), error };
+        host.trace_into(TraceFile::create(file).map_err(failed)?);
     }
     if options.traces.is_empty() {
         return serve_on(host, options, listening);

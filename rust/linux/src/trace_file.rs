@@ -27,18 +27,20 @@ pub(crate) struct TraceFile {
 }
 
 impl TraceFile {
-    /// Begins a file.
+    /// Makes a file, in which nothing is yet.
     ///
     /// # Errors
-    /// When it cannot be written.
-    pub(crate) fn create(path: &Path, header: Header) -> std::io::Result<Self> {
+    /// When it cannot be made.
+    pub(crate) fn create(path: &Path) -> std::io::Result<Self> {
         let clock = HostOutside::of_program().clock();
-        let mut file = BufWriter::with_capacity(CHUNK_BYTES, File::create(path)?);
-        file.write_all(&header.to_bytes())?;
-        file.flush()?;
-        let mut trace = Self { file: Some(file), clock, flushed: clock.now() };
-        trace.note_clock();
-        Ok(trace)
+        let file = BufWriter::with_capacity(CHUNK_BYTES, File::create(path)?);
+        Ok(Self { file: Some(file), clock, flushed: clock.now() })
+    }
+
+    /// Writes down whose records follow.
+    pub(crate) fn begin(&mut self, header: Header) {
+        self.use_file(|file| file.write_all(&header.to_bytes()));
+        self.note_clock();
     }
 
     /// Writes down what has happened at this time, or keeps it to be written with what follows.

@@ -108,7 +108,12 @@ impl<'a> Worker<'a> {
     fn new(seen: Seen<'a>, memory: &'a mut [u32]) -> Self {
         let (ready, memory) = memory.split_at_mut(words(seen.tables.reactions.len()));
         let (tardy, ports) = memory.split_at_mut(words(seen.tables.tardy_reactions()));
-        Self { #[cfg(feature = "traces")] number: 0, seen, notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports) } }
+        Self {
+            #[cfg(feature = "traces")]
+            number: 0,
+            seen,
+            notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports) },
+        }
     }
 
     /// Runs a job.

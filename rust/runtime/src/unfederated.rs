@@ -13,7 +13,7 @@ use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{self, Event, Waits};
+use crate::trace::{self, Event, Role, Waits};
 use crate::turn::Turn;
 
 /// Runs an unfederated main reactor from its start, which is now, to its end.
@@ -53,6 +53,7 @@ impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
 impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// A program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
+        trace::begin(platform, Role::Program, Some(engine.tables()));
         let world = World(platform.outside());
         let start = world.0.physical_time();
         platform.starts(start);

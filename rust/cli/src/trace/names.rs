@@ -131,7 +131,12 @@ impl Participant {
         Self {
             name: federate.name.clone(),
             reactions: reactions.map(|found| Reaction { name: found.name.clone(), at: at(&found.kind) }).collect(),
-            inputs: federate.inputs.iter().zip(ports).map(|(input, port)| Input { name: input.name.clone(), port }).collect(),
+            inputs: federate
+                .inputs
+                .iter()
+                .zip(ports)
+                .map(|(input, port)| Input { name: input.name.clone(), port })
+                .collect(),
             outputs: federate.outputs.len(),
         }
     }

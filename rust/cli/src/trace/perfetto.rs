@@ -127,7 +127,8 @@ impl Writer<'_> {
             _ => None,
         });
         let workers = workers.max().unwrap_or(0);
-        let names = TRACKS.iter().map(|name| (*name).to_owned()).chain((1..=workers).map(|worker| format!("worker {worker}")));
+        let names =
+            TRACKS.iter().map(|name| (*name).to_owned()).chain((1..=workers).map(|worker| format!("worker {worker}")));
         for (rank, name) in (1u16..).zip(names) {
             self.describe(TrackDescriptor {
                 uuid: self.uuid(rank),
@@ -194,7 +195,14 @@ impl Writer<'_> {
         }
         let (track_uuid, categories) = (self.uuid(track), vec![category.to_owned()]);
         let name = Some(name);
-        let begin = TrackEvent { debug_annotations: annotations, kind: SLICE_BEGIN, track_uuid, categories, name, ..TrackEvent::default() };
+        let begin = TrackEvent {
+            debug_annotations: annotations,
+            kind: SLICE_BEGIN,
+            track_uuid,
+            categories,
+            name,
+            ..TrackEvent::default()
+        };
         self.event(slice.begin, begin);
         self.event(slice.end, TrackEvent { kind: SLICE_END, track_uuid, ..TrackEvent::default() });
     }

@@ -68,13 +68,21 @@ impl<'a> Story<'a> {
     /// Puts the records of a participant together.
     pub(crate) fn of(recorded: &Recorded, name: String, id: Option<u16>, names: Option<&'a Participant>) -> Self {
         let clock = Clock::of(&recorded.records);
-        let mut records: Vec<_> = recorded.records.iter().map(|record| (clock.time(record.at.0), record.event)).collect();
+        let mut records: Vec<_> =
+            recorded.records.iter().map(|record| (clock.time(record.at.0), record.event)).collect();
         // What workers did is recorded when all have ended.
         records.sort_by_key(|(at, _)| *at);
         let is_rti = recorded.is_rti();
         let span = (records.first().map_or(0, |(at, _)| *at), records.last().map_or(0, |(at, _)| *at));
-        let mut teller =
-            Teller { open: BTreeMap::new(), tag: None, fast: false, slices: Vec::new(), marks: Vec::new(), start: None, lost: 0 };
+        let mut teller = Teller {
+            open: BTreeMap::new(),
+            tag: None,
+            fast: false,
+            slices: Vec::new(),
+            marks: Vec::new(),
+            start: None,
+            lost: 0,
+        };
         // A ring keeps the start, whatever it has lost.
         for (_, event) in &records {
             if let Event::Starts(time, fast) = event {

@@ -70,7 +70,13 @@ fn of_participant(text: &mut String, story: &Story<'_>, names: &Names) -> fmt::R
     let row = |text: &mut String, name: &str, sum: &Sum| {
         let part = sum.total.saturating_mul(1000) / whole.max(1);
         let (total, longest) = (duration(sum.total), duration(sum.longest));
-        writeln!(text, "  {total:>WIDTH$} {:>3}.{} %  {name} ({} times, longest {longest})", part / 10, part % 10, sum.count)
+        writeln!(
+            text,
+            "  {total:>WIDTH$} {:>3}.{} %  {name} ({} times, longest {longest})",
+            part / 10,
+            part % 10,
+            sum.count
+        )
     };
     if running.count > 0 {
         row(text, "running reactions", &running)?;
@@ -82,7 +88,13 @@ fn of_participant(text: &mut String, story: &Story<'_>, names: &Names) -> fmt::R
     }
     let rest = whole - running.total - waits.iter().map(|(_, sum)| sum.total).sum::<i64>();
     let part = rest.max(0).saturating_mul(1000) / whole.max(1);
-    writeln!(text, "  {:>WIDTH$} {:>3}.{} %  the rest: sockets, queues, starting and ending", duration(rest), part / 10, part % 10)?;
+    writeln!(
+        text,
+        "  {:>WIDTH$} {:>3}.{} %  the rest: sockets, queues, starting and ending",
+        duration(rest),
+        part / 10,
+        part % 10
+    )?;
     if reactions.is_empty() {
         return Ok(());
     }

@@ -44,10 +44,10 @@ pub(crate) fn federate(names: &Names, id: u16) -> String {
 /// The connection that ends at an input, by the federate and the number on the wire.
 pub(crate) fn connection(names: &Names, (id, port): (u16, u16)) -> String {
     let inputs = names.federates.get(usize::from(id)).map_or(&[][..], |found| &found.inputs);
-    inputs.iter().find(|input| input.port == port).map_or_else(
-        || format!("input {port} of {}", federate(names, id)),
-        |input| input.name.clone(),
-    )
+    inputs
+        .iter()
+        .find(|input| input.port == port)
+        .map_or_else(|| format!("input {port} of {}", federate(names, id)), |input| input.name.clone())
 }
 
 /// What is waited for: what comes after "waiting for".
@@ -57,6 +57,7 @@ pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
         Waits::Anything => "anything to do".to_owned(),
         Waits::Time(_) => "the time of a tag".to_owned(),
         Waits::Start => "the start".to_owned(),
+        Waits::End => "others to take the last words".to_owned(),
         Waits::Grant(_) => "a grant".to_owned(),
         Waits::Input(_, input, Patience::Endless) => story.input(input),
         Waits::Input(_, input, Patience::Limited) => format!("{}, no longer than maxwait", story.input(input)),
@@ -68,7 +69,7 @@ pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
 /// The tag that a wait is about.
 pub(crate) fn tag_of(waits: Waits) -> Option<Tag> {
     match waits {
-        Waits::Anything | Waits::Start => None,
+        Waits::Anything | Waits::Start | Waits::End => None,
         Waits::Time(tag) | Waits::Grant(tag) | Waits::Input(tag, ..) | Waits::Room(tag, _) => Some(tag),
     }
 }

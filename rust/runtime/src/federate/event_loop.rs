@@ -23,7 +23,7 @@ use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{NetError, Observation, Platform};
-use crate::trace::{Event as Traced, TRACES, Waits, note, set_correction};
+use crate::trace::{self, Event as Traced, Role, TRACES, Waits, note, set_correction};
 use crate::turn::Turn;
 
 /// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
@@ -125,6 +125,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if N::BUFFER_CHECK {
             buffers.check(engine.tables(), federation, join.federation_id)?;
         }
+        trace::begin(platform, Role::Federate(federation.id), Some(engine.tables()));
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -181,6 +182,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
         if let Stage::Leaving(since) = self.stage {
             if let Some(until) = self.leave(since, self.execution.failure.is_none()) {
+                note(self.platform, Traced::WaitBegins(Waits::End));
                 return Turn::Wait(until);
             }
             self.direct.report_losses(&self.execution);

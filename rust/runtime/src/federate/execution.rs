@@ -9,10 +9,10 @@ use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
-use lf_model::time::{Instant, Interval, Tag};
-use lf_model::{Engine, Env, InputId, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
+use lf_model::time::{Instant, Interval, Tag};
+use lf_model::{Engine, Env, InputId, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
 use lf_wire::Message;
 
 use super::held::Held;

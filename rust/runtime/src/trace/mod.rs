@@ -10,10 +10,10 @@ mod ring;
 
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_coordination::from_wire;
-use lf_model::time::{Instant, Tag};
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
-use lf_model::{InputId, Part};
+use lf_model::time::{Instant, Tag};
+use lf_model::{InputId, Part, Tables};
 use lf_wire::Message;
 
 pub use record::{Damage, FORMAT, Header, MAGIC, RECORD_BYTES, Record, Role};
@@ -146,9 +146,8 @@ impl Word {
     /// A message, unless it is one of the handshake or of clock synchronization.
     pub fn of(message: &Message<'_>, peer: u16) -> Option<Self> {
         let (subject, tag, to) = match *message {
-            Message::TaggedMessage { port, federate, tag, .. } | Message::P2pTaggedMessage { port, federate, tag, .. } => {
-                (Subject::Value, Some(tag), (federate, port))
-            }
+            Message::TaggedMessage { port, federate, tag, .. }
+            | Message::P2pTaggedMessage { port, federate, tag, .. } => (Subject::Value, Some(tag), (federate, port)),
             Message::P2pMessage { port, federate, .. } => (Subject::Value, None, (federate, port)),
             Message::PortAbsent { port, federate, tag } => (Subject::Absent, Some(tag), (federate, port)),
             Message::NextEventTag(tag) => (Subject::NextEvent, Some(tag), (0, 0)),
@@ -178,6 +177,8 @@ pub enum Waits {
     Time(Tag),
     /// An RTI that takes the connection, its answers, other federates that take connections, and the start.
     Start,
+    /// Others that take the last words.
+    End,
     /// A grant for this tag.
     Grant(Tag),
     /// What comes at this tag at an input, by its place in the tables; for ever, or for as long as the program says.
@@ -208,6 +209,15 @@ impl Waits {
             (None, Some(tag)) if is_timed => Self::Time(tag),
             (None, _) => Self::Anything,
         }
+    }
+}
+
+/// Says whose records follow: a participant with these tables.
+pub(crate) fn begin(platform: &mut impl Platform, role: Role, tables: Option<&Tables>) {
+    if TRACES {
+        let sizes = tables.map_or([0; 3], |tables| [tables.reactions.len(), tables.inputs.len(), tables.outputs.len()]);
+        let sizes = sizes.map(|size| u16::try_from(size).unwrap_or(u16::MAX));
+        platform.trace_begins(Header { role, sizes });
     }
 }
 

@@ -163,6 +163,7 @@ impl Fields {
             Waits::Grant(tag) => (3, Some(tag), 0, 0),
             Waits::Input(tag, input, patience) => (4, Some(tag), input, u16::from(patience == Patience::Limited)),
             Waits::Room(tag, peer) => (5, Some(tag), peer, 0),
+            Waits::End => (6, None, 0, 0),
         };
         Self { detail, port, lane, ..Self::new(9) }.tag(tag)
     }
@@ -176,6 +177,7 @@ impl Fields {
             3 => Waits::Grant(tag),
             4 => Waits::Input(tag, self.port, if self.lane == 0 { Patience::Endless } else { Patience::Limited }),
             5 => Waits::Room(tag, self.port),
+            6 => Waits::End,
             _ => return None,
         })
     }

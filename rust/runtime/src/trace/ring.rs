@@ -31,7 +31,8 @@ impl<const N: usize> Ring<N> {
             return;
         }
         // The remainder is less than the length, which fits.
-        if let Some(place) = usize::try_from(self.count % N.max(1) as u64).ok().and_then(|at| self.records.get_mut(at)) {
+        if let Some(place) = usize::try_from(self.count % N.max(1) as u64).ok().and_then(|at| self.records.get_mut(at))
+        {
             *place = record.to_bytes();
         }
         self.count += 1;
