@@ -229,7 +229,7 @@ def test_what_images_record_is_put_together_from_their_consoles(tmp_path: Path) 
     arrows = re.search(r"2 participants and (\d+) arrows", result.stderr)
     assert arrows is not None, result.stderr
     assert int(arrows[1]) > 10
-    assert b"receiver.message" in (tmp_path / "trace.perfetto-trace").read_bytes()
+    assert b"sender.y -> receiver.x" in (tmp_path / "trace.perfetto-trace").read_bytes()
 
 
 def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:
