@@ -55,6 +55,7 @@ const NUMBERS: &[&str] = &[
     "LF_RTI_BUFFER_SIZE",
     "LF_LINE_SIZE",
     "LF_TOKEN_SIZE",
+    "LF_TRACE_RECORDS",
     "LF_LOG_LEVEL",
     "SYS_CLOCK_TICKS_PER_SEC",
 ];
@@ -231,6 +232,7 @@ fn write_header() -> Outcome<()> {
     for symbol in ["CONFIG_LF_FEDERATE", "CONFIG_LF_RTI"] {
         config.defines.insert(symbol.to_owned(), symbol.to_owned());
     }
+    config.defines.insert("feature = traces".to_owned(), "CONFIG_LF_TRACE".to_owned());
     cbindgen::Builder::new()
         .with_config(config)
         .with_src("src/c_api.rs")

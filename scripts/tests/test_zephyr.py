@@ -36,8 +36,11 @@ PROGRAMS = Path(__file__).parent / "programs"
 ALLOCATOR = re.compile(
     r"(k_|_)?(malloc|calloc|realloc|reallocarray|memalign|aligned_alloc)(_r)?|_?free(_r)?|.*__(rust|rg|rdl)_\w*alloc\w*"
 )
-# Parts of mangled names: SHA-256, and the event loop's connections past the RTI.
-UNUSED = re.compile(r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|8visitors|9from_peer)")
+# Parts of mangled names: SHA-256, the event loop's connections past the RTI, and traces.
+UNUSED = re.compile(
+    r"4sha2|10lf_runtime8federate(?:5peers|7inbound|8outbound|8visitors|9from_peer)|10lf_runtime5trace|9lf_zephyr5trace"
+    r"|lf_trace_print"
+)
 # Images of the boards that QEMU plays. Those that are the same in several deployments are built once here.
 BOARDS = BUILD / "boards"
 COMPUTER_AND_BOARD = ("--deployment", str(PROGRAMS / "computer_and_board.yaml"))
@@ -194,7 +197,8 @@ def test_the_sender_of_the_message_test_fits_a_small_board_without_an_allocator(
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     # The kernel's own functions refer to its functions for heaps, but there is no heap.
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
-    # Nor is there anything of authentication and of connections with other federates, which the program does not use.
+    # Nor is there anything of authentication and of connections with other federates, which the program does not use,
+    # and of traces, which nobody has asked for.
     assert [name for name in linked if UNUSED.search(name)] == []
 
 
@@ -214,6 +218,25 @@ def test_the_rti_of_the_smart_grid_fits_a_small_board_without_an_allocator(
     assert ("lf_rti_main" in linked, "lf_main" in linked) == (True, rti == "a")
     assert [name for name in linked if ALLOCATOR.fullmatch(name)] == []
     assert linked["_k_heap_list_start"] == linked["_k_heap_list_end"]
+
+
+def test_what_images_record_is_put_together_from_their_consoles(tmp_path: Path) -> None:
+    settings = tmp_path / "trace.conf"
+    settings.write_text("CONFIG_LF_TRACE=y\nCONFIG_LF_TRACE_RECORDS=512\n")
+    build = BUILD / "traced"
+    output = lf("lf-fed-run", "message_test/src/MessageTest.lf", "-c", str(settings), "--timeout", "300", build=build)
+    (tmp_path / "boards.log").write_text(output)
+    (names,) = build.rglob("trace.json")
+    command = [str(compiler.find(None, os.environ).path), "trace", str(tmp_path), "--names", str(names)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    for words in ["sender: ", "receiver: ", "receiver.reaction_1 (MessageTest.lf:", "the oldest "]:
+        assert words in result.stdout, result.stdout
+    # Each of the newest messages is seen at both ends.
+    arrows = re.search(r"2 participants and (\d+) arrows", result.stderr)
+    assert arrows is not None, result.stderr
+    assert int(arrows[1]) > 10
+    assert b"sender.y -> receiver.x" in (tmp_path / "trace.perfetto-trace").read_bytes()
 
 
 def test_the_smart_grid_heals_itself_with_units_on_linux_and_on_native_sim() -> None:

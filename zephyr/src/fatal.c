@@ -64,11 +64,19 @@ void lf_log_flush(void)
 	LOG_PANIC();
 }
 
+#if defined(CONFIG_LF_TRACE)
+/* Of the crate lf-zephyr, whose header is not among those of this library. */
+extern void lf_trace_print(void);
+#endif
+
 FUNC_NORETURN void lf_fault(const char *what, const char *advice)
 {
 	/* What was logged before comes first. */
 	LOG_PANIC();
 	printk("lf: %s; %s\n", what, advice);
+#if defined(CONFIG_LF_TRACE)
+	lf_trace_print();
+#endif
 	end(STATUS_FAULT);
 	k_fatal_halt(K_ERR_KERNEL_PANIC);
 }

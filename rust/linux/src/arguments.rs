@@ -40,6 +40,8 @@ pub(crate) struct Arguments {
     pub(crate) rti_port: Option<u16>,
     /// `--observations FILE`
     pub(crate) observations: Option<PathBuf>,
+    /// `--trace FILE`: what happens.
+    pub(crate) trace: Option<PathBuf>,
     /// `--devices FILE`: what inputs do.
     pub(crate) devices: Option<PathBuf>,
     /// `--vcd FILE`: what pins did.
@@ -76,6 +78,7 @@ impl Arguments {
                 Short('i') | Long("id") if federated => arguments.federation_id = Some(parser.value()?.string()?),
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
                 Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
+                Long("trace") => arguments.trace = Some(parser.value()?.into()),
                 Long("devices") => arguments.devices = Some(parser.value()?.into()),
                 Long("vcd") => arguments.vcd = Some(parser.value()?.into()),
                 Short('i' | 'r') | Long("id" | "rti" | "observations") => {
@@ -148,6 +151,7 @@ pub(crate) fn usage(description: &Description) -> String {
          \x20 -o, --timeout TIME UNIT   last tag, counted from the start, such as 500 msec\n\
          \x20 -f, --fast [true|false]   do not wait for physical time\n\
          \x20 -k, --keepalive [true|false]  do not stop when there are no events\n\
+         \x20     --trace FILE          record tags, reactions, messages and waits, for lfz trace\n\
          \x20     --devices FILE        what inputs do, and which devices are real: lines such as 100 ms button0 1\n\
          \x20                           and led0 gpio /dev/gpiochip0 17\n\
          \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",

@@ -21,6 +21,7 @@ pub mod rti;
 mod sockets;
 mod thread;
 mod trace;
+mod trace_file;
 mod wake;
 mod words;
 #[cfg(feature = "workers")]

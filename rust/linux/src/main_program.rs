@@ -2,6 +2,7 @@
 //! The `main` of a generated program.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{self, JoinHandle};
 use std::{fmt, io};
@@ -17,6 +18,7 @@ use crate::devices::Simulation;
 use crate::observations::Observations;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
+use crate::trace_file::TraceFile;
 
 /// The exit status for a command line that makes no sense.
 const USAGE: u8 = 2;
@@ -116,6 +118,7 @@ fn run(
 ) -> Result<(), MainError> {
     let Some(federation) = &description.federation else {
         let mut host = Linux::new().map_err(MainError::System)?;
+        arguments.trace_into(&mut host)?;
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
@@ -126,6 +129,7 @@ fn run(
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
     };
+    arguments.trace_into(&mut host)?;
     if let Some(path) = &arguments.observations {
         host.observe_into(Observations::create(path).map_err(MainError::Observations)?);
     }
@@ -140,6 +144,16 @@ fn run(
     let join = Join { federation_id: federation_id.as_bytes(), rti };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     run_federate::<_, All>(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
+}
+
+impl Arguments {
+    /// Has what happens recorded, if the user wants that.
+    fn trace_into(&self, host: &mut Linux) -> Result<(), MainError> {
+        let Some(path) = &self.trace else { return Ok(()) };
+        let trace = TraceFile::create(path).map_err(|error| MainError::Trace { path: path.clone(), error })?;
+        host.trace_into(trace);
+        Ok(())
+    }
 }
 
 /// Where the RTI listens: as the command line says, else as the program does.
@@ -174,6 +188,8 @@ enum MainError {
     System(io::Error),
     /// What is observed cannot be written.
     Observations(io::Error),
+    /// The trace cannot be written.
+    Trace { path: PathBuf, error: io::Error },
     /// The RTI's host is unknown.
     Resolve { host: String, reason: String },
     /// The event loop ended early.
@@ -191,6 +207,7 @@ impl fmt::Display for MainError {
         match self {
             Self::System(error) => write!(f, "the system has no resources for this program: {error}"),
             Self::Observations(error) => write!(f, "cannot create the file of observations: {error}"),
+            Self::Trace { path, error } => write!(f, "the trace {} cannot be written: {error}", path.display()),
             Self::Resolve { host, reason } => {
                 write!(f, "the RTI's host \"{host}\" is unknown ({reason}): name it with --rti HOST:PORT")
             }

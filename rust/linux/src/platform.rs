@@ -11,6 +11,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::trace::{Event, Header};
 
 use crate::attention::{Attention, look_until};
 use crate::clock::Clock;
@@ -18,6 +19,7 @@ use crate::devices;
 use crate::observations::Observations;
 use crate::outside::HostOutside;
 use crate::sockets::{Sockets, Waited};
+use crate::trace_file::TraceFile;
 use crate::wake::WakeUp;
 
 /// The clock, the sockets and the wake-up of this process.
@@ -27,6 +29,7 @@ pub struct Linux {
     sockets: Sockets,
     wake_up: Arc<WakeUp>,
     observations: Option<Observations>,
+    trace: Option<TraceFile>,
     attention: Attention,
 }
 
@@ -45,6 +48,7 @@ impl Linux {
             sockets,
             wake_up,
             observations: None,
+            trace: None,
             attention: Attention::default(),
         })
     }
@@ -79,11 +83,28 @@ impl Linux {
     pub(crate) fn observe_into(&mut self, observations: Observations) {
         self.observations = Some(observations);
     }
+
+    /// From now on writes what happens in the event loop into a file.
+    pub(crate) fn trace_into(&mut self, trace: TraceFile) {
+        self.trace = Some(trace);
+    }
 }
 
 impl Platform for Linux {
     fn starts(&mut self, start: Instant) {
         devices::starts(start);
+    }
+
+    fn trace_begins(&mut self, header: Header) {
+        if let Some(trace) = &mut self.trace {
+            trace.begin(header);
+        }
+    }
+
+    fn trace(&mut self, at: Instant, event: Event) {
+        if let Some(trace) = &mut self.trace {
+            trace.note(at, event);
+        }
     }
 
     fn observe(&mut self, observation: Observation) {

@@ -15,6 +15,7 @@ use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
 use crate::platform::Linux;
 use crate::trace::Traced;
 pub use crate::trace::{Trace, TraceFormat};
+use crate::trace_file::TraceFile;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
 const SPARE_CONNECTIONS: usize = 16;
@@ -57,6 +58,8 @@ pub struct Options {
     pub start_barrier_time_out: Option<Interval>,
     /// Files for traces of the messages.
     pub traces: Vec<Trace>,
+    /// A file for what happens, as federates record it, too.
+    pub record: Option<PathBuf>,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -80,6 +83,7 @@ impl Options {
             start_barrier_time_out,
             log_waits: None,
             traces: Vec::new(),
+            record: None,
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -138,7 +142,11 @@ impl std::error::Error for RtiError {}
 /// # Errors
 /// Why there is no RTI.
 pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, RtiError> {
-    let host = Linux::new().map_err(RtiError::System)?;
+    let mut host = Linux::new().map_err(RtiError::System)?;
+    if let Some(file) = &options.record {
+        let failed = |error| RtiError::Trace { file: file.clone(), error };
+        host.trace_into(TraceFile::create(file).map_err(failed)?);
+    }
     if options.traces.is_empty() {
         return serve_on(host, options, listening);
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The side of the engine on which the event loop is.
+use crate::ids::ReactionId;
 use crate::outside::Outside;
+use crate::part::Part;
 use crate::payload::PayloadError;
 use crate::tables::NetworkOutput;
 use crate::time::{Instant, Tag};
@@ -35,6 +37,15 @@ pub enum SendError {
     Payload(PayloadError),
 }
 
+/// What a reaction does, for those who write down what happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReactionStep {
+    /// It begins: its body, or one of its handlers.
+    Begins(ReactionId, Part),
+    /// It has ended.
+    Ends(ReactionId),
+}
+
 /// What the event loop provides to the engine while a tag runs.
 pub trait Env {
     /// The part that other threads may use too.
@@ -59,4 +70,8 @@ pub trait Env {
     fn send_absent(&mut self, _output: &'static NetworkOutput, _tag: Tag) -> Result<(), SendError> {
         Ok(())
     }
+
+    /// Is told what a reaction does, now; or what one has done in a worker, by its number from 1, at a physical time.
+    #[cfg(feature = "traces")]
+    fn step(&mut self, _step: ReactionStep, _worker: Option<(u16, Instant)>) {}
 }

@@ -57,7 +57,7 @@ pub use action::{LogicalAction, LogicalActionQueue, Timer};
 pub use cell::{Bounds, Moment, Placed, PortCell, Readable, Schedulable, TriggerCell, Undelivered};
 pub use context::ReactionContext;
 pub use engine::{Delivery, Engine, Progress};
-pub use env::{Env, Outgoing, SendError};
+pub use env::{Env, Outgoing, ReactionStep, SendError};
 pub use error::{DeliverError, ModelError, ScheduleError};
 pub use ids::{InputId, ModeId, OutputId, PortId, ReactionId, TriggerId};
 pub use lf_derive::Payload;

@@ -9,6 +9,8 @@ use core::fmt;
 
 use crate::bits::Bits;
 use crate::context::ReactionContext;
+#[cfg(feature = "traces")]
+use crate::env::ReactionStep;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
@@ -18,6 +20,8 @@ use crate::outside::Outside;
 use crate::part::Part;
 use crate::state::{Settings, State, Tardy};
 use crate::tables::{Tables, words};
+#[cfg(feature = "traces")]
+use crate::time::Instant;
 use crate::time::Tag;
 
 /// The next tag of an action that may have been scheduled: before all others, until the engine has asked the action.
@@ -52,6 +56,9 @@ struct Outcome {
     stop_request: Option<Tag>,
     error: Option<ModelError>,
     mode: Option<Transition>,
+    /// What has run in which worker, from when until when.
+    #[cfg(feature = "traces")]
+    ran: Option<(Part, u16, [Instant; 2])>,
 }
 
 impl<'a> Job<'a> {
@@ -71,6 +78,8 @@ impl fmt::Debug for Job<'_> {
 
 /// What one thread needs to run jobs, and its notes of what they did.
 pub struct Worker<'a> {
+    #[cfg(feature = "traces")]
+    number: u16,
     seen: Seen<'a>,
     notes: Notes<'a>,
 }
@@ -99,12 +108,17 @@ impl<'a> Worker<'a> {
     fn new(seen: Seen<'a>, memory: &'a mut [u32]) -> Self {
         let (ready, memory) = memory.split_at_mut(words(seen.tables.reactions.len()));
         let (tardy, ports) = memory.split_at_mut(words(seen.tables.tardy_reactions()));
-        Self { seen, notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports) } }
+        Self {
+            #[cfg(feature = "traces")]
+            number: 0,
+            seen,
+            notes: Notes { ready: Bits(ready), tardy: Bits(tardy), ports: Bits(ports) },
+        }
     }
 
     /// Runs a job.
     pub fn run(&mut self, job: &mut Job<'_>) {
-        let Self { seen, notes } = self;
+        let Self { seen, notes, .. } = self;
         let info = &seen.tables.reactions[usize::from(job.reaction.0)];
         let (mut state, mut env) = (seen.state, Elsewhere(seen.outside));
         let part = Part::of(info, job.tardy, state.current.time, &env);
@@ -122,10 +136,19 @@ impl<'a> Worker<'a> {
             mode: None,
             env: &mut env,
         };
+        #[cfg(feature = "traces")]
+        let begin = seen.outside.physical_time();
         (job.body)(job.reaction, part, &mut ctx);
         let mode = ctx.mode;
         let stop = Some(state.stop).filter(|stop| *stop < seen.state.stop);
-        job.outcome = Outcome { stop, stop_request: state.stop_request, error: state.error, mode };
+        job.outcome = Outcome {
+            stop,
+            stop_request: state.stop_request,
+            error: state.error,
+            mode,
+            #[cfg(feature = "traces")]
+            ran: Some((part, self.number, [begin, seen.outside.physical_time()])),
+        };
     }
 }
 
@@ -159,6 +182,8 @@ pub struct Level<'a> {
     pub(crate) tardy: Tardy<'a>,
     pub(crate) modes: &'a mut [ModeState],
     pub(crate) outside: &'static dyn Outside,
+    #[cfg(feature = "traces")]
+    pub(crate) env: &'a mut dyn Env,
 }
 
 impl Level<'_> {
@@ -194,6 +219,10 @@ impl Level<'_> {
             outside: self.outside,
         };
         let mut workers = memory.each_mut().map(|memory| Worker::new(seen, memory));
+        #[cfg(feature = "traces")]
+        for (number, worker) in (1..).zip(&mut workers) {
+            worker.number = number;
+        }
         crew.run(&mut workers[..COUNT.min(count)], jobs);
         for Worker { notes, .. } in workers {
             self.ready.insert_all(&notes.ready);
@@ -202,6 +231,11 @@ impl Level<'_> {
         }
         for job in jobs {
             self.take(&job.outcome);
+            #[cfg(feature = "traces")]
+            if let Some((part, worker, [begin, end])) = job.outcome.ran {
+                self.env.step(ReactionStep::Begins(job.reaction, part), Some((worker, begin)));
+                self.env.step(ReactionStep::Ends(job.reaction), Some((worker, end)));
+            }
             for action in job.actions {
                 self.events.set(*action, Some(ASKED));
             }

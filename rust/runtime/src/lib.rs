@@ -23,6 +23,7 @@ mod listener;
 pub mod platform;
 mod remark;
 mod rti;
+pub mod trace;
 mod turn;
 mod unfederated;
 

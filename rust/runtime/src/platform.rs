@@ -13,6 +13,8 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::{Instant, Tag};
 
+use crate::trace::{Event, Header};
+
 /// A socket of the platform: a place in its table, and how many sockets have had this place before.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct SocketId {
@@ -238,6 +240,13 @@ pub trait Platform {
     /// Is told what happens to tags and messages with decentralized coordination, to measure what delays them. It takes
     /// no time where nobody measures.
     fn observe(&mut self, _observation: Observation) {}
+
+    /// Is told whose event loop this is, before anything else of [`Platform::trace`].
+    fn trace_begins(&mut self, _header: Header) {}
+
+    /// Is told what happens in the event loop, at this time of [`Platform::now`], to record it. Without the feature
+    /// `traces` it is not called.
+    fn trace(&mut self, _at: Instant, _event: Event) {}
 
     /// Whether somebody (^C, a shutdown of the system) has asked this program to end.
     fn interrupted(&mut self) -> bool {

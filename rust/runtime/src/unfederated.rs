@@ -4,11 +4,16 @@
 use core::fmt;
 
 use lf_coordination::Deadline;
+#[cfg(feature = "traces")]
+use lf_model::ReactionStep;
+#[cfg(feature = "traces")]
+use lf_model::time::Instant;
 use lf_model::time::Tag;
 use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
 use crate::platform::Platform;
+use crate::trace::{self, Event, Role, Waits};
 use crate::turn::Turn;
 
 /// Runs an unfederated main reactor from its start, which is now, to its end.
@@ -48,16 +53,19 @@ impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
 impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// A program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
+        trace::begin(platform, Role::Program, Some(engine.tables()));
         let world = World(platform.outside());
         let start = world.0.physical_time();
         platform.starts(start);
         engine.start(start);
+        trace::note(platform, Event::Starts(start, engine.settings().fast));
         Self { platform, program, engine, world, asked_to_stop: false }
     }
 
     /// Runs at most one tag, the next one if it is due.
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if self.engine.is_done() {
+            trace::note(self.platform, Event::Ends(self.asked_to_stop));
             return Turn::Ended(if self.asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) });
         }
         if !self.asked_to_stop && self.platform.interrupted() {
@@ -75,7 +83,10 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         }
         match self.run(tag) {
             Ok(()) => Turn::Wait(Deadline::Now),
-            Err(error) => Turn::Ended(Err(error)),
+            Err(error) => {
+                trace::note(self.platform, Event::Ends(true));
+                Turn::Ended(Err(error))
+            }
         }
     }
 
@@ -83,13 +94,20 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// [`UnfederatedLoop::turn`] gave.
     pub fn wait(&mut self, until: Deadline) {
         if until != Deadline::Now {
+            let next = self.engine.next_tag();
+            let waits = Waits::of(None, None, next, until != Deadline::Never);
+            trace::note(self.platform, Event::WaitBegins(waits));
             self.platform.wait(until, &mut |_, _| {});
+            trace::note(self.platform, Event::WaitEnds);
         }
     }
 
     fn run(&mut self, tag: Tag) -> Result<(), RunError> {
         self.engine.begin(self.program, tag)?;
-        match self.engine.advance(self.program, &mut self.world, None) {
+        trace::note(self.platform, Event::TagBegins(tag));
+        let progress = self.engine.advance(self.program, &mut Alone(self.platform), None);
+        trace::note(self.platform, Event::TagEnds(tag));
+        match progress {
             Progress::Complete => Ok(()),
             Progress::Failed(error) => Err(error.into()),
             Progress::OutputFull { .. } | Progress::LevelLimit { .. } => {
@@ -99,7 +117,28 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     }
 }
 
-/// The world of a program without neighbors.
+/// The surroundings of a tag in a program without neighbors.
+struct Alone<'a, P>(&'a mut P);
+
+impl<P: Platform> Env for Alone<'_, P> {
+    fn outside(&self) -> &'static dyn Outside {
+        self.0.outside()
+    }
+
+    fn send(&mut self, _message: &Outgoing<'_>) -> Result<(), SendError> {
+        // The compiler gives outputs to federates only; without a connection nothing is lost by saying that it went.
+        Ok(())
+    }
+
+    #[cfg(feature = "traces")]
+    fn step(&mut self, step: ReactionStep, worker: Option<(u16, Instant)>) {
+        // Nobody corrects the clock of a program that is not federated.
+        let at = worker.map_or_else(|| self.0.now(), |(_, at)| at);
+        self.0.trace(at, trace::step_event(step, worker.map_or(0, |(worker, _)| worker)));
+    }
+}
+
+/// The world of a program while no tag is open.
 pub(crate) struct World(pub(crate) &'static dyn Outside);
 
 impl Env for World {

@@ -77,6 +77,8 @@ pub extern "C" fn lf_rti_listen() -> c_int {
 pub extern "C" fn lf_rti_main() -> c_int {
     let (rti, description) = rti_of_image();
     let status = status(rti.run(description), report);
+    #[cfg(feature = "traces")]
+    crate::trace::print(crate::trace::Whose::Rti);
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status
@@ -97,6 +99,8 @@ pub extern "C" fn lf_main() -> c_int {
     let mut status = 1;
     // SAFETY: the symbol is defined by `main!` in the crate that is linked, with this signature.
     unsafe { lf_federate_of_image(Federate { status: &mut status }) };
+    #[cfg(feature = "traces")]
+    crate::trace::print(crate::trace::Whose::Federate);
     // SAFETY: it has no precondition.
     unsafe { crate::raw::lf_watchdog_end() };
     status
@@ -110,6 +114,13 @@ pub extern "C" fn lf_version() -> *const c_char {
         Err(_) => c"unknown",
     };
     VERSION.as_ptr()
+}
+
+/// Prints what is recorded of all participants; for what ends the system otherwise.
+#[cfg(feature = "traces")]
+#[unsafe(no_mangle)]
+pub extern "C" fn lf_trace_print() {
+    crate::trace::print_all();
 }
 
 /// Sets what is called when the federate ends early, by an error or a panic; null for nothing.

@@ -26,6 +26,8 @@ mod raw;
 pub mod rti;
 pub mod settings;
 pub mod thread;
+#[cfg(feature = "traces")]
+mod trace;
 mod turn;
 mod wake;
 

@@ -14,6 +14,8 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     // SAFETY: it has no precondition.
     unsafe { raw::lf_log_flush() };
     crate::console::print_line(format_args!("lf: {info}"));
+    #[cfg(feature = "traces")]
+    crate::trace::print_all();
     crate::c_api::call_fatal_hook(format_args!("{info}"));
     stop(STATUS)
 }

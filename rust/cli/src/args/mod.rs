@@ -97,6 +97,14 @@ one clock against the other; and a histogram of the distances from that line.")]
     /// Run the RTI alone, with the options of the stock RTI.
     #[command(disable_version_flag = true)]
     Rti(RtiArgs),
+    /// Put what the participants of a run have recorded together: a file for Perfetto, and where time went.
+    #[command(long_about = "\
+Put what the participants of a run have recorded together: a file for Perfetto, and where time went.
+
+FOLDER has the files that `lfz run --trace FOLDER` or the option --trace of programs have written, and logs (`*.log`,
+`*.txt`) of the consoles of boards whose images have CONFIG_LF_TRACE=y. The result is opened at
+https://ui.perfetto.dev, which keeps it on this computer.")]
+    Trace(TraceArgs),
     /// Say in sentences what the codes mean that images without texts log, such as `lf#0.2.2.b.6`.
     #[command(long_about = "\
 Say in sentences what the codes mean that images without texts (CONFIG_LF_TEXTS=n) log, such as `lf#0.2.2.b.6`.
@@ -267,6 +275,9 @@ pub struct RunArgs {
     /// Write bounds that the run of a decentralized program has shown into this file, for `lfz plan --stp`.
     #[arg(long, value_name = "BOUNDS")]
     pub measure: Option<PathBuf>,
+    /// Record what happens in all participants in this folder, for `lfz trace`.
+    #[arg(long, value_name = "FOLDER")]
+    pub trace: Option<PathBuf>,
     /// What inputs do, and which devices are real: a file of lines such as `100 ms button0 1` and
     /// `led0 gpio /dev/gpiochip0 17`.
     #[arg(long, value_name = "SCRIPT")]
@@ -280,6 +291,20 @@ pub struct RunArgs {
     /// Arguments for every federate, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
     pub arguments: Vec<OsString>,
+}
+
+/// `lfz trace`
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    /// The folder of one run.
+    pub folder: PathBuf,
+    /// The file for Perfetto; FOLDER/trace.perfetto-trace if it is left out.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// The names of the program's parts: the trace.json that `lfz build` writes beside what it generates. If it is left
+    /// out, that in FOLDER.
+    #[arg(long, value_name = "FILE")]
+    pub names: Option<PathBuf>,
 }
 
 /// Where files are generated and compiled, and how.

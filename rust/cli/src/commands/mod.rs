@@ -9,6 +9,7 @@ mod plan;
 mod rti;
 mod run;
 mod supervise;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Scope(arguments) => scope::scope(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
+        Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
         Command::Moves { script, federate } => oscilloscope::print_moves(&script, &federate),

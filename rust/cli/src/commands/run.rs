@@ -16,6 +16,7 @@ use crate::measure;
 use crate::oscilloscope::Oscilloscope;
 use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
+use crate::trace;
 
 /// Builds all participants for this computer and runs them to their end.
 pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
@@ -35,6 +36,9 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
             "{name} does not ask for decentralized coordination: nobody waits there"
         )));
     }
+    if let Some(folder) = &arguments.trace {
+        trace::prepare(&built.plan, folder)?;
+    }
     let interrupts = Interrupts::of_this_process()?;
     let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
         // Which participant failed how has been said; a single number cannot say more than that one did.
@@ -47,6 +51,10 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         std::fs::write(bounds, measured.to_yaml(&built.plan))
             .map_err(|error| Failure::message(format!("cannot write {}: {error}", bounds.display())))?;
         terminal::remark(format_args!("{} messages measured: {}", measured.messages, bounds.display()));
+    }
+    if let Some(folder) = &arguments.trace {
+        let folder = folder.display();
+        terminal::remark(format_args!("recorded in {folder}: see it with `lfz trace {folder}`"));
     }
     Ok(ExitCode::from(ending.exit_code()))
 }
@@ -71,6 +79,9 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         words.extend(arguments.arguments.iter().map(Word::from));
         if arguments.measure.is_some() {
             words.extend(["--observations".into(), measure::file(&built.out, federate).into()]);
+        }
+        if let Some(folder) = &arguments.trace {
+            words.extend(["--trace".into(), trace::file(folder, name).into()]);
         }
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
@@ -108,6 +119,9 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
         }
     };
     words.extend(["--id".into(), Word::known("", Known::FederationId), "--port".into(), port.to_string().into()]);
+    if let Some(folder) = arguments.trace.as_ref().filter(|_| arguments.rti.is_none()) {
+        words.extend(["--trace".into(), trace::file(folder, "RTI").into()]);
+    }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))
 }

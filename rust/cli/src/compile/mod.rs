@@ -94,6 +94,7 @@ impl Request<'_> {
         let participants: Vec<Participant> =
             emitted.participants.iter().filter(|participant| wanted.contains(&participant.name)).cloned().collect();
         let programs = self.compile(&program, &emitted, &participants, &folders)?;
+        crate::trace::write_names(&program.plan, &folders.out)?;
         let counts = program.diagnostics.counts();
         Ok(Built { counts, plan: program.plan, rti: deployment.rti, out: folders.out, participants, programs })
     }

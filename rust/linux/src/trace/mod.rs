@@ -17,6 +17,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::trace::{Event, Header};
 use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
 
 use csv::Csv;
@@ -250,6 +251,14 @@ impl<P: Platform> Platform for Traced<P> {
     fn wait(&mut self, until: Deadline, ready: &mut dyn FnMut(SocketId, Interest)) {
         self.note_datagrams();
         self.platform.wait(until, ready);
+    }
+
+    fn trace_begins(&mut self, header: Header) {
+        self.platform.trace_begins(header);
+    }
+
+    fn trace(&mut self, at: Instant, event: Event) {
+        self.platform.trace(at, event);
     }
 
     fn interrupted(&mut self) -> bool {

@@ -3,6 +3,8 @@
 use super::{Engine, Progress};
 use crate::bits::Bits;
 use crate::context::ReactionContext;
+#[cfg(feature = "traces")]
+use crate::env::ReactionStep;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
@@ -158,11 +160,15 @@ impl Engine<'_> {
             mode: None,
             env,
         };
+        #[cfg(feature = "traces")]
+        ctx.env.step(ReactionStep::Begins(id, part), None);
         match part {
             Part::Body => program.react(id, &mut ctx),
             Part::MissedDeadline => program.miss_deadline(id, &mut ctx),
             Part::Tardy => program.handle_tardy(id, &mut ctx),
         }
+        #[cfg(feature = "traces")]
+        ctx.env.step(ReactionStep::Ends(id), None);
         let mode = ctx.mode;
         self.tables.request_mode(self.modes, mode);
     }

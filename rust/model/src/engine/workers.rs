@@ -12,7 +12,7 @@ use crate::workers::{ASKED, Level};
 impl Engine<'_> {
     /// Runs the reactions of a level side by side, if the program has workers and several reactions are ready, the
     /// first of which is this one. Gives whether that one has run; what has not, runs one by one.
-    pub(super) fn share_level(&mut self, program: &mut dyn Program, env: &dyn Env, first: u16) -> bool {
+    pub(super) fn share_level(&mut self, program: &mut dyn Program, env: &mut dyn Env, first: u16) -> bool {
         if self.tables.workers < 2 {
             return false;
         }
@@ -32,6 +32,8 @@ impl Engine<'_> {
             tardy: Tardy { reactions: Bits(self.tardy.reactions.0), intended: self.tardy.intended },
             modes: self.modes,
             outside: env.outside(),
+            #[cfg(feature = "traces")]
+            env,
         };
         program.share(number, &mut level);
         while let Some((ASKED, action)) = self.events.earliest() {

@@ -6,6 +6,7 @@ use lf_coordination::federate::{ClockSync, Federate, Needs};
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
 use crate::remark::{Remark, tell};
+use crate::trace::set_correction;
 use log::Level;
 
 /// The port for datagrams of the RTI.
@@ -43,7 +44,7 @@ impl ClockSyncPort {
                 send(platform, socket, from, &answer);
             }
             if heard.corrected {
-                platform.set_correction(machine.clock());
+                set_correction(platform, machine.clock());
             }
             if heard.stranger && !core::mem::replace(told, true) {
                 tell(Level::Warn, &Remark::Stranger(from));

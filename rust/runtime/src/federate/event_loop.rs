@@ -23,6 +23,7 @@ use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{NetError, Observation, Platform};
+use crate::trace::{self, Event as Traced, Role, TRACES, Waits, note, set_correction};
 use crate::turn::Turn;
 
 /// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
@@ -124,6 +125,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if N::BUFFER_CHECK {
             buffers.check(engine.tables(), federation, join.federation_id)?;
         }
+        trace::begin(platform, Role::Federate(federation.id), Some(engine.tables()));
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -145,7 +147,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         };
         let machine = Federate::new(config)?;
         if federation.test_offset != Interval::ZERO {
-            platform.set_correction(machine.clock());
+            set_correction(platform, machine.clock());
         }
         let (needed, found) = (federation.awaited.len(), known.len());
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
@@ -180,9 +182,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         }
         if let Stage::Leaving(since) = self.stage {
             if let Some(until) = self.leave(since, self.execution.failure.is_none()) {
+                note(self.platform, Traced::WaitBegins(Waits::End));
                 return Turn::Wait(until);
             }
             self.direct.report_losses(&self.execution);
+            note(self.platform, Traced::Ends(self.execution.failure.is_some()));
             self.stage = Stage::Ended;
         }
         Turn::Ended(self.execution.failure.map_or(Ok(()), Err))
@@ -199,6 +203,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             session.handle_ready(socket, interest);
             peers.handle_ready(socket, interest);
         });
+        if until != Deadline::Now {
+            note(self.platform, Traced::WaitEnds);
+        }
     }
 
     /// How many messages of other federates have come too late, with decentralized coordination. Those that were not
@@ -279,7 +286,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         match machine.handle_timeout(now) {
             Ok(Event::ClockCorrected(estimate)) => {
                 log::debug!("initial clock synchronization, with fewer exchanges than expected: {estimate}");
-                self.platform.set_correction(machine.clock());
+                set_correction(self.platform, machine.clock());
                 Ok(())
             }
             Ok(_) => Ok(()),
@@ -329,11 +336,12 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         } else {
             // One NET per tag, even when many tags go into one write: each lets the RTI grant the tag before to others,
             // who may need that before they can take the messages of this one.
-            self.session.collect(&mut self.execution.machine);
+            self.session.collect(self.platform, &mut self.execution.machine);
             self.execution.grant(now, tag, held)
         };
         if waits.is_none() {
             self.execution.begin(tag)?;
+            note(self.platform, Traced::TagBegins(tag));
             if N::INPUTS {
                 self.session.receiver.held.look_again();
             }
@@ -441,7 +449,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let (now, reason) = (self.platform.now(), self.reason(advance));
         let (execution, start) = (&self.execution, self.execution.engine.start_time());
         let report = self.waiting.note(now, reason, self.log_waits(), |tag| execution.local(tag), start);
-        event.min(execution.machine.poll_timeout()).min(sockets).min(report)
+        let until = event.min(execution.machine.poll_timeout()).min(sockets).min(report);
+        if TRACES && until != Deadline::Now {
+            let next = execution.tag_in_question().filter(|_| running);
+            let input = next.and_then(|tag| execution.unknown_input(tag));
+            let is_timed = matches!(advance, Advance::Until(Deadline::At(_)));
+            note(self.platform, Traced::WaitBegins(Waits::of(reason, input, next, is_timed)));
+        }
+        until
     }
 
     /// After how long it is said what the running federate waits for, if at all.
@@ -453,7 +468,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     fn reason(&self, advance: Advance) -> Option<Reason> {
         match self.execution.phase() {
             Phase::Running => {
-                self.log_waits()?;
+                if !TRACES {
+                    self.log_waits()?;
+                }
                 reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
             }
             Phase::Disconnected => Some(Reason::Rti),

@@ -9,6 +9,8 @@ use core::fmt;
 
 use lf_coordination::federate::{Awaited, Coordination, Federate, Needs, Phase};
 use lf_coordination::{Deadline, to_wire};
+#[cfg(feature = "traces")]
+use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, Env, InputId, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
 use lf_wire::Message;
@@ -16,6 +18,8 @@ use lf_wire::Message;
 use super::held::Held;
 use crate::description::PEERS;
 use crate::error::RunError;
+#[cfg(feature = "traces")]
+use crate::trace::{Event, step_event};
 use crate::unfederated::World;
 
 /// How far the tags of one turn came.
@@ -52,6 +56,10 @@ pub(super) trait Outlet {
 
     /// Sends another federate word past the RTI.
     fn tell_directly(&mut self, federate: u16, message: &Message<'_>) -> Result<(), SendError>;
+
+    /// Records what happens: now, or at this physical time of the federation.
+    #[cfg(feature = "traces")]
+    fn note(&mut self, at: Option<Instant>, event: Event);
 }
 
 /// Engine and machine of a federate.
@@ -221,6 +229,8 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             Progress::LevelLimit { .. } => return Ok(Some(limit)),
             Progress::Failed(error) => return Err(self.fail(error.into())),
         }
+        #[cfg(feature = "traces")]
+        gate.outlet.note(None, Event::TagEnds(self.engine.current_tag()));
         self.machine.complete(self.engine.had_network_input());
         self.take_stop_request();
         if !self.engine.is_done() {
@@ -350,6 +360,12 @@ struct Gate<'x, 'a, O, N: Needs> {
 impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
     fn outside(&self) -> &'static dyn Outside {
         self.outlet.outside()
+    }
+
+    #[cfg(feature = "traces")]
+    fn step(&mut self, step: ReactionStep, worker: Option<(u16, Instant)>) {
+        let at = worker.map(|(_, at)| self.machine.clock().local(at));
+        self.outlet.note(at, step_event(step, worker.map_or(0, |(worker, _)| worker)));
     }
 
     fn send(&mut self, message: &Outgoing<'_>) -> Result<(), SendError> {

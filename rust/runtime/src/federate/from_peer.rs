@@ -14,6 +14,7 @@ use super::late::Late;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
+use crate::trace::note_received;
 
 /// What this federate sends changes these parts.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
@@ -50,6 +51,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
         if !self.execution.engine.is_done() && self.execution.lacks_room(input, tag) {
             return Ok(Fate::Held(tag.unwrap_or(Tag::FOREVER), Some(input)));
         }
+        note_received(self.platform, &message, self.from);
         let Execution { engine, program, awaited, failure, .. } = &mut *self.execution;
         match (message, tag) {
             (Message::P2pTaggedMessage { payload, .. }, Some(tag)) => {

@@ -22,6 +22,7 @@ use super::held::Held;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
+use crate::trace::{Event as Traced, RTI, note, note_received, set_correction};
 
 /// What the RTI sends changes these parts.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
@@ -94,6 +95,7 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle(&mut self, message: Message<'_>) -> Result<Fate, Failed> {
+        note_received(self.platform, &message, RTI);
         let result = self.execution.machine.handle_message(self.now, message);
         let event = result.map_err(|error| {
             let error = if N::INPUTS { name_input(error, &self.execution.engine) } else { error.into() };
@@ -109,11 +111,12 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
             Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => self.learn(port, tag),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
-                self.platform.set_correction(machine.clock());
+                set_correction(self.platform, machine.clock());
             }
             Event::PeerFound { federate, address } => *self.found = Some((federate, address)),
             Event::Started(start) => {
                 self.platform.starts(start);
+                note(self.platform, Traced::Starts(start, engine.settings().fast));
                 self.execution.start(start);
             }
             Event::StopGranted(tag) => {

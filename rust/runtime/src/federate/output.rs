@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where messages go while a tag runs: into the send buffer of the session, or of a connection past the RTI.
 
+#[cfg(feature = "traces")]
+use lf_model::time::Instant;
+use lf_model::time::Tag;
 use lf_model::{NetworkOutput, Outgoing, Outside, SendError};
 use lf_wire::{Message, PushError};
 
@@ -11,6 +14,7 @@ use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::{Observation, Platform};
 use crate::remark::{PeerRemark, tell};
+use crate::trace::{self, Event, RTI, Subject, Word};
 use log::Level;
 
 /// The connections of a federate, to send over.
@@ -28,6 +32,13 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
             self.session.flush(self.platform);
         }
         if self.session.output().room() < needed { Err(SendError::NoRoom) } else { Ok(()) }
+    }
+
+    /// Records that a value of so many bytes goes to the other end of a connection.
+    fn note_value(&mut self, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
+        let to = (message.output.federate, message.output.port);
+        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+        trace::note(self.platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
     }
 
     /// The connection to this federate, with room for a message with so many bytes of payload if the system takes what
@@ -51,7 +62,10 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         self.make_room(max_len.saturating_add(TAGGED_MESSAGE_HEADER_BYTES))?;
         let encode = |bytes: &mut [u8]| message.encode(bytes);
         match self.session.output().push_tagged_with(port, federate, tag, max_len, encode) {
-            Ok(_) => Ok(()),
+            Ok(bytes) => {
+                self.note_value(message, Some(message.tag), RTI, bytes);
+                Ok(())
+            }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
             Err(PushError::Encode(_) | PushError::PayloadOverrun { .. }) => Err(SendError::NoRoom),
         }
@@ -59,7 +73,9 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
 
     fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
-        self.session.output().push(message).map_err(|_| SendError::NoRoom)
+        self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
+        trace::note_sent(self.platform, message, RTI);
+        Ok(())
     }
 
     fn send_directly(&mut self, message: &Outgoing<'_>, tag: Option<lf_wire::Tag>) -> Result<(), SendError> {
@@ -76,12 +92,13 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
             Some(tag) => peer.output().push_p2p_tagged_with(port, federate, tag, max_len, encode),
         };
         match pushed {
-            Ok(_) => {
+            Ok(bytes) => {
                 if tag.is_some() {
                     platform.observe(Observation::Sends { federate, port, tag: message.tag });
                     // At once, for its receiver may be waiting only for a time.
                     peer.flush(platform);
                 }
+                self.note_value(message, tag.map(|_| message.tag), federate, bytes);
                 Ok(())
             }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
@@ -99,6 +116,13 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
             return Err(SendError::NoRoom);
         }
         peer.flush(platform);
+        trace::note_sent(platform, message, federate);
         Ok(())
+    }
+
+    #[cfg(feature = "traces")]
+    fn note(&mut self, at: Option<Instant>, event: Event) {
+        let at = at.unwrap_or_else(|| self.platform.now());
+        self.platform.trace(at, event);
     }
 }

@@ -16,6 +16,7 @@ use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
 use crate::platform::{Interest, NetError, Platform, SocketId};
+use crate::trace::{RTI, note_sent};
 
 /// The session with the RTI.
 #[derive(Debug)]
@@ -108,7 +109,7 @@ impl<'s> Session<'s> {
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn transmit<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while self.is_open() {
-            self.collect(machine);
+            self.collect(platform, machine);
             if !self.flush(platform) {
                 return;
             }
@@ -120,10 +121,11 @@ impl<'s> Session<'s> {
     }
 
     /// Moves what the machine has to say into the output buffer, behind the messages of the tags it speaks of.
-    pub(super) fn collect(&mut self, machine: &mut Federate<'_, impl Needs>) {
+    pub(super) fn collect<P: Platform>(&mut self, platform: &mut P, machine: &mut Federate<'_, impl Needs>) {
         while let Some(message) = machine.poll_transmit(self.receiver.connection.output.room()) {
             // There is room: the machine was told how much, and gave a message that fits.
             let _ = self.receiver.connection.output.push(&message);
+            note_sent(platform, &message, RTI);
         }
     }
 

@@ -11,6 +11,8 @@ use lf_wire::{InBuffer, Message, OutBuffer, Storage};
 
 use crate::connection::{Reading, read, write};
 use crate::platform::{Interest, Platform, SocketId};
+#[cfg(feature = "traces")]
+use crate::trace::RTI;
 
 /// How long a closed connection may take to send what is pending, and its peer to close its own direction.
 ///
@@ -83,6 +85,9 @@ pub struct Outgoing<B> {
     pub(super) due: bool,
     /// An entry of that queue.
     pub(super) queue: u16,
+    /// Which federate it is, once it has said so, for records.
+    #[cfg(feature = "traces")]
+    pub(super) federate: u16,
 }
 
 /// How far a connection is closed from our side.
@@ -166,6 +171,8 @@ impl<B: Storage> Outgoing<B> {
             went: false,
             due: false,
             queue: 0,
+            #[cfg(feature = "traces")]
+            federate: RTI,
         }
     }
 
@@ -174,6 +181,10 @@ impl<B: Storage> Outgoing<B> {
         self.clear();
         self.state = State::Open;
         (self.awaited, self.refused) = (false, None);
+        #[cfg(feature = "traces")]
+        {
+            self.federate = RTI;
+        }
     }
 
     /// Frees the place: gives the socket, which is to be closed.

@@ -17,6 +17,7 @@ use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
 use crate::platform::{Platform, SocketId};
 use crate::remark::{ConnectionRemark, tell};
+use crate::trace::{self, Event, Role, Waits as WaitsFor, note};
 use crate::turn::Turn;
 use log::Level;
 
@@ -101,6 +102,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         's: 'a,
     {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
+        trace::begin(platform, Role::Rti, None);
         let mut port = DatagramPort::new(platform, datagrams);
         let authentication = config.authentication.is_some();
         let log_waits = config.log_waits.map(|interval| (interval, platform.now()));
@@ -165,8 +167,17 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             }
         }
         match self.rti.status() {
-            Status::Finished(outcome) if self.close_all() => Turn::Ended(outcome),
-            Status::Finished(_) | Status::Running => Turn::Wait(self.prepare_wait()),
+            Status::Finished(outcome) if self.close_all() => {
+                note(self.platform, Event::Ends(outcome != Outcome::Complete));
+                Turn::Ended(outcome)
+            }
+            Status::Finished(_) | Status::Running => {
+                let until = self.prepare_wait();
+                if until != Deadline::Now {
+                    note(self.platform, Event::WaitBegins(WaitsFor::Anything));
+                }
+                Turn::Wait(until)
+            }
         }
     }
 
@@ -179,10 +190,13 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
                 table.handle_ready(socket, interest);
             }
         });
+        if until != Deadline::Now {
+            note(self.platform, Event::WaitEnds);
+        }
     }
 
-    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, N, B>) -> R) -> R {
-        what(&mut self.rti, &mut self.table.outlet(self.notices).1)
+    fn tell<R>(&mut self, what: impl FnOnce(&mut Rti<'s>, &mut Outgoings<'_, P, N, B>) -> R) -> R {
+        what(&mut self.rti, &mut self.table.outlet(self.platform, self.notices).1)
     }
 
     /// Closes what is still open after the end of the federation. `true` when nothing is.
@@ -262,7 +276,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     fn offer(&mut self, index: usize) {
         let now = self.platform.now();
         for _ in 0..MESSAGES_PER_TURN {
-            let (inlets, mut outlet) = self.table.outlet(self.notices);
+            let (inlets, mut outlet) = self.table.outlet(self.platform, self.notices);
             let inlet = &mut inlets[index];
             let bytes = inlet.buffer.bytes();
             if bytes.is_empty() {
@@ -272,6 +286,8 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             }
             match self.rti.handle_input(now, ConnectionId(index), bytes, &mut outlet) {
                 Verdict::Consumed(count) => {
+                    #[cfg(feature = "traces")]
+                    outlet.note_received(index, now, bytes.get(..count).unwrap_or_default());
                     inlet.buffer.consume(count);
                     inlet.awaits_since = None;
                 }
@@ -370,7 +386,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         let Some(socket) = self.port.socket().filter(|_| P::DATAGRAMS) else { return };
         let Self { rti, table, notices, .. } = self;
         self.port.receive(self.platform, |platform, socket, now, from, datagram| {
-            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(*notices).1) {
+            if let Some(answer) = rti.handle_datagram(now, from, datagram, &mut table.outlet(platform, *notices).1) {
                 send(platform, socket, answer.to, &answer.message);
                 let probe = answer.coded_probe(platform.now());
                 send(platform, socket, probe.to, &probe.message);

@@ -5,10 +5,14 @@
 use lf_coordination::Deadline;
 use lf_coordination::rti::{ConnectionId, Notice, Outlet, SetupError};
 use lf_model::time::Instant;
+#[cfg(feature = "traces")]
+use lf_wire::{Decoded, Limits, decode};
 use lf_wire::{Message, Storage};
 
 use super::connections::{Awaited, Inlet, Outgoing, State};
-use crate::platform::{Interest, SocketId};
+use crate::platform::{Interest, Platform, SocketId};
+#[cfg(feature = "traces")]
+use crate::trace::{Event, Word, note_sent};
 
 /// The connections: what comes in on one side, what goes out on the other.
 pub(super) struct Table<'a, B> {
@@ -53,8 +57,12 @@ impl<'a, B: Storage> Table<'a, B> {
     }
 
     /// The receiving sides, and the sending sides as the machine sees them.
-    pub(super) fn outlet<'x, N>(&'x mut self, notices: &'x mut N) -> (&'x mut [Inlet<B>], Outgoings<'x, N, B>) {
-        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, notices })
+    pub(super) fn outlet<'x, P, N>(
+        &'x mut self,
+        platform: &'x mut P,
+        notices: &'x mut N,
+    ) -> (&'x mut [Inlet<B>], Outgoings<'x, P, N, B>) {
+        (self.inlets, Outgoings { table: self.outgoings, due: &mut self.due, platform, notices })
     }
 
     /// How many connections are in the queue.
@@ -252,13 +260,31 @@ fn connection_of<B>(table: &[Outgoing<B>], socket: SocketId) -> Option<usize> {
 }
 
 /// What the RTI's machine sees of the connections.
-pub(super) struct Outgoings<'a, N, B> {
+pub(super) struct Outgoings<'a, P, N, B> {
     table: &'a mut [Outgoing<B>],
     due: &'a mut Due,
+    /// Records what comes and goes.
+    #[cfg_attr(not(feature = "traces"), expect(dead_code, reason = "nothing is recorded"))]
+    platform: &'a mut P,
     notices: &'a mut N,
 }
 
-impl<N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, N, B> {
+#[cfg(feature = "traces")]
+impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
+    /// Records a message that has come at this time on a connection.
+    pub(super) fn note_received(&mut self, connection: usize, now: Instant, bytes: &[u8]) {
+        let Some(outgoing) = self.table.get_mut(connection) else { return };
+        let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) else { return };
+        if let Message::FedIds { federate, .. } = message {
+            outgoing.federate = federate;
+        }
+        if let Some(word) = Word::of(&message, outgoing.federate) {
+            self.platform.trace(now, Event::Received(word));
+        }
+    }
+}
+
+impl<P: Platform, N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, P, N, B> {
     fn room(&self, connection: ConnectionId) -> usize {
         self.table.get(connection.0).map_or(0, |outgoing| outgoing.buffer.room_max())
     }
@@ -267,6 +293,8 @@ impl<N: FnMut(Notice<'_>), B: Storage> Outlet for Outgoings<'_, N, B> {
         if let Some(outgoing) = self.table.get_mut(connection.0) {
             // There may be room, for the machine asks before.
             outgoing.push(message);
+            #[cfg(feature = "traces")]
+            note_sent(self.platform, message, outgoing.federate);
             self.due.push(self.table, connection.0);
         }
     }

@@ -11,6 +11,7 @@ use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
 use lf_runtime::platform::{Interest, Platform as _, Transfer};
+use lf_runtime::trace::Record;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
     Outbound, Outgoing, RtiSetup, RunError, Turn, buffer_bytes, peer_buffer_bytes, run_rti,
@@ -181,7 +182,7 @@ impl Plan {
 }
 
 /// How a federation went.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Report {
     pub outcome: Option<Result<Outcome, SetupError>>,
     pub results: Vec<Result<(), RunError>>,
@@ -202,6 +203,8 @@ pub struct Report {
     /// What the RTI has said.
     pub notices: Vec<String>,
     pub trouble: Option<Trouble>,
+    /// What the RTI has recorded, and then each federate.
+    pub records: Vec<Vec<Record>>,
 }
 
 #[derive(Default)]
@@ -275,7 +278,7 @@ pub fn run(plan: &Plan, conditions: Conditions) -> Report {
         }
         world.start();
     });
-    report(results.into_inner().unwrap(), world.trouble())
+    Report { records: world.records(), ..report(results.into_inner().unwrap(), world.trouble()) }
 }
 
 fn report(results: Results, trouble: Option<Trouble>) -> Report {
@@ -292,6 +295,7 @@ fn report(results: Results, trouble: Option<Trouble>) -> Report {
         lines: Vec::new(),
         notices,
         trouble,
+        records: Vec::new(),
     };
     for (ran, ended) in federates.into_values() {
         report.results.push(ran.result);

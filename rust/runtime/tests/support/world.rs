@@ -14,6 +14,7 @@ use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::trace::{Event, Record};
 use lf_testkit::network::Network;
 use lf_testkit::random::Random;
 
@@ -63,6 +64,8 @@ struct State {
     random: Random,
     network: Network<Wires>,
     participants: Vec<Participant>,
+    /// What each has recorded.
+    records: Vec<Vec<Record>>,
     turn: Option<usize>,
     fates: Vec<(u64, usize, Fate)>,
     turns_left: u64,
@@ -87,6 +90,7 @@ impl World {
             random: Random::new(conditions.seed),
             network: Network::new(Wires::new(conditions)),
             participants: Vec::new(),
+            records: Vec::new(),
             turn: None,
             fates: Vec::new(),
             turns_left: 60_000,
@@ -103,6 +107,7 @@ impl World {
         let clock_offset = clock_offset.as_nanos();
         let status = Status::Waiting(Some(begins));
         state.participants.push(Participant { status, woken: false, interrupted: false, clock_offset });
+        state.records.push(Vec::new());
         let me = state.network.join();
         let side = Side {
             world: self.clone(),
@@ -134,6 +139,11 @@ impl World {
     /// What those that accept connections have said and heard, in order.
     pub fn moves(&self) -> Vec<Move> {
         self.state().network.medium().moves().to_vec()
+    }
+
+    /// What each participant has recorded, in the order in which they have joined.
+    pub fn records(&self) -> Vec<Vec<Record>> {
+        self.state().records.clone()
     }
 
     /// Virtual time since the beginning.
@@ -319,6 +329,10 @@ impl Platform for VirtualPlatform {
 
     fn outside(&self) -> &'static dyn Outside {
         self.side
+    }
+
+    fn trace(&mut self, at: Instant, event: Event) {
+        self.world.state().records[self.me].push(Record { at, event });
     }
 
     fn set_correction(&mut self, correction: ClockCorrection) {

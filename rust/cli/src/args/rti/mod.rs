@@ -75,6 +75,9 @@ pub struct RtiArgs {
     /// Record all messages in this file, as text: comma-separated values.
     #[arg(long, value_name = "FILE")]
     trace_csv: Option<PathBuf>,
+    /// Record what happens in this file, which `lfz trace` reads beside those of the federates.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// A certificate and its key.
     #[arg(long, num_args = 0.., hide = true)]
     tls: Option<Vec<String>>,
@@ -140,6 +143,7 @@ impl RtiArgs {
             start_barrier_time_out: self.start_time_out.0,
             log_waits: self.log_waits,
             traces: self.traces(),
+            record: self.trace.clone(),
             payload_bytes_max: match self.max_message {
                 None => Options::payload_bytes_max_default(),
                 Some(bytes) => usize::try_from(bytes).unwrap_or(usize::MAX),

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From the clock of a participant to the time of the federation.
+
+use lf_linux::runtime::trace::{Event, Record};
+
+/// Corrections that change faster than one part in so many are steps: time is never slewed as fast.
+const STEP: i64 = 10;
+
+/// What a participant's clock was corrected by, and when.
+#[derive(Debug, Default)]
+pub(crate) struct Clock {
+    /// Times of the own clock and what is to be added then, in order.
+    points: Vec<(i64, i64)>,
+}
+
+impl Clock {
+    /// The corrections that are among the records. What was before the last step was not known yet, and is taken to be
+    /// as right after as before.
+    pub(crate) fn of(records: &[Record]) -> Self {
+        let mut points: Vec<(i64, i64)> = Vec::new();
+        for record in records {
+            let Event::Clock(time) = record.event else { continue };
+            let (at, offset) = (record.at.0, time.0.saturating_sub(record.at.0));
+            let is_step = |&(last, before): &(i64, i64)| (offset - before).abs() > (at - last).max(1_000_000) / STEP;
+            if points.last().is_some_and(is_step) {
+                points.clear();
+            }
+            points.push((at, offset));
+        }
+        Self { points }
+    }
+
+    /// The federation's time at a time of the own clock.
+    pub(crate) fn time(&self, at: i64) -> i64 {
+        let next = self.points.partition_point(|(point, _)| *point <= at);
+        let before = next.checked_sub(1).and_then(|index| self.points.get(index));
+        let offset = match (before, self.points.get(next)) {
+            (Some((begin, from)), Some((end, to))) => {
+                let part = i128::from(to - from) * i128::from(at - begin) / i128::from((end - begin).max(1));
+                from + i64::try_from(part).unwrap_or(0)
+            }
+            (Some((_, offset)), None) | (None, Some((_, offset))) => *offset,
+            (None, None) => 0,
+        };
+        at.saturating_add(offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lf_linux::model::time::Instant;
+
+    use super::*;
+
+    #[test]
+    fn a_step_counts_from_the_beginning_and_what_follows_in_between() {
+        let record = |at, time| Record { at: Instant(at), event: Event::Clock(Instant(time)) };
+        let second = 1_000_000_000;
+        let clock = Clock::of(&[record(0, 0), record(100, 5 * second + 100), record(second, 6 * second + 1_000)]);
+        assert_eq!(clock.time(0), 5 * second);
+        assert_eq!(clock.time(second), 6 * second + 1_000);
+        assert_eq!(clock.time(second / 2), 5 * second + second / 2 + 499);
+        assert_eq!(clock.time(2 * second), 7 * second + 1_000);
+        assert_eq!(Clock::default().time(7), 7);
+    }
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `lfz trace`: what participants have recorded, put together on one time axis.
+
+mod arrows;
+mod clock;
+mod names;
+mod perfetto;
+mod read;
+mod story;
+mod table;
+mod words;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use lf_compiler::plan::Plan;
+use lf_linux::runtime::trace::Role;
+
+use crate::failure::Failure;
+use names::Names;
+use story::Story;
+
+/// What was made of a folder.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    /// Where time went, for people.
+    pub(crate) table: String,
+    /// How many participants there are.
+    pub(crate) participants: usize,
+    /// How many messages were seen at both ends.
+    pub(crate) arrows: usize,
+}
+
+/// The file that a participant writes into a folder.
+pub(crate) fn file(folder: &Path, participant: &str) -> PathBuf {
+    folder.join(format!("{participant}.{}", read::EXTENSION))
+}
+
+/// Writes the table of names of a program into a folder.
+///
+/// # Errors
+/// When it cannot be written.
+pub(crate) fn write_names(plan: &Plan, folder: &Path) -> Result<(), Failure> {
+    Names::of(plan).write(folder).map(drop)
+}
+
+/// Makes a folder ready for the traces of a run: what an earlier one has left is taken away.
+///
+/// # Errors
+/// When it cannot be made or written.
+pub(crate) fn prepare(plan: &Plan, folder: &Path) -> Result<(), Failure> {
+    let wrong = |error| Failure::message(format!("cannot use the folder {}: {error}", folder.display()));
+    fs::create_dir_all(folder).map_err(wrong)?;
+    for entry in fs::read_dir(folder).map_err(wrong)? {
+        let path = entry.map_err(wrong)?.path();
+        if path.extension().is_some_and(|extension| extension == read::EXTENSION) {
+            fs::remove_file(&path).map_err(wrong)?;
+        }
+    }
+    write_names(plan, folder)
+}
+
+/// Puts the traces of a folder together, and writes the file for Perfetto.
+///
+/// # Errors
+/// When there is no trace, one is damaged or of another program, or the file cannot be written.
+pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<Outcome, Failure> {
+    let all = read::read(folder)?;
+    let names = Names::read(names.unwrap_or(&folder.join(names::FILE)))?;
+    let mut stories = Vec::new();
+    for recorded in &all {
+        let wrong = |reason| Failure::message(format!("{}: {reason}", recorded.source.display()));
+        let role = recorded.header.role;
+        let id = match role {
+            Role::Federate(id) => Some(id),
+            Role::Rti | Role::Program => None,
+        };
+        let participant = names.of_participant(&recorded.header).map_err(wrong)?;
+        stories.push(Story::of(recorded, names.name(role), id, participant));
+    }
+    // The RTI has no start of its own.
+    let start = stories.iter().find_map(|story| story.start);
+    for story in &mut stories {
+        story.start = story.start.or(start);
+    }
+    let arrows = arrows::draw(&mut stories);
+    fs::write(output, perfetto::encode(&stories, &names))
+        .map_err(|error| Failure::message(format!("cannot write {}: {error}", output.display())))?;
+    Ok(Outcome { table: table::table(&stories, &names), participants: stories.len(), arrows })
+}

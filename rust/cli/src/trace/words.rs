@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Records in words, for tracks and for the table.
+
+use lf_linux::model::time::Tag;
+use lf_linux::runtime::trace::{Patience, RTI, Waits};
+
+use super::names::Names;
+use super::story::Story;
+
+/// A duration with four digits or less.
+pub(crate) fn duration(ns: i64) -> String {
+    const UNITS: [(&str, i64); 4] = [("s", 1_000_000_000), ("ms", 1_000_000), ("µs", 1_000), ("ns", 1)];
+    let (unit, size) = UNITS.into_iter().find(|(_, size)| ns.abs() >= *size).unwrap_or(UNITS[3]);
+    let (whole, part) = (ns / size, ns % size);
+    match (whole.abs(), size) {
+        (_, 1) | (100.., _) => format!("{whole} {unit}"),
+        (10..100, _) => format!("{whole}.{} {unit}", part.abs() * 10 / size),
+        _ => format!("{whole}.{:02} {unit}", part.abs() * 100 / size),
+    }
+}
+
+/// A tag, since the start where that is known: `(10 ms, 0)`.
+pub(crate) fn tag(tag: Tag, start: Option<i64>) -> String {
+    match (tag, start) {
+        (Tag::NEVER, _) => "NEVER".to_owned(),
+        (Tag::FOREVER, _) => "FOREVER".to_owned(),
+        (Tag { time, microstep }, Some(start)) => format!("({}, {microstep})", exactly(time.0.saturating_sub(start))),
+        (tag, None) => tag.to_string(),
+    }
+}
+
+/// A time in the largest unit of which it is a multiple.
+fn exactly(ns: i64) -> String {
+    const UNITS: [(&str, i64); 3] = [("s", 1_000_000_000), ("ms", 1_000_000), ("µs", 1_000)];
+    let unit = UNITS.into_iter().find(|(_, size)| ns % size == 0);
+    unit.map_or_else(|| format!("{ns} ns"), |(unit, size)| format!("{} {unit}", ns / size))
+}
+
+/// A federate's name.
+pub(crate) fn federate(names: &Names, id: u16) -> String {
+    names.federates.get(usize::from(id)).map_or_else(|| format!("federate {id}"), |found| found.name.clone())
+}
+
+/// The connection that ends at an input, by the federate and the number on the wire.
+pub(crate) fn connection(names: &Names, (id, port): (u16, u16)) -> String {
+    let inputs = names.federates.get(usize::from(id)).map_or(&[][..], |found| &found.inputs);
+    inputs
+        .iter()
+        .find(|input| input.port == port)
+        .map_or_else(|| format!("input {port} of {}", federate(names, id)), |input| input.name.clone())
+}
+
+/// What is waited for: what comes after "waiting for".
+pub(crate) fn waits(story: &Story<'_>, names: &Names, waits: Waits) -> String {
+    match waits {
+        Waits::Anything if story.is_rti => "messages".to_owned(),
+        Waits::Anything => "anything to do".to_owned(),
+        Waits::Time(_) => "the time of a tag".to_owned(),
+        Waits::Start => "the start".to_owned(),
+        Waits::End => "others to take the last words".to_owned(),
+        Waits::Grant(_) => "a grant".to_owned(),
+        Waits::Input(_, input, Patience::Endless) => story.input(input),
+        Waits::Input(_, input, Patience::Limited) => format!("{}, no longer than maxwait", story.input(input)),
+        Waits::Room(_, RTI) => "room at the RTI".to_owned(),
+        Waits::Room(_, id) => format!("room at {}", federate(names, id)),
+    }
+}
+
+/// The tag that a wait is about.
+pub(crate) fn tag_of(waits: Waits) -> Option<Tag> {
+    match waits {
+        Waits::Anything | Waits::Start | Waits::End => None,
+        Waits::Time(tag) | Waits::Grant(tag) | Waits::Input(tag, ..) | Waits::Room(tag, _) => Some(tag),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration;
+
+    #[test]
+    fn durations_have_three_digits_and_their_unit() {
+        for (ns, words) in [
+            (0, "0 ns"),
+            (999, "999 ns"),
+            (1_234, "1.23 µs"),
+            (12_345, "12.3 µs"),
+            (123_456_789, "123 ms"),
+            (2_000_000_000, "2.00 s"),
+            (-1_500_000, "-1.50 ms"),
+        ] {
+            assert_eq!(duration(ns), words);
+        }
+    }
+}

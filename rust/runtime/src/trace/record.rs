@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Records as bytes: 32 of them, little-endian, the same on every system.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 0–7 | when, in nanoseconds of the own clock |
+//! | 8–15, 16–19 | the tag: its time and its microstep; or a time, or a number |
+//! | 20–23 | a number of bytes |
+//! | 24 | the kind |
+//! | 25 | more about the kind |
+//! | 26–27 | a federate |
+//! | 28–29 | an input, a reaction, or the federate for which a value is |
+//! | 30–31 | a worker, or the input of that federate |
+
+use core::fmt;
+
+use lf_model::Part;
+use lf_model::time::{Instant, Microstep, Tag};
+
+use super::{Event, Patience, Subject, Waits, Word};
+
+/// Bytes of a record, and of a header.
+pub const RECORD_BYTES: usize = 32;
+
+/// How a header begins.
+pub const MAGIC: [u8; 8] = *b"lftrace\n";
+
+/// The version of the format.
+pub const FORMAT: u16 = 1;
+
+/// Something that has happened, and when.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Record {
+    /// By the own clock, whose relation to the federation's time [`Event::Clock`] tells.
+    pub at: Instant,
+    /// What.
+    pub event: Event,
+}
+
+/// Whose records follow.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Header {
+    /// Who it is.
+    pub role: Role,
+    /// How many reactions, inputs and outputs its tables have, by which a table of names can be told from another's.
+    pub sizes: [u16; 3],
+}
+
+/// A participant.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Role {
+    /// The federate with this id.
+    Federate(u16),
+    /// The RTI.
+    Rti,
+    /// A program that is not federated.
+    Program,
+}
+
+/// Why bytes are no record or header.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Damage {
+    /// They do not begin as a header does.
+    Foreign,
+    /// They are of another version of the format.
+    Version(u16),
+    /// There is no such thing.
+    Kind(u8),
+}
+
+impl fmt::Display for Damage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Foreign => f.write_str("it does not begin as a trace does"),
+            Self::Version(version) => write!(f, "it is of version {version} of the format, and not of {FORMAT}"),
+            Self::Kind(kind) => write!(f, "it has a record of a kind {kind} that is not known"),
+        }
+    }
+}
+
+impl Header {
+    /// The header as bytes.
+    pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
+        let (role, id) = match self.role {
+            Role::Federate(id) => (0, id),
+            Role::Rti => (1, 0),
+            Role::Program => (2, 0),
+        };
+        let mut bytes = Bytes([0; RECORD_BYTES]);
+        bytes.put(0, MAGIC);
+        bytes.put(8, FORMAT.to_le_bytes());
+        bytes.put(10, [role]);
+        bytes.put(12, id.to_le_bytes());
+        for (index, size) in self.sizes.into_iter().enumerate() {
+            bytes.put(14 + 2 * index, size.to_le_bytes());
+        }
+        bytes.0
+    }
+
+    /// Reads a header.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
+        let bytes = Bytes(*bytes);
+        if bytes.get::<8>(0) != MAGIC {
+            return Err(Damage::Foreign);
+        }
+        let number = |at| u16::from_le_bytes(bytes.get(at));
+        if number(8) != FORMAT {
+            return Err(Damage::Version(number(8)));
+        }
+        let role = match bytes.0[10] {
+            0 => Role::Federate(number(12)),
+            1 => Role::Rti,
+            2 => Role::Program,
+            other => return Err(Damage::Kind(other)),
+        };
+        Ok(Self { role, sizes: [number(14), number(16), number(18)] })
+    }
+}
+
+/// The fields of a record that an event fills.
+#[derive(Default)]
+struct Fields {
+    kind: u8,
+    detail: u8,
+    time: i64,
+    microstep: u32,
+    bytes: u32,
+    peer: u16,
+    port: u16,
+    lane: u16,
+}
+
+/// The bit of a message's detail that says that it has a tag.
+const TAGGED: u8 = 0x80;
+
+impl Fields {
+    fn new(kind: u8) -> Self {
+        Self { kind, ..Self::default() }
+    }
+
+    /// With a tag, or zeros.
+    fn tag(self, tag: impl Into<Option<Tag>>) -> Self {
+        let tag = tag.into();
+        let (time, microstep) = tag.map_or((0, 0), |tag| (tag.time.0, tag.microstep.0));
+        Self { time, microstep, ..self }
+    }
+
+    fn word(kind: u8, word: Word) -> Self {
+        let (port, lane) = word.to;
+        let tagged = if word.tag.is_some() { TAGGED } else { 0 };
+        let detail = word.subject as u8 | tagged;
+        Self { detail, bytes: word.bytes, peer: word.peer, port, lane, ..Self::new(kind) }.tag(word.tag)
+    }
+
+    fn waits(waits: Waits) -> Self {
+        let (detail, tag, port, lane) = match waits {
+            Waits::Anything => (0, None, 0, 0),
+            Waits::Time(tag) => (1, Some(tag), 0, 0),
+            Waits::Start => (2, None, 0, 0),
+            Waits::Grant(tag) => (3, Some(tag), 0, 0),
+            Waits::Input(tag, input, patience) => (4, Some(tag), input, u16::from(patience == Patience::Limited)),
+            Waits::Room(tag, peer) => (5, Some(tag), peer, 0),
+            Waits::End => (6, None, 0, 0),
+        };
+        Self { detail, port, lane, ..Self::new(9) }.tag(tag)
+    }
+
+    fn to_waits(&self) -> Option<Waits> {
+        let tag = self.to_tag();
+        Some(match self.detail {
+            0 => Waits::Anything,
+            1 => Waits::Time(tag),
+            2 => Waits::Start,
+            3 => Waits::Grant(tag),
+            4 => Waits::Input(tag, self.port, if self.lane == 0 { Patience::Endless } else { Patience::Limited }),
+            5 => Waits::Room(tag, self.port),
+            6 => Waits::End,
+            _ => return None,
+        })
+    }
+
+    fn to_tag(&self) -> Tag {
+        Tag { time: Instant(self.time), microstep: Microstep(self.microstep) }
+    }
+
+    fn to_word(&self) -> Option<Word> {
+        let subject = *Subject::ALL.get(usize::from(self.detail & !TAGGED))?;
+        let tag = (self.detail & TAGGED != 0).then(|| self.to_tag());
+        Some(Word { subject, peer: self.peer, to: (self.port, self.lane), tag, bytes: self.bytes })
+    }
+
+    fn of(event: Event) -> Self {
+        match event {
+            Event::Clock(time) => Self { time: time.0, ..Self::new(1) },
+            Event::Starts(time, fast) => Self { time: time.0, detail: fast.into(), ..Self::new(2) },
+            Event::TagBegins(tag) => Self::new(3).tag(tag),
+            Event::TagEnds(tag) => Self::new(4).tag(tag),
+            Event::ReactionBegins(port, part, lane) => {
+                let detail = match part {
+                    Part::Body => 0,
+                    Part::MissedDeadline => 1,
+                    Part::Tardy => 2,
+                };
+                Self { detail, port, lane, ..Self::new(5) }
+            }
+            Event::ReactionEnds(port, lane) => Self { port, lane, ..Self::new(6) },
+            Event::Sent(word) => Self::word(7, word),
+            Event::Received(word) => Self::word(8, word),
+            Event::WaitBegins(waits) => Self::waits(waits),
+            Event::WaitEnds => Self::new(10),
+            Event::Ends(failed) => Self { detail: failed.into(), ..Self::new(11) },
+            Event::Lost(count) => Self { time: count.cast_signed(), ..Self::new(12) },
+        }
+    }
+
+    fn to_event(&self) -> Option<Event> {
+        Some(match self.kind {
+            1 => Event::Clock(Instant(self.time)),
+            2 => Event::Starts(Instant(self.time), self.detail != 0),
+            3 => Event::TagBegins(self.to_tag()),
+            4 => Event::TagEnds(self.to_tag()),
+            5 => {
+                let part = match self.detail {
+                    0 => Part::Body,
+                    1 => Part::MissedDeadline,
+                    2 => Part::Tardy,
+                    _ => return None,
+                };
+                Event::ReactionBegins(self.port, part, self.lane)
+            }
+            6 => Event::ReactionEnds(self.port, self.lane),
+            7 => Event::Sent(self.to_word()?),
+            8 => Event::Received(self.to_word()?),
+            9 => Event::WaitBegins(self.to_waits()?),
+            10 => Event::WaitEnds,
+            11 => Event::Ends(self.detail != 0),
+            12 => Event::Lost(self.time.cast_unsigned()),
+            _ => return None,
+        })
+    }
+}
+
+impl Record {
+    /// The record as bytes.
+    pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
+        let fields = Fields::of(self.event);
+        let mut bytes = Bytes([0; RECORD_BYTES]);
+        bytes.put(0, self.at.0.to_le_bytes());
+        bytes.put(8, fields.time.to_le_bytes());
+        bytes.put(16, fields.microstep.to_le_bytes());
+        bytes.put(20, fields.bytes.to_le_bytes());
+        bytes.put(24, [fields.kind, fields.detail]);
+        bytes.put(26, fields.peer.to_le_bytes());
+        bytes.put(28, fields.port.to_le_bytes());
+        bytes.put(30, fields.lane.to_le_bytes());
+        bytes.0
+    }
+
+    /// Reads a record.
+    ///
+    /// # Errors
+    /// [`Damage::Kind`] when it is none.
+    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, Damage> {
+        let bytes = Bytes(*bytes);
+        let number = |at| u16::from_le_bytes(bytes.get(at));
+        let fields = Fields {
+            time: i64::from_le_bytes(bytes.get(8)),
+            microstep: u32::from_le_bytes(bytes.get(16)),
+            bytes: u32::from_le_bytes(bytes.get(20)),
+            kind: bytes.0[24],
+            detail: bytes.0[25],
+            peer: number(26),
+            port: number(28),
+            lane: number(30),
+        };
+        let event = fields.to_event().ok_or(Damage::Kind(fields.kind))?;
+        Ok(Self { at: Instant(i64::from_le_bytes(bytes.get(0))), event })
+    }
+}
+
+/// Bytes with places, all of which are constants within them.
+struct Bytes([u8; RECORD_BYTES]);
+
+impl Bytes {
+    fn put<const N: usize>(&mut self, at: usize, value: [u8; N]) {
+        self.0[at..at + N].copy_from_slice(&value);
+    }
+
+    fn get<const N: usize>(&self, at: usize) -> [u8; N] {
+        let mut value = [0; N];
+        value.copy_from_slice(&self.0[at..at + N]);
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Whatever is a record is one again after it was read and written, and no bytes make reading panic.
+        #[test]
+        fn records_are_the_same_when_they_are_read_again(mut bytes: [u8; RECORD_BYTES], kind in 0u8..14, detail in 0u8..16) {
+            (bytes[24], bytes[25]) = (kind, detail);
+            if let Ok(record) = Record::from_bytes(&bytes) {
+                prop_assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
+            }
+        }
+
+        #[test]
+        fn headers_are_the_same_when_they_are_read_again(id: u16, role in 0..3, sizes: [u16; 3]) {
+            let role = [Role::Federate(id), Role::Rti, Role::Program][usize::try_from(role).unwrap_or(0)];
+            let header = Header { role, sizes };
+            prop_assert_eq!(Header::from_bytes(&header.to_bytes()), Ok(header));
+        }
+    }
+
+    #[test]
+    fn every_subject_is_found_by_its_number() {
+        for subject in Subject::ALL {
+            assert_eq!(Subject::ALL[subject as usize], subject);
+        }
+    }
+}

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the participants of an image record, in rings of `CONFIG_LF_TRACE_RECORDS` records in static memory.
+//!
+//! A ring is printed to the console when its participant has ended, however that was: a line for the header and each
+//! record, `lf-trace WHO` and 64 hexadecimal digits, and at last `lf-trace WHO end`. `lfz trace` finds them in logs.
+
+use core::cell::RefCell;
+use core::fmt;
+
+use critical_section::Mutex;
+use lf_model::Outside;
+use lf_model::time::Instant;
+use lf_runtime::trace::{Event, Header, RECORD_BYTES, Record, Ring, Role};
+
+use crate::kconfig::LF_TRACE_RECORDS;
+use crate::outside::ZephyrOutside;
+use crate::{clock, console};
+
+/// The participant of an image whose records these are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Whose {
+    /// The federate, or a program that is not federated.
+    Federate,
+    /// The RTI.
+    Rti,
+}
+
+struct Trace {
+    header: Option<Header>,
+    ring: Ring<LF_TRACE_RECORDS>,
+}
+
+type Place = Mutex<RefCell<Trace>>;
+
+static FEDERATE: Place = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
+#[cfg(CONFIG_LF_RTI)]
+static RTI: Place = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
+
+/// Calls `with` for the trace of a participant, while nobody else uses it.
+fn with<T>(whose: Whose, then: impl FnOnce(&mut Trace) -> T) -> T {
+    let place = match whose {
+        #[cfg(CONFIG_LF_RTI)]
+        Whose::Rti => &RTI,
+        _ => &FEDERATE,
+    };
+    critical_section::with(|section| then(&mut place.borrow_ref_mut(section)))
+}
+
+/// Records begin: whose they are.
+pub(crate) fn begin(whose: Whose, header: Header) {
+    with(whose, |trace| trace.header = Some(header));
+}
+
+/// Keeps a record.
+pub(crate) fn note(whose: Whose, at: Instant, event: Event) {
+    with(whose, |trace| trace.ring.push(at, event));
+}
+
+/// Prints what a participant has recorded, once.
+pub(crate) fn print(whose: Whose) {
+    let Some(header) = with(whose, |trace| trace.header.take()) else { return };
+    let who = Who(header.role);
+    let line = |bytes: [u8; RECORD_BYTES]| console::print_line(format_args!("lf-trace {who} {}", Hexadecimal(bytes)));
+    line(header.to_bytes());
+    // The last correction of the clock may be lost. It counts for all that is not before another one.
+    let (at, time) = (clock::now(), ZephyrOutside::of_program().physical_time());
+    let mut clock = Some(Record { at, event: Event::Clock(time) });
+    let mut index = 0;
+    // One at a time, so that interrupts are not locked while a line is printed.
+    while let Some(record) = with(whose, |trace| trace.ring.records().nth(index)).or_else(|| clock.take()) {
+        line(record.to_bytes());
+        index += 1;
+    }
+    console::print_line(format_args!("lf-trace {who} end"));
+}
+
+/// Prints what all have recorded.
+pub(crate) fn print_all() {
+    print(Whose::Federate);
+    #[cfg(CONFIG_LF_RTI)]
+    print(Whose::Rti);
+}
+
+/// A participant in a line.
+struct Who(Role);
+
+impl fmt::Display for Who {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Role::Federate(id) => write!(f, "{id}"),
+            Role::Rti => f.write_str("rti"),
+            Role::Program => f.write_str("program"),
+        }
+    }
+}
+
+/// Bytes as digits.
+struct Hexadecimal([u8; RECORD_BYTES]);
+
+impl fmt::Display for Hexadecimal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
