@@ -38,27 +38,33 @@ pub(crate) struct Arguments {
     pub(crate) only: Vec<Part>,
     /// How often each measurement is made, in turns; the best one counts.
     #[arg(long, value_name = "N", default_value = "3", default_value_if("quick", "true", "2"))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) rounds: u32,
     /// How many exchanges a measurement of latency has.
     #[arg(long, value_name = "N", default_value = "5000", default_value_if("quick", "true", "1000"))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) exchanges: u32,
     /// How many seconds a measurement of throughput or growth takes.
     #[arg(long, value_name = "SECONDS", default_value = "2", default_value_if("quick", "true", "1"))]
     pub(crate) seconds: u64,
     /// How many federates the large federation has.
-    #[arg(long, value_name = "N", default_value = "500", default_value_if("quick", "true", "100"), value_parser = clap::value_parser!(u16).range(2..=4096))]
+    #[arg(long, value_name = "N", default_value = "500", default_value_if("quick", "true", "100"))]
+    #[arg(value_parser = clap::value_parser!(u16).range(2..=4096))]
     pub(crate) large: u16,
     /// How many seconds the large federation runs.
     #[arg(long, value_name = "SECONDS", default_value = "60", default_value_if("quick", "true", "5"))]
     pub(crate) large_seconds: u64,
     /// How often the smart grid is run with each setting.
-    #[arg(long, value_name = "N", default_value = "10", default_value_if("quick", "true", "3"), value_parser = clap::value_parser!(u32).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value = "10", default_value_if("quick", "true", "3"))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) iterations: u32,
     /// How often the smart grid is run without a violation before a delay counts as long enough.
-    #[arg(long, value_name = "N", default_value = "100", default_value_if("quick", "true", "5"), value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value = "100", default_value_if("quick", "true", "5"))]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) after_runs: u32,
     /// How many seconds the application with the drifting clock runs.
-    #[arg(long, value_name = "SECONDS", default_value = "600", default_value_if("quick", "true", "20"), value_parser = clap::value_parser!(u64).range(2..))]
+    #[arg(long, value_name = "SECONDS", default_value = "600", default_value_if("quick", "true", "20"))]
+    #[arg(value_parser = clap::value_parser!(u64).range(2..))]
     pub(crate) drift_seconds: u64,
 }
 

@@ -26,7 +26,7 @@ pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
 pub use peer::{Load, Peer};
 pub use pins::{offsets, read_pins, trend};
 pub use process::{Program, RunningRti, Usage};
-pub use samples::Samples;
+pub use samples::{Samples, micros};
 pub use swarm::{Swarm, Traffic};
 
 /// The federation id of every federation here.

@@ -40,7 +40,8 @@ pub fn offsets(one: &[i64], other: &[i64], reach_ns: i64) -> Vec<[f64; 2]> {
     one.iter().filter_map(nearest).collect()
 }
 
-/// The line through points with the least squares, as its value at 0 and its slope; none for fewer than two values of x.
+/// The line through points with the least squares, as its value at 0 and its slope; none for fewer than two values of
+/// x.
 #[expect(clippy::cast_precision_loss, reason = "there are few points")]
 pub fn trend(points: &[[f64; 2]]) -> Option<(f64, f64)> {
     let count = points.len() as f64;

@@ -3,6 +3,11 @@
 
 use std::time::Duration;
 
+/// A duration in µs.
+pub fn micros(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e6
+}
+
 /// Durations that were measured one by one.
 #[derive(Clone, Debug, Default)]
 pub struct Samples(Vec<Duration>);

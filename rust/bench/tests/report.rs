@@ -117,7 +117,7 @@ fn each_drawing_is_xml_with_all_of_its_labels() {
         let document = roxmltree::Document::parse(&drawing).expect("it is XML");
         let texts: Vec<_> = document
             .descendants()
-            .filter(|node| node.is_text())
+            .filter(roxmltree::Node::is_text)
             .filter_map(|node| node.text())
             .map(str::trim)
             .collect();

@@ -8,7 +8,7 @@ use super::ping::ping;
 use super::thesis::{THESIS, Thesis};
 use super::{Applications, Board};
 use crate::results::{Axis, Cell, Comparison, Curve, Figure, Finding, Plot, Row, Table, Who};
-use crate::{Result, Samples};
+use crate::{Result, Samples, micros};
 
 /// As in `MessageDelays.lf`.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -131,7 +131,7 @@ fn delay_numbers(all: &[Vec<Samples>; WAYS.len()]) -> (Table, Vec<Comparison>) {
 
 /// The best round, of what so many percent of the messages took at most, in µs.
 fn of_rounds(rounds: &[Samples], percent: usize) -> Cell {
-    let times: Vec<f64> = rounds.iter().map(|samples| samples.percentile(percent).as_secs_f64() * 1e6).collect();
+    let times: Vec<f64> = rounds.iter().map(|samples| micros(samples.percentile(percent))).collect();
     Cell::least(&times, 0)
 }
 

@@ -20,9 +20,17 @@ const LIMITS: [&str; 3] = [
     "Numbers of two runs, or of two computers, cannot be compared: what else the computer does, and whether it is a \
      virtual one, decides more than the programs do. Ratios within one run can, because all that is compared there \
      takes turns.",
-    "Of the thesis's figures only what its text tells is drawn: samples of its histogram and its line of regression are \
-     not published.",
+    "Of the thesis's figures only what its text tells is drawn: the samples of its histogram and of its line are not \
+     published.",
 ];
+
+/// What a quick run is not.
+const QUICK: &str = "A quick run, whose numbers are rough: there were few and short rounds, the smart grid and the \
+                     rate ran on Linux alone, and of virtual boards and images only the first ones were measured.";
+
+/// How numbers are to be read.
+const READING: &str = "Each number is the best of its rounds unless its section says otherwise; below it is the range \
+                       of all rounds. Two whose rounds overlap are not told apart.";
 
 /// The page.
 ///
@@ -48,8 +56,7 @@ pub fn render(results: &Results) -> Result<String> {
                         @if let Some(ours) = results.machine.versions.first() { " · commit " (ours.version) }
                     }
                     @if results.quick {
-                        p.notice { "A quick run, whose numbers are rough: there were few and short rounds, the smart grid and the rate ran on Linux \
-                             alone, and of virtual boards and images only the first ones were measured." }
+                        p.notice { (QUICK) }
                     }
                     nav { (contents(results)) }
                 }
@@ -92,8 +99,7 @@ fn overview(results: &Results) -> Markup {
     html! {
         section id="overview" {
             h2 { "Overview" }
-            p { "Each number is the best of its rounds unless its section says otherwise; the range of all rounds stands \
-                 behind it." }
+            p { (READING) }
             div.wide {
                 table.compared {
                     thead { tr {

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Samples;
+use crate::{Samples, micros};
 
 /// A drawing with its title.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -149,7 +149,7 @@ impl Curve {
     /// thousand times slower than the others, is left out.
     pub fn distribution(label: impl Into<String>, who: Who, samples: &Samples) -> Self {
         let quantiles = samples.quantiles().into_iter().filter(|(percent, _)| *percent <= 99.0);
-        let points = quantiles.map(|(percent, time)| [time.as_secs_f64() * 1e6, percent]);
+        let points = quantiles.map(|(percent, time)| [micros(time), percent]);
         Self { label: label.into(), who, line: Line::Solid, points: points.collect() }
     }
 }

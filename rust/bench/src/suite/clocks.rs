@@ -6,9 +6,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use lf_bench::results::{Axis, Cell, Comparison, Curve, Figure, Finding, Line, Mark, Plot, Row, Table, Who};
-use lf_bench::{InitialExchanges, Program, Result, SPREAD_MAX, clock, offsets, read_pins, trend};
+use lf_bench::{InitialExchanges, Program, Result, SPREAD_MAX, clock, micros, offsets, read_pins, trend};
 
-use super::{micros, who};
 use crate::arguments::Arguments;
 
 /// Federations of the exchanges before the start, for each round.
@@ -176,7 +175,7 @@ pub(super) fn initial(arguments: &Arguments, programs: &[Program]) -> Result<Fin
             cells.extend(times.map(|time| Cell::number(micros(time), 1)));
             table.row(cells);
             let label = format!("{federates} federates, {}", program.name());
-            rows.push(Row::new(label, who(program), seen.spreads.clone().into_iter().map(micros).collect()));
+            rows.push(Row::new(label, program.who(), seen.spreads.clone().into_iter().map(micros).collect()));
         }
     }
     Ok(Finding {

@@ -2,9 +2,8 @@
 //! How long grants and messages are on their way through RTIs, beside forwarders that do nothing else.
 
 use lf_bench::results::{Axis, Cell, Comparison, Curve, Figure, Finding, Line, Plot, Table, Who};
-use lf_bench::{Latency, Program, Result, Samples, Waiting, forwarder_latency, program_latency};
+use lf_bench::{Latency, Program, Result, Samples, Waiting, forwarder_latency, micros, program_latency};
 
-use super::{micros, who};
 use crate::arguments::Arguments;
 
 /// The forwarders; they come before the RTIs.
@@ -29,7 +28,7 @@ struct Way {
 pub(super) fn latency(arguments: &Arguments, programs: &[Program]) -> Result<Finding> {
     let way = |name, who| Way { name, who, rounds: Vec::new() };
     let mut ways: Vec<Way> = FORWARDERS.map(|(name, _)| way(name, Who::Raw)).into();
-    ways.extend(programs.iter().map(|program| way(program.name(), who(program))));
+    ways.extend(programs.iter().map(|program| way(program.name(), program.who())));
     for _ in 0..arguments.rounds {
         let (raw, measured) = ways.split_at_mut(FORWARDERS.len());
         for ((_, waiting), way) in FORWARDERS.iter().zip(raw) {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use lf_bench::applications::{self, Applications, Board};
-use lf_bench::results::{FORMAT, Machine, Outcome, Part as Measured, Results, Who};
+use lf_bench::results::{FORMAT, Machine, Outcome, Part as Measured, Results};
 use lf_bench::{Program, Result};
 
 use crate::arguments::{Arguments, Part};
@@ -150,16 +150,4 @@ impl<'a> Setting<'a> {
         };
         Duration::from_secs(nominal)
     }
-}
-
-/// Whose colour a program has.
-fn who(program: &Program) -> Who {
-    match program {
-        Program::Ours(_) => Who::Ours,
-        Program::Stock(_) => Who::Stock,
-    }
-}
-
-fn micros(time: Duration) -> f64 {
-    time.as_secs_f64() * 1e6
 }

@@ -4,9 +4,8 @@
 use std::time::Duration;
 
 use lf_bench::results::{Axis, Cell, Comparison, Curve, Figure, Finding, Line, Plot, Row, Table};
-use lf_bench::{Graph, Load, Program, Result, Shape, Swarm, Traffic, Usage};
+use lf_bench::{Graph, Load, Program, Result, Shape, Swarm, Traffic, Usage, micros};
 
-use super::{micros, who};
 use crate::arguments::Arguments;
 
 /// In nanoseconds of logical time.
@@ -66,7 +65,7 @@ pub(super) fn throughput(arguments: &Arguments, programs: &[Program]) -> Finding
         table.row(cells);
         for (program, runs) in programs.iter().zip(&all) {
             let label = format!("{federates} federates, {messages} per tag, {}", program.name());
-            rows.extend(runs.as_ref().ok().map(|runs| Row::new(label, who(program), each(runs, rate))));
+            rows.extend(runs.as_ref().ok().map(|runs| Row::new(label, program.who(), each(runs, rate))));
         }
     }
     finding.tables.push(table);
@@ -95,7 +94,7 @@ pub(super) fn growth(arguments: &Arguments, programs: &[Program]) -> Finding {
             .iter()
             .map(|program| Curve {
                 label: program.name().to_owned(),
-                who: who(program),
+                who: program.who(),
                 line: Line::Solid,
                 points: Vec::new(),
             })

@@ -52,8 +52,8 @@ pub fn boards(applications: &Applications, rounds: u32) -> Result<Finding> {
         ],
         tables: vec![Table::new("", headings)],
         limits: vec![
-            "QEMU and native_sim are not the thesis's boards: the processor is this computer's, time is the host's, and \
-             the network is a bridge in its kernel. The raw connection of the same run is the fair comparison."
+            "QEMU and native_sim are not the thesis's boards: processor and time are this computer's, and the network \
+             is a bridge in its kernel. The raw connection of the same run is the fair comparison."
                 .to_owned(),
         ],
         ..Finding::default()
