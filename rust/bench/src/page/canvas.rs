@@ -84,14 +84,20 @@ pub(super) fn room(marks: &[Mark]) -> u32 {
 
 /// Dashed lines from the labels of marks, which are above the plot, to its bottom. `place` is where a value is.
 pub(super) fn marks(area: &Area<'_>, marks: &[Mark], bottom: i32, place: impl Fn(f64) -> i32) -> Result<()> {
-    for (line, mark) in (0..).zip(marks) {
-        let colour = colour(mark.who);
-        let (x, y) = (place(mark.at), line * i32::try_from(LINE)? + 12);
-        let wide = i32::try_from(width(&mark.label))?;
-        if x + wide + 8 > i32::try_from(WIDTH)? {
-            write_before(area, &mark.label, colour, (x - 6, y))?;
-        } else {
+    let end = i32::try_from(WIDTH)? - 8;
+    let mut places = Vec::new();
+    for mark in marks {
+        places.push((place(mark.at), i32::try_from(width(&mark.label))?, mark));
+    }
+    // All labels are on one side of their lines, and in an order in which no line goes through one.
+    let are_right = places.iter().all(|(x, wide, _)| x + wide < end);
+    places.sort_by_key(|(x, ..)| if are_right { *x } else { -x });
+    for (line, (x, _, mark)) in (0..).zip(places) {
+        let (colour, y) = (colour(mark.who), line * i32::try_from(LINE)? + 12);
+        if are_right {
             write(area, &mark.label, colour, (x + 6, y))?;
+        } else {
+            write_before(area, &mark.label, colour, (x - 6, y))?;
         }
         area.draw(&DashedPathElement::new([(x, y - 8), (x, bottom)], 5, 4, colour.stroke_width(2)))?;
     }

@@ -135,10 +135,10 @@ fn compared(comparison: &Comparison) -> Markup {
     html! {
         tr {
             td { (what) }
-            td.number { (quantity(ours)) }
-            td.number { (quantity(theirs)) }
-            td { (with) }
-            td.number { @if let Some((class, words)) = verdict { span class=(class) { (words) } } }
+            td.number data-label="ours" { (quantity(ours)) }
+            td.number data-label="theirs" { (quantity(theirs)) }
+            td data-label="whose" { (with) }
+            td.number data-label="ours is" { @if let Some((class, words)) = verdict { span class=(class) { (words) } } }
         }
     }
 }

@@ -174,7 +174,8 @@ pub(super) fn initial(arguments: &Arguments, programs: &[Program]) -> Result<Fin
             let times = times.into_iter().chain([50, 99].map(|percent| seen.answers.percentile(percent)));
             cells.extend(times.map(|time| Cell::number(micros(time), 1)));
             table.row(cells);
-            let label = format!("{federates} federates, {}", program.name());
+            let plural = if federates == 1 { "" } else { "s" };
+            let label = format!("{federates} federate{plural}, {}", program.name());
             rows.push(Row::new(label, program.who(), seen.spreads.clone().into_iter().map(micros).collect()));
         }
     }
