@@ -93,7 +93,7 @@ fn run_setting(applications: &Applications, setting: &Setting, iterations: u32, 
     let text = applications.read(setting.file)?.replace("SmartGrid.lf", &import.to_string_lossy());
     let file = applications.variant("SmartGridSetting", &text)?;
     let runs = (1..=iterations.max(10)).map(|number| number.to_string());
-    let headings = [setting.name.to_owned()].into_iter().chain(runs);
+    let headings = [String::new()].into_iter().chain(runs);
     let title = format!("{} (thesis {})", setting.name, setting.thesis_place);
     let mut table = Table::new(title, headings.chain(["average", "maximum", "violated"].map(str::to_owned)));
     let columns = table.headings.len() - 4;

@@ -14,8 +14,6 @@ use crate::arguments::Arguments;
 const INITIAL_RUNS: u32 = 10;
 /// The thesis's drift after the exchanges before the start, in µs/s.
 const THESIS_DRIFT: f64 = 26.0;
-/// The thesis's figure shows a minute.
-const FIGURE_S: f64 = 60.0;
 /// Edges further apart do not belong together: half of the period of the thesis's timer.
 const REACH_NS: i64 = 250_000_000;
 
@@ -90,11 +88,12 @@ fn in_virtual_time() -> Figure {
 
 /// A curve of points, and the line through them.
 fn with_trend(name: &str, who: Who, points: Vec<[f64; 2]>) -> Vec<Curve> {
+    let end = points.last().map_or(0.0, |point| point[0]);
     let line = trend(&points).map(|(begin, slope)| Curve {
         label: format!("{name}: {slope:.1} µs/s"),
         who,
         line: Line::Solid,
-        points: vec![[0.0, begin], [FIGURE_S, begin + slope * FIGURE_S]],
+        points: vec![[0.0, begin], [end, begin + slope * end]],
     });
     let points = Curve { label: name.to_owned(), who, line: Line::Points, points };
     [points].into_iter().chain(line).collect()
@@ -102,17 +101,18 @@ fn with_trend(name: &str, who: Who, points: Vec<[f64; 2]>) -> Vec<Curve> {
 
 /// A figure as the thesis's, with its slope beside the first curve.
 fn offset_figure(title: &str, mut curves: Vec<Curve>) -> Figure {
-    let begin = curves.first().and_then(|curve| curve.points.first()).map_or(0.0, |point| point[1]);
+    let points = curves.first().map(|curve| curve.points.as_slice()).unwrap_or_default();
+    let (begin, end) = (points.first().map_or(0.0, |point| point[1]), points.last().map_or(0.0, |point| point[0]));
     curves.push(Curve {
         label: format!("thesis: {THESIS_DRIFT} µs/s"),
         who: Who::Thesis,
         line: Line::Dashed,
-        points: vec![[0.0, begin], [FIGURE_S, begin + THESIS_DRIFT * FIGURE_S]],
+        points: vec![[0.0, begin], [end, begin + THESIS_DRIFT * end]],
     });
     Figure {
         title: title.to_owned(),
         thesis: "figure 6.3".to_owned(),
-        caption: "A point for each second, and the line of regression. Of the thesis's line only the slope is known; \
+        caption: "Each look at the clocks, and the line of regression. Of the thesis's line only the slope is known; \
                   it is drawn from our first point on."
             .to_owned(),
         plot: Plot::Curves {
@@ -140,7 +140,10 @@ pub(super) fn pins(file: &Path) -> Result<Finding> {
     Ok(Finding {
         title: "Clocks at two pins".to_owned(),
         question: "How far apart do two participants toggle their pins at the same logical times?".to_owned(),
-        method: vec![format!("The edges of {other} after those of {one}, as recorded in {}.", file.display())],
+        method: vec![format!(
+            "The edges of the second pin, {other}, after those of the first one, {one}, as recorded in {}.",
+            file.display()
+        )],
         compared: vec![Comparison {
             what: "drift of the clocks".to_owned(),
             unit: "µs/s".to_owned(),
@@ -151,7 +154,11 @@ pub(super) fn pins(file: &Path) -> Result<Finding> {
         }],
         tables: vec![table],
         figures: vec![offset_figure("Offset of two pins", with_trend("recorded", Who::Ours, points))],
-        limits: Vec::new(),
+        limits: vec![
+            "A recording by lfz run --vcd has the time that each participant takes for the federation's: it shows how \
+             late its reactions were. How far clocks were off as well is only in one with a time that both share."
+                .to_owned(),
+        ],
     })
 }
 
