@@ -199,3 +199,35 @@ impl<'a> Images<'a> {
         self.applications.west_in(name, self.file, &self.build)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_best_round_counts_and_all_are_kept() {
+        let delay = |median| Delay { count: 500, median, p99: 3 * median, max: 9 * median };
+        let pairs = [(delay(1500), delay(1000)), (delay(1200), delay(1100))];
+        let headings = ["", "", "", "", "", "", "", "", ""];
+        let mut finding = Finding { tables: vec![Table::new("", headings)], ..Finding::default() };
+        add(&mut finding, &THESIS[0], "board, centralized", &pairs, ("9 of 9".into(), &[4000.0, 5000.0]));
+        let cells: Vec<_> = finding.tables[0].rows[0].iter().map(Cell::to_string).collect();
+        assert_eq!(
+            cells,
+            [
+                "board, centralized",
+                "1200 (1200–1500)",
+                "3600 (3600–4500)",
+                "1000 (1000–1100)",
+                "3000 (3000–3300)",
+                "1.20",
+                "9 of 9",
+                "5000 (4000–5000)",
+                "611.65"
+            ]
+        );
+        let with: Vec<_> = finding.compared.iter().map(|comparison| comparison.with.as_str()).collect();
+        assert_eq!(with, ["raw connection", "thesis, figure 6.6", "thesis, table 6.1"]);
+        assert_eq!(finding.compared[1].ratio(), Some(0.2));
+    }
+}

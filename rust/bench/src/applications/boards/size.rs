@@ -247,6 +247,30 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_parts_of_a_bar_are_the_whole_image() {
+        let image = Image {
+            name: "sender".to_owned(),
+            flash: 100 * 1024,
+            ram: 30 * 1024,
+            empty: (60 * 1024, 28 * 1024),
+            ours: Share { text: 24 * 1024, rodata: 8 * 1024, data: 1024, bss: 512 },
+            stacks: 8192,
+            code: vec![1024; PARTS.len() - 1],
+        };
+        let finding = finding(&[image]);
+        let cells: Vec<_> = finding.tables[0].rows[0].iter().map(Cell::to_string).collect();
+        assert_eq!(
+            cells,
+            ["sender", "100.0", "30.0", "60.0", "28.0", "24.0", "8.0", "1.0", "0.5", "8.0", "33.0", "9.5"]
+        );
+        let Plot::Stacked { bars, parts, .. } = &finding.figures[0].plot else { panic!("bars are stacked") };
+        assert_eq!(bars[0].1, [60.0, 7.0, 24.0, 8.0, 1.0]);
+        assert_eq!(parts.len(), bars[0].1.len());
+        let Plot::Stacked { bars, parts, .. } = &finding.figures[1].plot else { panic!("bars are stacked") };
+        assert_eq!(parts.len(), bars[0].1.len());
+    }
+
+    #[test]
     fn the_linker_tells_what_is_used() {
         let log = "Memory region         Used Size  Region Size  %age Used\n           FLASH:      124228 B       \
                    256 KB     47.39%\n             RAM:         30 KB        64 KB     46.28%\n";
