@@ -11,9 +11,11 @@ mod forwarder;
 mod graph;
 mod initial;
 mod latency;
+pub mod page;
 mod peer;
+mod pins;
 mod process;
-mod report;
+pub mod results;
 mod samples;
 mod swarm;
 
@@ -22,9 +24,9 @@ pub use graph::{Graph, Shape};
 pub use initial::{InitialExchanges, SPREAD_MAX};
 pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
 pub use peer::{Load, Peer};
+pub use pins::{offsets, read_pins, trend};
 pub use process::{Program, RunningRti, Usage};
-pub use report::Table;
-pub use samples::Samples;
+pub use samples::{Samples, micros};
 pub use swarm::{Swarm, Traffic};
 
 /// The federation id of every federation here.

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::results::Who;
 use crate::{FEDERATION, Result};
 
 /// An RTI to measure.
@@ -25,6 +26,14 @@ impl Program {
         match self {
             Self::Ours(_) => "lfz rti",
             Self::Stock(_) => "stock RTI",
+        }
+    }
+
+    /// Whose it is.
+    pub fn who(&self) -> Who {
+        match self {
+            Self::Ours(_) => Who::Ours,
+            Self::Stock(_) => Who::Stock,
         }
     }
 

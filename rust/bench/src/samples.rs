@@ -3,6 +3,11 @@
 
 use std::time::Duration;
 
+/// A duration in µs.
+pub fn micros(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e6
+}
+
 /// Durations that were measured one by one.
 #[derive(Clone, Debug, Default)]
 pub struct Samples(Vec<Duration>);
@@ -25,6 +30,35 @@ impl Samples {
         let place = (sorted.len() * percent).div_ceil(100).saturating_sub(1);
         sorted.get(place).copied().unwrap_or_default()
     }
+
+    /// For each percentage, the value that so many of the samples do not exceed; empty if there are none.
+    pub fn quantiles(&self) -> Vec<(f64, Duration)> {
+        let mut sorted = self.0.clone();
+        sorted.sort_unstable();
+        let Some(last) = sorted.len().checked_sub(1) else { return Vec::new() };
+        (0..=100_u8).map(|share| (share.into(), sorted[(last * usize::from(share)).div_ceil(100)])).collect()
+    }
+}
+
+impl FromIterator<Duration> for Samples {
+    fn from_iter<T: IntoIterator<Item = Duration>>(samples: T) -> Self {
+        Self(samples.into_iter().collect())
+    }
+}
+
+impl Extend<Duration> for Samples {
+    fn extend<T: IntoIterator<Item = Duration>>(&mut self, samples: T) {
+        self.0.extend(samples);
+    }
+}
+
+impl IntoIterator for Samples {
+    type Item = Duration;
+    type IntoIter = std::vec::IntoIter<Duration>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
 }
 
 #[cfg(test)]
@@ -33,9 +67,13 @@ mod tests {
 
     #[test]
     fn percentiles_are_samples() {
-        let samples = Samples((1..=200).rev().map(Duration::from_micros).collect());
+        let samples: Samples = (1..=200).rev().map(Duration::from_micros).collect();
         assert_eq!(samples.percentile(50), Duration::from_micros(100));
         assert_eq!(samples.percentile(99), Duration::from_micros(198));
         assert_eq!(Samples::default().percentile(50), Duration::ZERO);
+        let quantiles = samples.quantiles();
+        assert_eq!(quantiles.first(), Some(&(0.0, Duration::from_micros(1))));
+        assert_eq!(quantiles.last(), Some(&(100.0, Duration::from_micros(200))));
+        assert_eq!(Samples::default().quantiles(), []);
     }
 }

@@ -84,7 +84,8 @@ enum Command {
         #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["empty_bodies", "board"])]
         rti: Option<PathBuf>,
     },
-    /// Measure the RTI on this computer, beside the stock RTI if its path is given; `--help` tells more.
+    /// Measure RTIs, applications and images on this computer, beside the thesis's numbers and the stock RTI if its
+    /// path is given; `--report FOLDER` writes a page of it, and `--help` tells more.
     #[command(disable_help_flag = true)]
     Evaluate {
         /// The arguments of `lf-bench`.

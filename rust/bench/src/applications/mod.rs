@@ -8,6 +8,7 @@ mod grid;
 mod message;
 mod ping;
 mod run;
+mod thesis;
 
 pub use boards::{boards, sizes};
 pub use clock::drift;

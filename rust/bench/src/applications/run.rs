@@ -38,6 +38,8 @@ pub struct Applications {
     pub lfz: PathBuf,
     /// On what they are run.
     pub boards: Vec<Board>,
+    /// Of virtual boards and of images, only the first ones are measured.
+    pub quick: bool,
 }
 
 impl Applications {
@@ -51,8 +53,15 @@ impl Applications {
     /// # Errors
     /// When it cannot be read.
     pub(super) fn read(&self, path: &str) -> Result<String> {
-        let file = self.file(path);
-        fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()).into())
+        read(&self.file(path))
+    }
+
+    /// The text of one of the programs that are only there to be measured.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub(super) fn program(&self, name: &str) -> Result<String> {
+        read(&self.repository.join("rust/bench/programs").join(name))
     }
 
     /// Writes a program beside which nothing lies, such as an application with other numbers in it. Programs of one
@@ -130,6 +139,10 @@ impl Applications {
         command.arg("--target-dir").arg(folder.join("cargo"));
         command.arg("--home").arg(&self.repository);
     }
+}
+
+fn read(file: &Path) -> Result<String> {
+    fs::read_to_string(file).map_err(|error| format!("{}: {error}", file.display()).into())
 }
 
 /// The name of a program.

@@ -80,6 +80,13 @@ fn own(rti: i64) -> i64 {
 /// Runs a federation for a minute, and gives how far the federate's physical time was off after the first seconds.
 /// With `on`, rounds follow the initial exchanges.
 pub fn run(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: bool) -> Samples {
+    let settled = offsets(algorithm, network, seed, on).into_iter().filter(|(at, _)| *at >= SETTLED_NS);
+    settled.map(|(_, offset)| Duration::from_nanos(offset.unsigned_abs())).collect()
+}
+
+/// The same, with all that was seen: how long after the start, and how far ahead the federate's physical time was, in
+/// nanoseconds.
+pub fn offsets(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: bool) -> Vec<(i64, i64)> {
     let mut delays = network.delays(seed);
     let mut now = 1_000_000_000;
     let mut exchanges = Vec::new();
@@ -91,7 +98,7 @@ pub fn run(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: boo
     }
     algorithm.initial(&exchanges);
     let start = now + 1_000_000_000;
-    let mut samples = Samples::default();
+    let mut offsets = Vec::new();
     let mut look = start;
     let mut next_round = start + PERIOD_NS;
     // What is on its way: when it comes, and what it says.
@@ -133,11 +140,8 @@ pub fn run(algorithm: &mut impl Algorithm, network: &Network, seed: u64, on: boo
         for (_, times) in pending.drain(..come) {
             algorithm.round(&times);
         }
-        if look >= start + SETTLED_NS {
-            let error = (algorithm.physical(own(look)) - look).unsigned_abs();
-            samples.push(Duration::from_nanos(error));
-        }
+        offsets.push((look - start, algorithm.physical(own(look)) - look));
         look += LOOK_NS;
     }
-    samples
+    offsets
 }

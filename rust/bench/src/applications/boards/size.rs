@@ -8,21 +8,69 @@ use std::{env, fs};
 
 use super::super::Applications;
 use super::super::run::run;
-use crate::{Result, Table};
+use super::map::{PARTS, Share, share, text_by_part};
+use crate::Result;
+use crate::results::{Axis, Cell, Figure, Finding, Plot, Table};
 
 const BOARD: &str = "qemu_cortex_m3";
 /// Federates of the program whose RTI is measured alone.
 const MANY: usize = 8;
 
+/// What was measured of one image, in bytes.
+struct Image {
+    name: String,
+    flash: u64,
+    ram: u64,
+    empty: (u64, u64),
+    ours: Share,
+    /// The stacks of the main thread and of the RTI.
+    stacks: u64,
+    /// Our code by [`PARTS`].
+    code: Vec<u64>,
+}
+
 /// Measures images, the same without a federate, and what of each is this project's.
 ///
 /// # Errors
 /// When an image cannot be built, or what the build leaves cannot be understood.
-pub fn sizes(applications: &Applications) -> Result<()> {
-    println!("\nImages for {BOARD} in KiB: as they are, with an empty main() instead, and this project's share by the");
-    println!("linker's map. The buffers of connections are in .bss; stacks are the main thread's and the RTI's.");
-    println!("Then the project's .text by the crates that it is from; what is inlined counts where it is inlined.");
-    let mut table = Table::new(&[
+pub fn sizes(applications: &Applications) -> Result<Finding> {
+    let grid = applications.file("smart_grid/src/SmartGrid.lf");
+    let joint = applications.file("smart_grid/deployment/topology3.yaml");
+    let (many, alone) = many(applications)?;
+    let message = applications.file("message_test/src/MessageTest.lf");
+    let sender = deployment(applications, "sender.yaml", None, &["sender", "receiver"])?;
+    let all = [
+        ("message test's sender".to_owned(), &message, &sender, "sender"),
+        ("smart grid's unit B".to_owned(), &grid, &joint, "b"),
+        ("joint RTI and unit A, 4 federates".to_owned(), &grid, &joint, "a"),
+        (format!("RTI alone, {MANY} federates"), &many, &alone, "rti"),
+    ];
+    // A quick run leaves out those without texts, and all but the first one.
+    let (count, variants): (_, &[bool]) = if applications.quick { (1, &[true]) } else { (all.len(), &[true, false]) };
+    let mut images = Vec::new();
+    for (name, file, deployment, participant) in &all[..count] {
+        let mut empty = None;
+        for &texts in variants {
+            let name = if texts { name.clone() } else { format!("{name}, without texts") };
+            let (folder, flash, ram) = build(applications, file, deployment, participant, texts)?;
+            let empty = match empty {
+                Some(sizes) => sizes,
+                None => *empty.insert(build_empty(applications, &folder)?),
+            };
+            let map = fs::read_to_string(folder.join("zephyr/zephyr.map"))?;
+            let mut ours = share(&map);
+            let stacks = stacks(&fs::read_to_string(folder.join("zephyr/.config"))?);
+            // The RTI's stack is in the application's own memory, and is told apart from it here.
+            ours.bss = ours.bss.saturating_sub(stacks.rti);
+            let code = text_by_part(&map).to_vec();
+            images.push(Image { name, flash, ram, empty, ours, stacks: stacks.main + stacks.rti, code });
+        }
+    }
+    Ok(finding(&images))
+}
+
+fn finding(images: &[Image]) -> Finding {
+    let headings = [
         "",
         "flash",
         "RAM",
@@ -35,41 +83,47 @@ pub fn sizes(applications: &Applications) -> Result<()> {
         "stacks",
         "our flash",
         "our RAM",
-    ]);
-    let mut parts = Table::new(&PARTS);
-    let grid = applications.file("smart_grid/src/SmartGrid.lf");
-    let joint = applications.file("smart_grid/deployment/topology3.yaml");
-    let (many, alone) = many(applications)?;
-    let message = applications.file("message_test/src/MessageTest.lf");
-    let sender = deployment(applications, "sender.yaml", None, &["sender", "receiver"])?;
-    for (name, file, deployment, participant) in [
-        ("message test's sender".to_owned(), &message, &sender, "sender"),
-        ("smart grid's unit B".to_owned(), &grid, &joint, "b"),
-        ("joint RTI and unit A, 4 federates".to_owned(), &grid, &joint, "a"),
-        (format!("RTI alone, {MANY} federates"), &many, &alone, "rti"),
-    ] {
-        let mut empty = None;
-        for texts in [true, false] {
-            let name = if texts { name.clone() } else { format!("{name}, without texts") };
-            let (folder, flash, ram) = build(applications, file, deployment, participant, texts)?;
-            let (empty_flash, empty_ram) = match empty {
-                Some(sizes) => sizes,
-                None => *empty.insert(build_empty(applications, &folder)?),
-            };
-            let map = fs::read_to_string(folder.join("zephyr/zephyr.map"))?;
-            let ours = share(&map);
-            let stacks = stacks(&fs::read_to_string(folder.join("zephyr/.config"))?);
-            // The RTI's stack is in the application's own memory, and is told apart from it here.
-            let bss = ours.bss.saturating_sub(stacks.rti);
-            let both = stacks.main + stacks.rti;
-            let numbers = [flash, ram, empty_flash, empty_ram, ours.text, ours.rodata, ours.data, bss, both];
-            let sums = [ours.text + ours.rodata + ours.data, ours.data + bss + both];
-            table.row([name.clone()].into_iter().chain(numbers.into_iter().chain(sums).map(kib)).collect());
-            parts.row([name].into_iter().chain(text_by_part(&map).map(kib)).collect());
-        }
+    ];
+    let mut table = Table::new("The images in KiB", headings);
+    let mut parts = Table::new("The project's code by crates in KiB", PARTS);
+    let (mut flash_bars, mut code_bars) = (Vec::new(), Vec::new());
+    for Image { name, flash, ram, empty: (empty_flash, empty_ram), ours, stacks, code } in images {
+        let (our_flash, our_ram) = (ours.text + ours.rodata + ours.data, ours.data + ours.bss + stacks);
+        let Share { text, rodata, data, bss } = *ours;
+        let numbers = [*flash, *ram, *empty_flash, *empty_ram, text, rodata, data, bss, *stacks, our_flash, our_ram];
+        let cells = |numbers: &[u64]| numbers.iter().map(|bytes| Cell::number(kib(*bytes), 1)).collect::<Vec<_>>();
+        table.row([vec![name.as_str().into()], cells(&numbers)].concat());
+        parts.row([vec![name.as_str().into()], cells(code)].concat());
+        // What is neither ours nor in the empty image is what of Zephyr only the program calls.
+        let called = flash.saturating_sub(*empty_flash).saturating_sub(our_flash);
+        flash_bars.push((name.clone(), [*empty_flash, called, text, rodata, data].map(kib).to_vec()));
+        code_bars.push((name.clone(), code.iter().copied().map(kib).collect()));
     }
-    println!("\n{table}\n{parts}");
-    Ok(())
+    let names = ["Zephyr, empty main()", "Zephyr, called", "our code", "our constants", "our data"];
+    let figure = |title: &str, caption: &str, parts: &[&str], bars| Figure {
+        title: title.to_owned(),
+        thesis: String::new(),
+        caption: caption.to_owned(),
+        plot: Plot::Stacked { axis: Axis::linear("KiB"), parts: parts.iter().map(ToString::to_string).collect(), bars },
+    };
+    Finding {
+        title: format!("Images for {BOARD}"),
+        question: "How large are images for a small board, and what of them is this project's?".to_owned(),
+        method: [
+            "In KiB: as they are, with an empty main() instead, and this project's share by the linker's map.",
+            "The buffers of connections are in .bss; stacks are the main thread's and the RTI's.",
+            "The project's .text by the crates that it is from; what is inlined counts where it is inlined.",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
+        tables: vec![table, parts],
+        figures: vec![
+            figure("Flash", "All of an image; without texts, errors are codes.", &names, flash_bars),
+            figure("Our code by crates", "The .text of the image that is this project's.", &PARTS[1..], code_bars),
+        ],
+        limits: vec!["The thesis does not tell sizes of its images.".to_owned()],
+        ..Finding::default()
+    }
 }
 
 /// A program of many federates, and its deployment with the RTI as an image of its own.
@@ -163,94 +217,6 @@ fn usage(log: &str) -> Option<(u64, u64)> {
     Some((region("FLASH:")?, region("RAM:")?))
 }
 
-/// In bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Share {
-    text: u64,
-    rodata: u64,
-    data: u64,
-    bss: u64,
-}
-
-/// What of an image is of the Rust library, of the application and of this repository's Zephyr module.
-fn share(map: &str) -> Share {
-    let mut share = Share::default();
-    for_each_of_ours(map, |section, size, _| {
-        let kind = section.trim_start_matches('.').split('.').next().unwrap_or_default();
-        match kind {
-            "text" => share.text += size,
-            "rodata" => share.rodata += size,
-            "data" => share.data += size,
-            "bss" | "noinit" | "COMMON" => share.bss += size,
-            _ => {}
-        }
-    });
-    share
-}
-
-/// The columns of a table of [`text_by_part`].
-const PARTS: [&str; 10] =
-    ["", "model", "wire", "coordination", "runtime", "embedded", "zephyr", "core", "other crates", "C"];
-/// Crates whose code is told apart.
-const CRATES: [&str; 7] = ["lf_model", "lf_wire", "lf_coordination", "lf_runtime", "lf_embedded", "lf_zephyr", "core"];
-
-/// The code by [`CRATES`], that of others, and what is C.
-fn text_by_part(map: &str) -> [u64; CRATES.len() + 2] {
-    let mut parts = [0; CRATES.len() + 2];
-    for_each_of_ours(map, |section, size, is_rust| {
-        if let Some(symbol) = section.strip_prefix(".text.") {
-            let of = crate_of(symbol);
-            let place = CRATES.iter().position(|name| of == Some(name)).unwrap_or(CRATES.len());
-            let place = if is_rust { place } else { CRATES.len() + 1 };
-            parts[place] += size;
-        }
-    });
-    parts
-}
-
-/// The first crate that a symbol names, and `core` only if there is no other. In symbols a crate's name stands after a
-/// number, with its length before it: `Cs1a2B3c_13lf_coordination`.
-fn crate_of(symbol: &str) -> Option<&str> {
-    let name = |part: &'_ str| -> Option<&str> {
-        let part = &symbol[symbol.len() - part.len()..];
-        let (number, rest) = part.split_once('_')?;
-        let digits = rest.len() - rest.trim_start_matches(|sign: char| sign.is_ascii_digit()).len();
-        let length: usize = rest[..digits].parse().ok()?;
-        number.bytes().all(|byte| byte.is_ascii_alphanumeric()).then(|| rest.get(digits..digits + length))?
-    };
-    let names = || symbol.match_indices("Cs").filter_map(|(at, _)| name(&symbol[at + 2..]));
-    names().find(|name| *name != "core").or_else(|| names().next())
-}
-
-/// Hands on each section of what is ours: its name, its bytes, and whether it is of the Rust library.
-fn for_each_of_ours(map: &str, mut each: impl FnMut(&str, u64, bool)) {
-    let Some((_, map)) = map.split_once("Linker script and memory map") else { return };
-    let mut section = "";
-    for line in map.lines() {
-        let mut words = line.split_whitespace().peekable();
-        // Sections begin after one blank, what is continued in the next line after many.
-        if line.starts_with(" .") || line.starts_with(" COMMON") {
-            section = words.next().unwrap_or_default();
-        } else if !line.starts_with("   ") {
-            section = "";
-        }
-        let (Some(address), Some(size), Some(file)) = (words.next(), words.next(), words.next()) else { continue };
-        let (Some(address), Some(size)) = (hexadecimal(address), hexadecimal(size)) else { continue };
-        let is_ours =
-            ["librustapp.a(", "app/libapp.a(", "modules/lf-zephyr-rs/"].iter().any(|part| file.contains(part));
-        // What is at 0 is not in the image.
-        if !is_ours || address == 0 {
-            continue;
-        }
-        each(section, size, file.contains("librustapp.a("));
-        section = "";
-    }
-}
-
-fn hexadecimal(word: &str) -> Option<u64> {
-    u64::from_str_radix(word.strip_prefix("0x")?, 16).ok()
-}
-
 #[derive(Debug, PartialEq, Eq)]
 struct Stacks {
     main: u64,
@@ -272,38 +238,36 @@ fn stacks(config: &str) -> Stacks {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "images are far below 2^53 bytes")]
-fn kib(bytes: u64) -> String {
-    format!("{:.1}", bytes as f64 / 1024.0)
+fn kib(bytes: u64) -> f64 {
+    bytes as f64 / 1024.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const MAP: &str = "\
-Discarded input sections
-
- .text.gone     0x0000000000000000       0x10 /b/lf/librustapp.a(rustapp.o)
-
-Linker script and memory map
-
- .text.lf_main  0x0000000000001000       0x20 /b/lf/librustapp.a(rustapp.o)
- .text._RNvMNtNtCsxQLjlM4FvJ_15lf_coordination8federate7running
-                0x0000000000001020      0x100 /b/lf/librustapp.a(rustapp.o)
- .text.tcp_recv
-                0x0000000000002000      0x200 zephyr/subsys/net/ip/libsubsys__net__ip.a(tcp.c.obj)
- .rodata.main.str1.1
-                0x0000000000003000       0x30 app/libapp.a(main.c.obj)
-                                         0x38 (size before relaxing)
- .bss.lost      0x0000000020000000       0x08 modules/lf-zephyr-rs/lib..__zephyr.a(fatal.c.obj)
- .debug_info    0x0000000000000000     0x1000 app/libapp.a(main.c.obj)
- *fill*         0x0000000020000008        0x4
-";
-
     #[test]
-    fn only_what_is_ours_and_in_the_image_counts() {
-        assert_eq!(share(MAP), Share { text: 0x120, rodata: 0x30, data: 0, bss: 8 });
-        assert_eq!(text_by_part(MAP), [0, 0, 0x100, 0, 0, 0, 0, 0x20, 0]);
+    fn the_parts_of_a_bar_are_the_whole_image() {
+        let image = Image {
+            name: "sender".to_owned(),
+            flash: 100 * 1024,
+            ram: 30 * 1024,
+            empty: (60 * 1024, 28 * 1024),
+            ours: Share { text: 24 * 1024, rodata: 8 * 1024, data: 1024, bss: 512 },
+            stacks: 8192,
+            code: vec![1024; PARTS.len() - 1],
+        };
+        let finding = finding(&[image]);
+        let cells: Vec<_> = finding.tables[0].rows[0].iter().map(Cell::to_string).collect();
+        assert_eq!(
+            cells,
+            ["sender", "100.0", "30.0", "60.0", "28.0", "24.0", "8.0", "1.0", "0.5", "8.0", "33.0", "9.5"]
+        );
+        let Plot::Stacked { bars, parts, .. } = &finding.figures[0].plot else { panic!("bars are stacked") };
+        assert_eq!(bars[0].1, [60.0, 7.0, 24.0, 8.0, 1.0]);
+        assert_eq!(parts.len(), bars[0].1.len());
+        let Plot::Stacked { bars, parts, .. } = &finding.figures[1].plot else { panic!("bars are stacked") };
+        assert_eq!(parts.len(), bars[0].1.len());
     }
 
     #[test]
