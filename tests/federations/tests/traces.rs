@@ -46,8 +46,7 @@ impl Recorded {
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{}", &error[error.len().saturating_sub(2000)..]);
         let answers = String::from_utf8_lossy(&output.stdout);
-        let answers: Vec<Value> =
-            answers.lines().map(|line| serde_json::from_str(line).expect("it is JSON")).collect();
+        let answers: Vec<Value> = answers.lines().map(|line| serde_json::from_str(line).expect("it is JSON")).collect();
         Some(answers.try_into().expect("there is an answer to each question"))
     }
 }

@@ -198,13 +198,13 @@ impl Fields {
             Event::Starts(time, fast) => Self { time: time.0, detail: fast.into(), ..Self::new(2) },
             Event::TagBegins(tag) => Self::new(3).tag(tag),
             Event::TagEnds(tag) => Self::new(4).tag(tag),
-            Event::ReactionBegins(port, part, lane) => {
+            Event::ReactionBegins(reaction, part, lane) => {
                 let detail = match part {
                     Part::Body => 0,
                     Part::MissedDeadline => 1,
                     Part::Tardy => 2,
                 };
-                Self { detail, port, lane, ..Self::new(5) }
+                Self { detail, port: reaction, lane, ..Self::new(5) }
             }
             Event::ReactionEnds(port, lane) => Self { port, lane, ..Self::new(6) },
             Event::Sent(word) => Self::word(7, word),
