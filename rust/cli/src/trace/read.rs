@@ -183,7 +183,8 @@ mod tests {
     }
 
     fn hex(block: &[u8]) -> String {
-        block.iter().map(|byte| format!("{byte:02x}")).collect()
+        let digits = block.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+        digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
     }
 
     fn in_folder(name: &str, content: &[u8]) -> Result<Vec<Recorded>, String> {
