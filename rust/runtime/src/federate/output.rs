@@ -14,7 +14,8 @@ use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::{Observation, Platform};
 use crate::remark::{PeerRemark, tell};
-use crate::trace::{self, Event, RTI, Subject, Word};
+use crate::trace::{Event, RTI, Subject, Word};
+use crate::tracing::{note, note_sent};
 use log::Level;
 
 /// The connections of a federate, to send over.
@@ -49,7 +50,7 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
 fn note_value(platform: &mut impl Platform, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
     let to = (message.output.federate, message.output.port);
     let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
-    trace::note(platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
+    note(platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
 }
 
 impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
@@ -74,7 +75,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
     fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
         self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
-        trace::note_sent(self.platform, message, RTI);
+        note_sent(self.platform, message, RTI);
         Ok(())
     }
 
@@ -115,7 +116,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
             peer.is_full(platform.now());
             return Err(SendError::NoRoom);
         }
-        trace::note_sent(platform, message, federate);
+        note_sent(platform, message, federate);
         peer.flush(platform);
         Ok(())
     }

@@ -17,7 +17,7 @@ use core::fmt;
 use lf_model::Part;
 use lf_model::time::{Instant, Microstep, Tag};
 
-use super::{Event, Patience, Subject, Waits, Word};
+use super::event::{Event, Patience, Subject, Waits, Word};
 
 /// Bytes of a record, and of a header.
 pub const RECORD_BYTES: usize = 32;
@@ -305,7 +305,11 @@ mod tests {
     proptest! {
         /// Whatever is a record is one again after it was read and written, and no bytes make reading panic.
         #[test]
-        fn records_are_the_same_when_they_are_read_again(mut bytes: [u8; RECORD_BYTES], kind in 0u8..14, detail in 0u8..16) {
+        fn records_are_the_same_when_they_are_read_again(
+            mut bytes: [u8; RECORD_BYTES],
+            kind in 0u8..14,
+            detail in 0u8..16,
+        ) {
             (bytes[24], bytes[25]) = (kind, detail);
             if let Ok(record) = Record::from_bytes(&bytes) {
                 prop_assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));
