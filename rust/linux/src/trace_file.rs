@@ -49,7 +49,7 @@ impl TraceFile {
         // A wait is when nobody else needs the time, and what may last if nothing comes any more.
         if matches!(event, Event::WaitBegins(_)) && at.since(self.flushed) > FLUSH_AFTER {
             self.flushed = at;
-            self.use_file(|file| file.flush());
+            self.use_file(Write::flush);
         }
     }
 
@@ -76,6 +76,6 @@ impl TraceFile {
 impl Drop for TraceFile {
     fn drop(&mut self) {
         self.note_clock();
-        self.use_file(|file| file.flush());
+        self.use_file(Write::flush);
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What runs of a reaction that is ready.
-use crate::env::Env;
+use crate::outside::Outside;
 use crate::tables::ReactionInfo;
 use crate::time::{Instant, Interval};
 
@@ -17,13 +17,14 @@ pub enum Part {
 
 impl Part {
     /// What runs at this time: who handles what is tardy has no deadline.
-    pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, env: &dyn Env) -> Self {
+    pub(crate) fn of(info: &ReactionInfo, tardy: bool, time: Instant, outside: &dyn Outside) -> Self {
         if tardy && info.tardy {
             return Self::Tardy;
         }
         // A deadline of zero is always missed, as in the C runtime.
-        let missed =
-            info.deadline.is_some_and(|deadline| deadline <= Interval::ZERO || env.physical_time() > time + deadline);
+        let missed = info
+            .deadline
+            .is_some_and(|deadline| deadline <= Interval::ZERO || outside.physical_time() > time + deadline);
         if missed { Self::MissedDeadline } else { Self::Body }
     }
 }

@@ -121,7 +121,7 @@ impl<'a> Worker<'a> {
         let Self { seen, notes, .. } = self;
         let info = &seen.tables.reactions[usize::from(job.reaction.0)];
         let (mut state, mut env) = (seen.state, Elsewhere(seen.outside));
-        let part = Part::of(info, job.tardy, state.current.time, &env);
+        let part = Part::of(info, job.tardy, state.current.time, seen.outside);
         let mut ctx = ReactionContext {
             tables: seen.tables,
             settings: seen.settings,

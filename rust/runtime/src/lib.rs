@@ -24,6 +24,7 @@ pub mod platform;
 mod remark;
 mod rti;
 pub mod trace;
+mod tracing;
 mod turn;
 mod unfederated;
 

@@ -13,7 +13,8 @@ use lf_model::{Engine, Env, Outgoing, Outside, Program, Progress, SendError};
 
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{self, Event, Role, Waits};
+use crate::trace::{Event, Role};
+use crate::tracing;
 use crate::turn::Turn;
 
 /// Runs an unfederated main reactor from its start, which is now, to its end.
@@ -53,19 +54,19 @@ impl<P> fmt::Debug for UnfederatedLoop<'_, '_, P> {
 impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     /// A program that starts now.
     pub fn new(platform: &'a mut P, program: &'a mut dyn Program, mut engine: Engine<'s>) -> Self {
-        trace::begin(platform, Role::Program, Some(engine.tables()));
+        tracing::begin(platform, Role::Program, Some(engine.tables()));
         let world = World(platform.outside());
         let start = world.0.physical_time();
         platform.starts(start);
         engine.start(start);
-        trace::note(platform, Event::Starts(start, engine.settings().fast));
+        tracing::note(platform, Event::Starts(start, engine.settings().fast));
         Self { platform, program, engine, world, asked_to_stop: false }
     }
 
     /// Runs at most one tag, the next one if it is due.
     pub fn turn(&mut self) -> Turn<Result<(), RunError>> {
         if self.engine.is_done() {
-            trace::note(self.platform, Event::Ends(self.asked_to_stop));
+            tracing::note(self.platform, Event::Ends(self.asked_to_stop));
             return Turn::Ended(if self.asked_to_stop { Err(RunError::Interrupted) } else { Ok(()) });
         }
         if !self.asked_to_stop && self.platform.interrupted() {
@@ -84,7 +85,7 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
         match self.run(tag) {
             Ok(()) => Turn::Wait(Deadline::Now),
             Err(error) => {
-                trace::note(self.platform, Event::Ends(true));
+                tracing::note(self.platform, Event::Ends(true));
                 Turn::Ended(Err(error))
             }
         }
@@ -95,18 +96,18 @@ impl<'a, 's, P: Platform> UnfederatedLoop<'a, 's, P> {
     pub fn wait(&mut self, until: Deadline) {
         if until != Deadline::Now {
             let next = self.engine.next_tag();
-            let waits = Waits::of(None, None, next, until != Deadline::Never);
-            trace::note(self.platform, Event::WaitBegins(waits));
+            let waits = tracing::waits(None, None, next, until != Deadline::Never);
+            tracing::note(self.platform, Event::WaitBegins(waits));
             self.platform.wait(until, &mut |_, _| {});
-            trace::note(self.platform, Event::WaitEnds);
+            tracing::note(self.platform, Event::WaitEnds);
         }
     }
 
     fn run(&mut self, tag: Tag) -> Result<(), RunError> {
         self.engine.begin(self.program, tag)?;
-        trace::note(self.platform, Event::TagBegins(tag));
+        tracing::note(self.platform, Event::TagBegins(tag));
         let progress = self.engine.advance(self.program, &mut Alone(self.platform), None);
-        trace::note(self.platform, Event::TagEnds(tag));
+        tracing::note(self.platform, Event::TagEnds(tag));
         match progress {
             Progress::Complete => Ok(()),
             Progress::Failed(error) => Err(error.into()),
@@ -134,7 +135,7 @@ impl<P: Platform> Env for Alone<'_, P> {
     fn step(&mut self, step: ReactionStep, worker: Option<(u16, Instant)>) {
         // Nobody corrects the clock of a program that is not federated.
         let at = worker.map_or_else(|| self.0.now(), |(_, at)| at);
-        self.0.trace(at, trace::step_event(step, worker.map_or(0, |(worker, _)| worker)));
+        self.0.trace(at, tracing::step_event(step, worker.map_or(0, |(worker, _)| worker)));
     }
 }
 

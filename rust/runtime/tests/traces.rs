@@ -87,7 +87,8 @@ proptest! {
     /// and each value goes all the way.
     #[test]
     fn a_federation_records_both_ends_of_each_message(seed: u64, pipe_bytes in 1usize..200, fast: bool) {
-        let report = run(&Plan { fast, ..triangle(Interval::ZERO) }, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        let plan = Plan { fast, ..triangle(Interval::ZERO) };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
         assert_complete(&report);
         let (rti, federates) = report.records.split_first().unwrap();
         assert_all_that_begins_ends(rti);

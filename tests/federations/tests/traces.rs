@@ -46,8 +46,7 @@ impl Recorded {
         let error = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{}", &error[error.len().saturating_sub(2000)..]);
         let answers = String::from_utf8_lossy(&output.stdout);
-        let answers: Vec<Value> =
-            answers.lines().map(|line| serde_json::from_str(line).expect("it is JSON")).collect();
+        let answers: Vec<Value> = answers.lines().map(|line| serde_json::from_str(line).expect("it is JSON")).collect();
         Some(answers.try_into().expect("there is an answer to each question"))
     }
 }
@@ -138,8 +137,8 @@ fn a_federation_without_grants_says_for_which_input_it_waited() {
 fn a_program_that_fails_is_recorded_until_it_does() {
     let folder = tempfile::tempdir().expect("there is room");
     let file = folder.path().join("Failing.lf");
-    let program = "target Rust\nmain reactor {\n  timer t(0, 1 ms)\n  state n: u32 = 0\n  reaction(t) {=\n    self.n += 1;\n    \
-                   assert!(self.n < 5);\n  =}\n}\n";
+    let program = "target Rust\nmain reactor {\n  timer t(0, 1 ms)\n  state n: u32 = 0\n  reaction(t) {=\n    \
+                   self.n += 1;\n    assert!(self.n < 5);\n  =}\n}\n";
     fs::write(&file, program).expect("there is room");
     let traces = folder.path().join("traces");
     let path = traces.to_str().expect("the folder's name is text");

@@ -58,9 +58,9 @@ pub(crate) fn read(folder: &Path) -> Result<Vec<Recorded>, Failure> {
     }
     if all.is_empty() {
         return Err(Failure::message(format!(
-            "there is no trace in {}: neither a file `*.{EXTENSION}`, which `lfz run --trace {}` and the option --trace of \
-             programs write, nor the log of a console (`*.log` or `*.txt`) with the lines `{MARKER}…` of an image with \
-             CONFIG_LF_TRACE=y",
+            "there is no trace in {}: neither a file `*.{EXTENSION}`, which `lfz run --trace {}` and the option \
+             --trace of programs write, nor the log of a console (`*.log` or `*.txt`) with the lines `{MARKER}…` of \
+             an image with CONFIG_LF_TRACE=y",
             folder.display(),
             folder.display()
         )));
@@ -87,8 +87,8 @@ fn of_file(bytes: &[u8], path: &Path) -> Result<Recorded, String> {
     let (blocks, rest) = bytes.as_chunks::<RECORD_BYTES>();
     let Some((header, records)) = blocks.split_first() else {
         return Err(format!(
-            "it is too short for a trace ({} bytes): the program was ended before it began, or the copy is not complete; \
-             remove it, or record again",
+            "it is too short for a trace ({} bytes): the program was ended before it began, or the copy is not \
+             complete; remove it, or record again",
             bytes.len()
         ));
     };
@@ -183,7 +183,8 @@ mod tests {
     }
 
     fn hex(block: &[u8]) -> String {
-        block.iter().map(|byte| format!("{byte:02x}")).collect()
+        let digits = block.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+        digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
     }
 
     fn in_folder(name: &str, content: &[u8]) -> Result<Vec<Recorded>, String> {

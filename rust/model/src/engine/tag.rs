@@ -145,7 +145,7 @@ impl Engine<'_> {
     fn run(&mut self, program: &mut dyn Program, env: &mut dyn Env, id: ReactionId) {
         let info = &self.tables.reactions[usize::from(id.0)];
         let tardy = self.tardy.contains(id);
-        let part = Part::of(info, tardy, self.state.current.time, env);
+        let part = Part::of(info, tardy, self.state.current.time, env.outside());
         let mut ctx = ReactionContext {
             tables: self.tables,
             settings: &self.settings,

@@ -6,7 +6,7 @@ use lf_coordination::federate::{ClockSync, Federate, Needs};
 use crate::datagram::{DatagramPort, send};
 use crate::platform::{NetError, Platform};
 use crate::remark::{Remark, tell};
-use crate::trace::set_correction;
+use crate::tracing::set_correction;
 use log::Level;
 
 /// The port for datagrams of the RTI.

@@ -23,7 +23,8 @@ use super::waiting::{Waiting, reason};
 use crate::description::Federation;
 use crate::error::{PeerFault, RunError};
 use crate::platform::{NetError, Observation, Platform};
-use crate::trace::{self, Event as Traced, Role, TRACES, Waits, note, set_correction};
+use crate::trace::{Event as Traced, Role, TRACES, Waits};
+use crate::tracing::{begin, note, set_correction, waits};
 use crate::turn::Turn;
 
 /// How many tags are run before the socket is looked at again, when physical time is ahead of logical time.
@@ -125,7 +126,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if N::BUFFER_CHECK {
             buffers.check(engine.tables(), federation, join.federation_id)?;
         }
-        trace::begin(platform, Role::Federate(federation.id), Some(engine.tables()));
+        begin(platform, Role::Federate(federation.id), Some(engine.tables()));
         let peers = Peers::new(buffers.outbound, buffers.inbound, federation, join.federation_id);
         let mut direct = Direct::new(peers, federation.id);
         let listening = direct.peers.listen(platform).map_err(RunError::Listen)?;
@@ -454,7 +455,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             let next = execution.tag_in_question().filter(|_| running);
             let input = next.and_then(|tag| execution.unknown_input(tag));
             let is_timed = matches!(advance, Advance::Until(Deadline::At(_)));
-            note(self.platform, Traced::WaitBegins(Waits::of(reason, input, next, is_timed)));
+            note(self.platform, Traced::WaitBegins(waits(reason, input, next, is_timed)));
         }
         until
     }

@@ -19,7 +19,9 @@ use super::held::Held;
 use crate::description::PEERS;
 use crate::error::RunError;
 #[cfg(feature = "traces")]
-use crate::trace::{Event, step_event};
+use crate::trace::Event;
+#[cfg(feature = "traces")]
+use crate::tracing::step_event;
 use crate::unfederated::World;
 
 /// How far the tags of one turn came.

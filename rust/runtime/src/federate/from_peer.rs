@@ -14,7 +14,7 @@ use super::late::Late;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::{PeerFault, RunError};
 use crate::platform::{Observation, Platform};
-use crate::trace::note_received;
+use crate::tracing::note_received;
 
 /// What this federate sends changes these parts.
 pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {

@@ -22,7 +22,8 @@ use super::held::Held;
 use super::receiver::{Fate, Policy, too_long};
 use crate::error::RunError;
 use crate::platform::Platform;
-use crate::trace::{Event as Traced, RTI, note, note_received, set_correction};
+use crate::trace::{Event as Traced, RTI};
+use crate::tracing::{note, note_received, set_correction};
 
 /// What the RTI sends changes these parts.
 pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {

@@ -14,7 +14,8 @@ use super::session::Session;
 use crate::description::{CONTROL_BYTES, TAGGED_MESSAGE_HEADER_BYTES};
 use crate::platform::{Observation, Platform};
 use crate::remark::{PeerRemark, tell};
-use crate::trace::{self, Event, RTI, Subject, Word};
+use crate::trace::{Event, RTI, Subject, Word};
+use crate::tracing::{note, note_sent};
 use log::Level;
 
 /// The connections of a federate, to send over.
@@ -34,13 +35,6 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
         if self.session.output().room() < needed { Err(SendError::NoRoom) } else { Ok(()) }
     }
 
-    /// Records that a value of so many bytes goes to the other end of a connection.
-    fn note_value(&mut self, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
-        let to = (message.output.federate, message.output.port);
-        let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
-        trace::note(self.platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
-    }
-
     /// The connection to this federate, with room for a message with so many bytes of payload if the system takes what
     /// is before it. `None` when it has left: then nothing is sent.
     fn peer(&mut self, federate: u16, payload_bytes: usize) -> Option<(&mut Outbound<'s>, &mut P)> {
@@ -50,6 +44,13 @@ impl<'s, P: Platform> Output<'_, '_, 's, P> {
         }
         (!peer.has_ended()).then_some((peer, self.platform))
     }
+}
+
+/// Records that a value of so many bytes goes to the other end of a connection.
+fn note_value(platform: &mut impl Platform, message: &Outgoing<'_>, tag: Option<Tag>, peer: u16, bytes: usize) {
+    let to = (message.output.federate, message.output.port);
+    let bytes = u32::try_from(bytes).unwrap_or(u32::MAX);
+    note(platform, Event::Sent(Word { subject: Subject::Value, peer, to, tag, bytes }));
 }
 
 impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
@@ -63,7 +64,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         let encode = |bytes: &mut [u8]| message.encode(bytes);
         match self.session.output().push_tagged_with(port, federate, tag, max_len, encode) {
             Ok(bytes) => {
-                self.note_value(message, Some(message.tag), RTI, bytes);
+                note_value(self.platform, message, Some(message.tag), RTI, bytes);
                 Ok(())
             }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
@@ -74,7 +75,7 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
     fn tell(&mut self, message: &Message<'_>) -> Result<(), SendError> {
         self.make_room(message.encoded_len())?;
         self.session.output().push(message).map_err(|_| SendError::NoRoom)?;
-        trace::note_sent(self.platform, message, RTI);
+        note_sent(self.platform, message, RTI);
         Ok(())
     }
 
@@ -93,12 +94,12 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
         };
         match pushed {
             Ok(bytes) => {
+                note_value(platform, message, tag.map(|_| message.tag), federate, bytes);
                 if tag.is_some() {
                     platform.observe(Observation::Sends { federate, port, tag: message.tag });
                     // At once, for its receiver may be waiting only for a time.
                     peer.flush(platform);
                 }
-                self.note_value(message, tag.map(|_| message.tag), federate, bytes);
                 Ok(())
             }
             Err(PushError::Payload(error)) => Err(SendError::Payload(error)),
@@ -115,8 +116,8 @@ impl<P: Platform> Outlet for Output<'_, '_, '_, P> {
             peer.is_full(platform.now());
             return Err(SendError::NoRoom);
         }
+        note_sent(platform, message, federate);
         peer.flush(platform);
-        trace::note_sent(platform, message, federate);
         Ok(())
     }
 

@@ -16,7 +16,8 @@ use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
 use crate::platform::{Interest, NetError, Platform, SocketId};
-use crate::trace::{RTI, note_sent};
+use crate::trace::RTI;
+use crate::tracing::note_sent;
 
 /// The session with the RTI.
 #[derive(Debug)]

@@ -17,7 +17,8 @@ use crate::datagram::{DatagramPort, send};
 use crate::listener::Listener;
 use crate::platform::{Platform, SocketId};
 use crate::remark::{ConnectionRemark, tell};
-use crate::trace::{self, Event, Role, Waits as WaitsFor, note};
+use crate::trace::{Event, Role, Waits as WaitsFor};
+use crate::tracing::{begin, note};
 use crate::turn::Turn;
 use log::Level;
 
@@ -102,7 +103,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
         's: 'a,
     {
         let RtiSetup { config, storage, inlets, outgoings, datagrams } = setup;
-        trace::begin(platform, Role::Rti, None);
+        begin(platform, Role::Rti, None);
         let mut port = DatagramPort::new(platform, datagrams);
         let authentication = config.authentication.is_some();
         let log_waits = config.log_waits.map(|interval| (interval, platform.now()));

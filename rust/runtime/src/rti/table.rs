@@ -12,7 +12,9 @@ use lf_wire::{Message, Storage};
 use super::connections::{Awaited, Inlet, Outgoing, State};
 use crate::platform::{Interest, Platform, SocketId};
 #[cfg(feature = "traces")]
-use crate::trace::{Event, Word, note_sent};
+use crate::trace::{Event, Word};
+#[cfg(feature = "traces")]
+use crate::tracing::note_sent;
 
 /// The connections: what comes in on one side, what goes out on the other.
 pub(super) struct Table<'a, B> {

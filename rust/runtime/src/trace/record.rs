@@ -17,7 +17,7 @@ use core::fmt;
 use lf_model::Part;
 use lf_model::time::{Instant, Microstep, Tag};
 
-use super::{Event, Patience, Subject, Waits, Word};
+use super::event::{Event, Patience, Subject, Waits, Word};
 
 /// Bytes of a record, and of a header.
 pub const RECORD_BYTES: usize = 32;
@@ -198,13 +198,13 @@ impl Fields {
             Event::Starts(time, fast) => Self { time: time.0, detail: fast.into(), ..Self::new(2) },
             Event::TagBegins(tag) => Self::new(3).tag(tag),
             Event::TagEnds(tag) => Self::new(4).tag(tag),
-            Event::ReactionBegins(port, part, lane) => {
+            Event::ReactionBegins(reaction, part, lane) => {
                 let detail = match part {
                     Part::Body => 0,
                     Part::MissedDeadline => 1,
                     Part::Tardy => 2,
                 };
-                Self { detail, port, lane, ..Self::new(5) }
+                Self { detail, port: reaction, lane, ..Self::new(5) }
             }
             Event::ReactionEnds(port, lane) => Self { port, lane, ..Self::new(6) },
             Event::Sent(word) => Self::word(7, word),
@@ -305,7 +305,11 @@ mod tests {
     proptest! {
         /// Whatever is a record is one again after it was read and written, and no bytes make reading panic.
         #[test]
-        fn records_are_the_same_when_they_are_read_again(mut bytes: [u8; RECORD_BYTES], kind in 0u8..14, detail in 0u8..16) {
+        fn records_are_the_same_when_they_are_read_again(
+            mut bytes: [u8; RECORD_BYTES],
+            kind in 0u8..14,
+            detail in 0u8..16,
+        ) {
             (bytes[24], bytes[25]) = (kind, detail);
             if let Ok(record) = Record::from_bytes(&bytes) {
                 prop_assert_eq!(Record::from_bytes(&record.to_bytes()), Ok(record));

@@ -3,7 +3,8 @@
 
 use lf_model::time::Instant;
 
-use super::{Event, RECORD_BYTES, Record};
+use super::event::Event;
+use super::record::{RECORD_BYTES, Record};
 
 /// A ring of the newest `N` records, and what all others have to be read with.
 #[derive(Debug)]
