@@ -142,8 +142,8 @@ macro(_lf_add_bodies_in_c)
   endif()
 endmacro()
 
-# Adds to `app` the C that a program has beside bodies in Rust. Where headers are bound, the crate is told by a file which
-# folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
+# Adds to `app` the C that a program has beside bodies in Rust. Where headers are bound, the crate is told by a file
+# which folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
 macro(_lf_add_c_beside)
   set(bindings FALSE)
   include(${beside})

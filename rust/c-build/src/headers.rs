@@ -7,21 +7,19 @@ use std::{env, fs, process};
 use bindgen::callbacks::ParseCallbacks;
 use bindgen::{BindgenError, Builder, EnumVariation};
 
-use crate::{Program, floats};
+use crate::floats;
 
-/// Writes `c.rs` into `out`. Gives the file of C with what makes functions of those that are `static inline`; Zephyr's
-/// build compiles it where `LF_C_WRAPPER_FILE` says.
-pub(crate) fn bind(program: &Program, out: &Path) -> PathBuf {
-    let Program { headers, includes, flags, place, .. } = program;
+/// Writes `c.rs` into `out`; `place` is where the program names the headers. Gives the file of C with what makes
+/// functions of those that are `static inline`. Zephyr's build has it at `LF_C_WRAPPER_FILE`.
+pub(crate) fn bind(headers: &[PathBuf], includes: &[PathBuf], flags: &[String], place: &str, out: &Path) -> PathBuf {
     if let Err(reason) = clang_sys::load() {
         fail(&format!(
             "{place}: error: libclang, which reads headers, cannot be loaded: install it, on Debian and Ubuntu as \
              libclang-dev, or name its folder in LIBCLANG_PATH ({reason})"
         ));
     }
-    let wrapper = variable("LF_C_WRAPPER_FILE").map_or_else(|| out.join("c_wrapper.c"), PathBuf::from);
-    // Without it an image cannot be linked. Where nothing is static, bindgen writes none.
-    println!("cargo::rerun-if-changed={}", wrapper.display());
+    let wrapper = out.join("c_wrapper.c");
+    // Where nothing is static, bindgen writes none.
     write(&wrapper, "");
     let builder = || {
         let folders = includes.iter().map(|folder| format!("-I{}", folder.display()));
@@ -44,6 +42,14 @@ pub(crate) fn bind(program: &Program, out: &Path) -> PathBuf {
         }
     }
     write(&out.join("c.rs"), &bindings);
+    if let Some(given) = variable("LF_C_WRAPPER_FILE") {
+        // Without it the image cannot be linked.
+        println!("cargo::rerun-if-changed={given}");
+        let (text, given) = (fs::read(&wrapper).unwrap_or_default(), Path::new(&given));
+        if fs::read(given).ok().as_ref() != Some(&text) {
+            write(given, &String::from_utf8_lossy(&text));
+        }
+    }
     wrapper
 }
 

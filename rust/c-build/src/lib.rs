@@ -115,7 +115,7 @@ impl Program {
     /// Binds the headers; gives a file of C that the bindings need.
     #[cfg(feature = "headers")]
     fn bind(&self, out: &Path) -> Option<PathBuf> {
-        (!self.headers.is_empty()).then(|| headers::bind(self, out))
+        (!self.headers.is_empty()).then(|| headers::bind(&self.headers, &self.includes, &self.flags, &self.place, out))
     }
 
     #[cfg(not(feature = "headers"))]

@@ -68,8 +68,8 @@ pub(super) fn emit(job: &Job<'_>, files: &mut Vec<File>, map: &mut SourceMap) ->
     Ok(())
 }
 
-/// `lib.rs`: attributes and modules, perhaps one with what headers of C declare; without a layout, how large what is C's
-/// is.
+/// `lib.rs`: attributes and modules, perhaps one with what headers of C declare; without a layout, the sizes of what is
+/// C's.
 pub(in crate::languages) fn root(
     job: &Job<'_>,
     layout: Option<&Layout<'_>>,
