@@ -4,6 +4,7 @@
 use core::fmt;
 use core::net::SocketAddrV4;
 
+use lf_coordination::Dotted;
 use lf_coordination::federate::{ConfigError, FederateError, Phase, before_start, late};
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
@@ -111,7 +112,7 @@ impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::RtiUnreachable { address, last } => {
-                say!(f, "no RTI answers at {address}")?;
+                say!(f, "no RTI answers at {}:{}", Dotted(*address.ip()), address.port())?;
                 if let Some(last) = last {
                     say!(f, " ({last})")?;
                 }

@@ -9,7 +9,7 @@ use core::time::Duration;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
 use lf_coordination::rti::Notice;
-use lf_coordination::{Times, coded};
+use lf_coordination::{Dotted, Times, coded};
 use lf_model::time::{EventTag, Instant, Interval};
 use lf_texts::say;
 use lf_wire::RejectCode;
@@ -95,7 +95,9 @@ impl fmt::Display for Remark {
             Self::NoDatagrams => {
                 say!(f, "the clock is synchronized before the start only, because this image has no UDP")
             }
-            Self::Stranger(from) => say!(f, "datagrams from {from}, which is not the RTI, are ignored"),
+            Self::Stranger(from) => {
+                say!(f, "datagrams from {}:{}, which is not the RTI, are ignored", Dotted(*from.ip()), from.port())
+            }
             Self::ClockSync(report) => say!(f, "clock synchronization: {report}"),
             Self::NoBuffers => say!(
                 f,
@@ -237,10 +239,14 @@ impl fmt::Display for PeerRemark {
                 say!(f, "federate {to} left before this one: messages on their way to it may be lost")
             }
             Self::Refused { address, code, times } => {
-                say!(f, "a connection from {address} was refused: {code}{times}")
+                say!(f, "a connection from {} was refused: {code}{times}", Dotted(*address))
             }
             Self::Nameless { address, times } => {
-                say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
+                say!(
+                    f,
+                    "a connection from {} did not say which federate it is, and was closed{times}",
+                    Dotted(*address)
+                )
             }
         }
     }

@@ -13,7 +13,7 @@ extern crate std;
 #[cfg(test)]
 extern crate self as lf_texts;
 
-use core::fmt;
+use core::fmt::{self, Write as _};
 
 pub use lf_derive::{say, text};
 
@@ -23,6 +23,9 @@ static PAIRS: [[u8; 2]; lf_derive::pairs!(count)] = lf_derive::pairs!(bytes);
 const FIRST: u8 = lf_derive::pairs!(first);
 /// The byte in whose place a value is shown.
 const VALUE: u8 = lf_derive::pairs!(value);
+
+/// What stands behind each value where a sentence's values are by themselves.
+const END: &str = lf_derive::pairs!(end);
 
 /// A packed sentence, or a part of one: what [`text!`] makes of it.
 #[derive(Clone, Copy)]
@@ -35,21 +38,31 @@ impl Text {
         Self(packed)
     }
 
-    /// Shows the sentence with these values, in its order. Values that are not there are left out.
+    /// Shows the sentence without values.
     ///
     /// # Errors
     /// When what shows it cannot.
     #[doc(hidden)]
     #[inline(never)]
-    pub fn write(self, f: &mut fmt::Formatter<'_>, values: &[&dyn fmt::Display]) -> fmt::Result {
-        let mut values = values.iter();
-        self.0.iter().try_for_each(|byte| unpack(f, *byte, &mut values))
+    pub fn show(self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, format_args!(""))
+    }
+
+    /// Shows the sentence with these values, each of which ends with [`END`]. Those that are not there are left out.
+    ///
+    /// # Errors
+    /// When what shows it cannot.
+    #[doc(hidden)]
+    #[inline(never)]
+    pub fn write(self, f: &mut fmt::Formatter<'_>, values: fmt::Arguments<'_>) -> fmt::Result {
+        let mut said = Said { f, values, next: 0 };
+        self.0.iter().try_for_each(|byte| said.unpack(*byte))
     }
 }
 
 impl fmt::Display for Text {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.write(f, &[])
+        self.show(f)
     }
 }
 
@@ -59,17 +72,53 @@ impl fmt::Debug for Text {
     }
 }
 
-/// Shows a byte. It ends, because pairs consist of earlier ones.
-#[inline(never)]
-fn unpack(f: &mut fmt::Formatter<'_>, byte: u8, values: &mut core::slice::Iter<'_, &dyn fmt::Display>) -> fmt::Result {
-    match PAIRS.get(usize::from(byte.wrapping_sub(FIRST))) {
-        Some([first, second]) => {
-            unpack(f, *first, values)?;
-            unpack(f, *second, values)
+/// A sentence while it is shown.
+struct Said<'a, 'f> {
+    f: &'a mut fmt::Formatter<'f>,
+    values: fmt::Arguments<'a>,
+    /// Which value is the next one.
+    next: usize,
+}
+
+impl Said<'_, '_> {
+    /// Shows a byte. It ends, because pairs consist of earlier ones.
+    #[inline(never)]
+    fn unpack(&mut self, byte: u8) -> fmt::Result {
+        match PAIRS.get(usize::from(byte.wrapping_sub(FIRST))) {
+            Some([first, second]) => {
+                self.unpack(*first)?;
+                self.unpack(*second)
+            }
+            None if byte == VALUE => {
+                self.next += 1;
+                One { f: self.f, skipped: self.next - 1 }.write_fmt(self.values)
+            }
+            None => self.f.write_char(char::from(byte)),
         }
-        // A value is shown as it is, whatever the width and the like that the sentence is shown with.
-        None if byte == VALUE => values.next().map_or(Ok(()), |value| write!(f, "{value}")),
-        None => fmt::Write::write_char(f, char::from(byte)),
+    }
+}
+
+/// Shows one of the values: references to trait objects, by which each could be shown, take tables of 16 bytes for each
+/// type.
+struct One<'a, 'f> {
+    f: &'a mut fmt::Formatter<'f>,
+    /// How many values are still before it.
+    skipped: usize,
+}
+
+impl fmt::Write for One<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        if text == END {
+            self.skipped = self.skipped.wrapping_sub(1);
+        } else if self.skipped == 0 {
+            return self.f.write_str(text);
+        }
+        Ok(())
+    }
+
+    /// What comes by characters ends no value, so that they need not be texts first.
+    fn write_char(&mut self, character: char) -> fmt::Result {
+        if self.skipped == 0 { self.f.write_char(character) } else { Ok(()) }
     }
 }
 

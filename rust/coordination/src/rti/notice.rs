@@ -11,7 +11,7 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 use super::doubt::Doubt;
 use super::waits::Waits;
 use crate::tag::to_wire;
-use crate::{FederateId, Times};
+use crate::{Dotted, FederateId, Times};
 
 /// Why a federate is not part of the federation any more, although it did not resign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -307,7 +307,12 @@ impl fmt::Display for Notice<'_> {
             }
             Self::StopRequested(federate) => say!(f, "federate {federate} asks the federation to stop"),
             Self::Stranger(from) => {
-                say!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
+                say!(
+                    f,
+                    "datagrams from {}:{} are ignored, because they are no answers to clock synchronization",
+                    Dotted(*from.ip()),
+                    from.port()
+                )
             }
             Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
         }

@@ -10,7 +10,7 @@ use proc_macro2::{Ident, Literal, TokenStream, TokenTree};
 use quote::{ToTokens as _, format_ident, quote};
 use syn::{Error, LitStr};
 
-use pack::{FIRST, VALUE, pack, pairs};
+use pack::{END, FIRST, VALUE, pack, pairs};
 
 type Result<T> = core::result::Result<T, Error>;
 
@@ -28,9 +28,13 @@ pub(crate) fn say(input: TokenStream) -> Result<TokenStream> {
         return Err(Error::new_spanned(whole, "a formatter and a sentence are needed"));
     };
     let literal: LitStr = syn::parse2(literal)?;
-    let Sentence { bytes, values } = Sentence::read(&literal, &parts.collect::<Vec<_>>())?;
+    let Sentence { bytes, values } = Sentence::read(&literal)?;
     let text = packed(&bytes, &literal)?;
-    Ok(quote!(#text.write(#formatter, &[#(&#values),*])))
+    if values.is_empty() {
+        return Ok(quote!(#text.show(#formatter)));
+    }
+    let values = LitStr::new(&values, literal.span());
+    Ok(quote!(#text.write(#formatter, ::core::format_args!(#values, #(#parts),*))))
 }
 
 /// A table of what unpacks: one of its parts.
@@ -43,6 +47,7 @@ pub(crate) fn table(input: TokenStream) -> Result<TokenStream> {
         "bytes" => Ok(quote!([#([#first, #second]),*])),
         "first" => Ok(FIRST.into_token_stream()),
         "value" => Ok(VALUE.into_token_stream()),
+        "end" => Ok(END.into_token_stream()),
         _ => Err(Error::new_spanned(part, "there is no such part")),
     }
 }
@@ -64,52 +69,32 @@ fn split(input: TokenStream) -> Vec<TokenStream> {
 struct Sentence {
     /// Its characters, and [`VALUE`] where values stand.
     bytes: Vec<u8>,
-    /// The values, in this order.
-    values: Vec<TokenStream>,
+    /// The values as they are written in it, with [`END`] behind each.
+    values: String,
 }
 
 impl Sentence {
-    fn read(literal: &LitStr, given: &[TokenStream]) -> Result<Self> {
-        let wrong = |what: &str| Error::new(literal.span(), what);
-        let mut sentence = Self { bytes: Vec::new(), values: Vec::new() };
-        let mut next = 0;
+    fn read(literal: &LitStr) -> Result<Self> {
+        let mut sentence = Self { bytes: Vec::new(), values: String::new() };
         let text = literal.value();
         let mut rest = text.as_str();
         while let Some(place) = rest.find(['{', '}']) {
             let (before, behind) = rest.split_at(place);
             sentence.bytes.extend(before.bytes());
-            if let Some(double) = ["{{", "}}"].into_iter().find(|double| behind.starts_with(double)) {
-                sentence.bytes.push(double.as_bytes()[0]);
+            if behind.starts_with("{{") || behind.starts_with("}}") {
+                sentence.bytes.push(behind.as_bytes()[0]);
                 rest = &behind[2..];
                 continue;
             }
-            let inside = behind.strip_prefix('{').and_then(|behind| behind.split_once('}'));
-            let (inside, behind) = inside.ok_or_else(|| wrong("a brace has no counterpart"))?;
-            let (name, how) = inside.split_once(':').unwrap_or((inside, ""));
-            let given = |index: usize| given.get(index).cloned().ok_or_else(|| wrong("a value is missing"));
-            let value = if name.is_empty() {
-                next += 1;
-                given(next - 1)?
-            } else if let Ok(index) = name.parse() {
-                given(index)?
-            } else {
-                Ident::new(name, literal.span()).into_token_stream()
-            };
-            sentence.values.push(if how.is_empty() {
-                quote!((#value))
-            } else {
-                let format = Literal::string(&format!("{{:{how}}}"));
-                quote!(::core::format_args!(#format, #value))
-            });
+            let end = behind.find('}').filter(|end| *end > 0);
+            let (value, behind) = behind.split_at(end.ok_or_else(|| Error::new(literal.span(), "a lone brace"))? + 1);
+            sentence.values += value;
+            sentence.values += END;
             sentence.bytes.push(VALUE);
             rest = behind;
         }
         sentence.bytes.extend(rest.bytes());
-        if next < given.len() && !text.contains("{0") {
-            Err(wrong("there are more values than places"))
-        } else {
-            Ok(sentence)
-        }
+        Ok(sentence)
     }
 }
 

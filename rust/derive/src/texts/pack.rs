@@ -14,6 +14,9 @@ pub(super) const PAIRS_MAX: usize = 128 + VALUE as usize;
 /// The byte in whose place a value stands.
 pub(super) const VALUE: u8 = b' ' - 1;
 
+/// What ends a value where values are by themselves: no value is shown as this.
+pub(super) const END: &str = "\u{1f}";
+
 /// What the bytes of pairs stand for.
 pub(super) fn pairs() -> &'static [[u8; 2]] {
     static MADE: LazyLock<Vec<[u8; 2]>> = LazyLock::new(|| {

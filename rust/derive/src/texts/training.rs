@@ -100,8 +100,8 @@ fn find(tokens: TokenStream, sentences: &mut Vec<Vec<u8>>) {
         let literal = |part: &TokenStream| syn::parse2::<LitStr>(part.clone()).expect("a sentence");
         match (name.as_str(), parts.as_slice()) {
             ("text", [text]) => sentences.push(literal(text).value().into_bytes()),
-            ("say", [_, text, given @ ..]) => {
-                sentences.push(Sentence::read(&literal(text), given).expect("the crate compiles").bytes);
+            ("say", [_, text, ..]) => {
+                sentences.push(Sentence::read(&literal(text)).expect("the crate compiles").bytes);
             }
             _ => find(group.stream(), sentences),
         }
