@@ -84,6 +84,8 @@ pub enum Remark {
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // There are no rounds over UDP, and the sentences are long.
+            Self::Stranger(_) | Self::ClockSync(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Waits { reason, start, lasts } => {
                 say!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
             }

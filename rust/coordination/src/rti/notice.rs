@@ -5,7 +5,7 @@ use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
-use lf_texts::say;
+use lf_texts::{say, text};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use super::doubt::Doubt;
@@ -321,8 +321,11 @@ impl fmt::Display for Notice<'_> {
 
 /// What a federate did in all: bytes that begin no message, late and dropped messages.
 fn write_sum(f: &mut fmt::Formatter<'_>, times: [Times; 3]) -> fmt::Result {
-    let what =
-        ["bytes that begin no message", "late messages", "messages dropped, because their destinations have left"];
+    let what = [
+        text!("bytes that begin no message"),
+        text!("late messages"),
+        text!("messages dropped, because their destinations have left"),
+    ];
     let mut separator = " ";
     for (Times(count), what) in times.into_iter().zip(what).filter(|(Times(count), _)| *count > 0) {
         say!(f, "{separator}{count} {what}")?;

@@ -61,6 +61,8 @@ impl fmt::Display for Words {
         let Self(reason, start) = *self;
         let at = |tag| EventTag::relative(tag, start);
         match reason {
+            // There are no connections with others.
+            Reason::Peer(..) if !cfg!(feature = "peers") => Ok(()),
             Reason::Rti => say!(f, "an RTI that answers"),
             Reason::Answer(phase) => say!(f, "the RTI, {phase}"),
             Reason::Peer(federate, None) => say!(f, "federate {federate}, to which this one sends directly"),
