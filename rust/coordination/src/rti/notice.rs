@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the RTI tells people: what has happened, why federates are lost, and what they did that they may not do.
 
-use core::fmt;
+use core::ascii;
+use core::fmt::{self, Write as _};
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
@@ -257,7 +258,7 @@ impl fmt::Display for Notice<'_> {
                     say!(f, " that claims to be federate {federate}")?;
                 }
                 if let Some(id) = federation_id {
-                    say!(f, " of federation \"{}\"", id.escape_ascii())?;
+                    say!(f, " of federation \"{}\"", Escaped(id))?;
                 }
                 say!(f, ": {code}")?;
                 violation.map_or(Ok(()), |violation| say!(f, "; {violation}"))?;
@@ -316,6 +317,16 @@ impl fmt::Display for Notice<'_> {
             }
             Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
         }
+    }
+}
+
+/// Bytes of a peer in a sentence, as by `escape_ascii`, whose `Display` is larger because it writes several at once.
+struct Escaped<'a>(&'a [u8]);
+
+impl fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut characters = self.0.iter().flat_map(|byte| ascii::escape_default(*byte));
+        characters.try_for_each(|character| f.write_char(character.into()))
     }
 }
 
