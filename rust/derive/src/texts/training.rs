@@ -8,7 +8,7 @@ use std::{env, fs};
 use proc_macro2::{TokenStream, TokenTree};
 use syn::LitStr;
 
-use super::pack::{PAIRS_MAX, VALUE, of_pair, pack, replace};
+use super::pack::{FIRST, PAIRS_MAX, VALUE, of_pair, pack, pairs, replace};
 use super::{Sentence, split};
 
 /// The crates that have sentences of images.
@@ -27,6 +27,23 @@ fn sentences_take_half_of_their_bytes_at_most() {
     let (before, after) = (length(&sentences), length(&packed));
     println!("{} sentences: {before} bytes, packed {after}", sentences.len());
     assert!(after * 2 <= before, "{before} bytes, packed {after}: `cargo xtask bless` finds better pairs");
+}
+
+#[test]
+fn each_sentence_is_the_same_when_it_is_unpacked() {
+    fn unpack(bytes: &[u8], to: &mut Vec<u8>) {
+        for byte in bytes {
+            match pairs().get(usize::from(byte.wrapping_sub(FIRST))) {
+                Some(pair) => unpack(pair, to),
+                None => to.push(*byte),
+            }
+        }
+    }
+    for sentence in sentences() {
+        let mut unpacked = Vec::new();
+        unpack(&pack(&sentence), &mut unpacked);
+        assert_eq!(unpacked, sentence);
+    }
 }
 
 /// The pairs, each the most frequent one when those before it are replaced.
