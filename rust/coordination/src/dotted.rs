@@ -13,8 +13,8 @@ pub struct Dotted(pub Ipv4Addr);
 
 impl fmt::Display for Dotted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [a, b, c, d] = self.0.octets();
-        say!(f, "{a}.{b}.{c}.{d}")
+        let [first, second, third, fourth] = self.0.octets();
+        say!(f, "{first}.{second}.{third}.{fourth}")
     }
 }
 

@@ -66,7 +66,9 @@ fn train(mut sentences: Vec<Vec<u8>>) -> Vec<[String; 2]> {
         let parts = pair.map(|byte| texts[&byte].clone());
         texts.insert(of_pair(index), parts.concat());
         pairs.push(parts);
-        sentences.iter_mut().for_each(|sentence| replace(sentence, pair, of_pair(index)));
+        for sentence in &mut sentences {
+            replace(sentence, pair, of_pair(index));
+        }
     }
     pairs
 }
@@ -75,8 +77,9 @@ fn write(pairs: &[[String; 2]]) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/texts/pairs.rs");
     let text = fs::read_to_string(&file).expect("the list can be read");
     let (head, _) = text.split_once("= &[").expect("the list begins so");
-    let lines: String = pairs.iter().map(|[first, second]| format!("    [{first:?}, {second:?}],\n")).collect();
-    fs::write(&file, format!("{head}= &[\n{lines}];\n")).expect("the list can be written");
+    let line = |[first, second]: &[String; 2]| format!("    [{first:?}, {second:?}],\n");
+    let lines: Vec<String> = pairs.iter().map(line).collect();
+    fs::write(&file, format!("{head}= &[\n{}];\n", lines.concat())).expect("the list can be written");
 }
 
 /// All sentences in the sources of [`CRATES`].
