@@ -22,6 +22,6 @@ impl From<u16> for FederateId {
 
 impl fmt::Display for FederateId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.0)
+        self.0.fmt(f)
     }
 }

@@ -14,6 +14,7 @@ pub mod auth;
 pub mod clock_sync;
 pub mod code;
 mod deadline;
+mod dotted;
 pub mod federate;
 #[cfg(feature = "heap")]
 pub mod heap;
@@ -24,6 +25,7 @@ mod tag;
 mod tally;
 
 pub use deadline::Deadline;
+pub use dotted::Dotted;
 pub use id::FederateId;
 pub use tag::{from_wire, to_wire};
 pub use tally::{Tally, Times};

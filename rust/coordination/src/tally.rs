@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::say;
+
 /// How often something has happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Tally(u32);
@@ -37,7 +39,7 @@ impl Times {
 
 impl fmt::Display for Times {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 > 1 { write!(f, " ({} so far)", self.0) } else { Ok(()) }
+        if self.0 > 1 { say!(f, " ({} so far)", self.0) } else { Ok(()) }
     }
 }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `#[derive(Payload)]`: a struct or an enum can be sent to another federate.
+//! What runs while crates are compiled: `#[derive(Payload)]`, by which a struct or an enum can be sent to another
+//! federate, and `say!`, by which sentences take half of their bytes.
 //!
-//! The bytes are those of the C type, which `lf_model::layout` works out; here is only said what the fields are. What
-//! is generated names each field's type in one way alone, so that rustc says once that a type cannot be sent, and says
-//! it at the field.
+//! The bytes of a payload are those of the C type, which `lf_model::layout` works out; here is only said what the
+//! fields are. What is generated names each field's type in one way alone, so that rustc says once that a type cannot be
+//! sent, and says it at the field.
 #![forbid(unsafe_code)]
+
+mod texts;
 
 use proc_macro2::{Ident, Span, TokenStream};
 use quote::{format_ident, quote, quote_spanned};
@@ -55,6 +58,27 @@ pub fn payload(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
         };
     }
     .into()
+}
+
+/// Writes a sentence to a `core::fmt::Formatter`, as `write!` does: `say!(f, "{tag} is too late by {} ns", by)`.
+///
+/// It is packed meanwhile, and consists of ASCII characters. The crate has to depend on `lf-texts`.
+#[proc_macro]
+pub fn say(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    texts::say(input.into()).unwrap_or_else(Error::into_compile_error).into()
+}
+
+/// A packed text without values, which can be shown: an `lf_texts::Text`.
+#[proc_macro]
+pub fn text(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    texts::text(input.into()).unwrap_or_else(Error::into_compile_error).into()
+}
+
+/// For `lf-texts`, which unpacks.
+#[doc(hidden)]
+#[proc_macro]
+pub fn pairs(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
+    texts::table(input.into()).unwrap_or_else(Error::into_compile_error).into()
 }
 
 /// What differs from type to type.

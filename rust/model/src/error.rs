@@ -2,6 +2,8 @@
 //! What can go wrong, each with a sentence that says what to do.
 use core::fmt;
 
+use lf_texts::say;
+
 use crate::payload::PayloadError;
 use crate::time::Tag;
 
@@ -51,29 +53,26 @@ pub enum ModelError {
 impl fmt::Display for ModelError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::ActionFull { action, capacity } => write!(
+            Self::ActionFull { action, capacity } => say!(
                 f,
                 "action {action} was scheduled while it held {capacity} pending events, which is all it has room for: \
                  write @capacity(n) with a larger n before its declaration, or schedule it less often"
             ),
-            Self::DelayFull { connection, capacity } => write!(
+            Self::DelayFull { connection, capacity } => say!(
                 f,
                 "the connection with `after` to {connection} held {capacity} values on their way, which is all it has \
                  room for: write @capacity(n) with a larger n before the connection, or send less often"
             ),
-            Self::Encode { output, error } => write!(f, "a value cannot be sent over {output}: {error}"),
+            Self::Encode { output, error } => say!(f, "a value cannot be sent over {output}: {error}"),
             Self::TagOrder { tag, against } => {
-                write!(
-                    f,
-                    "tag {tag} cannot begin, because tag {against} comes first: this is an error of the event loop"
-                )
+                say!(f, "tag {tag} cannot begin, because tag {against} comes first: this is an error of the event loop")
             }
-            Self::NotReady { tag } => write!(
+            Self::NotReady { tag } => say!(
                 f,
                 "tag {tag} cannot begin, because the program is not between two tags: this is an error of the \
                  event loop"
             ),
-            Self::NoThreadLeft { threads } => write!(
+            Self::NoThreadLeft { threads } => say!(
                 f,
                 "spawn_physical_thread was called while all of the image's threads ({threads}) were running: raise n \
                  in the target property `platform: {{user-threads: n}}`, or set CONFIG_LF_USER_THREADS"
@@ -121,21 +120,21 @@ pub enum DeliverError {
 impl fmt::Display for DeliverError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Full { input, capacity } => write!(
+            Self::Full { input, capacity } => say!(
                 f,
                 "{input} holds {capacity} messages, which is all it has room for: read no more until one has been \
                  handled"
             ),
             Self::Payload { input, error } => {
-                write!(f, "a message for {input} does not fit its type: {error}; build all federates from one program")
+                say!(f, "a message for {input} does not fit its type: {error}; build all federates from one program")
             }
-            Self::Late { input, tag, current } => write!(
+            Self::Late { input, tag, current } => say!(
                 f,
                 "a message for {input} came with tag {tag}, but this federate is at {current} already: \
                  check that all federates run the same program"
             ),
             Self::NoSuchPort { port } => {
-                write!(
+                say!(
                     f,
                     "a message came for input {port}, which this federate does not have: build all federates from one \
                      program"
@@ -156,7 +155,7 @@ pub struct ScheduleError {
 
 impl fmt::Display for ScheduleError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
+        say!(
             f,
             "{} events of this physical action wait already, which is all it has room for: write @capacity(n) with a \
              larger n before its declaration, or schedule it less often",

@@ -8,6 +8,8 @@ use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
 use core::time::Duration;
 
+use lf_texts::say;
+
 const NS_PER_SEC: i64 = 1_000_000_000;
 
 /// A length of time in nanoseconds. Arithmetic on it saturates.
@@ -279,9 +281,9 @@ impl fmt::Display for Tag {
     /// `(nanoseconds since the epoch, microstep)`, or `NEVER` or `FOREVER`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NEVER => f.write_str("NEVER"),
-            Self::FOREVER => f.write_str("FOREVER"),
-            Self { time, microstep } => write!(f, "({} ns, {microstep})", time.0),
+            Self::NEVER => say!(f, "NEVER"),
+            Self::FOREVER => say!(f, "FOREVER"),
+            Self { time, microstep } => say!(f, "({} ns, {microstep})", time.0),
         }
     }
 }
@@ -313,7 +315,7 @@ impl fmt::Display for EventTag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Counted in 64 bits, because 128-bit division is large code on small processors.
         let ns = Interval::from_duration(self.offset_from_t0).as_nanos();
-        write!(f, "(T0 + {ns} ns = {} ms, {})", ns / 1_000_000, self.microstep)
+        say!(f, "(T0 + {ns} ns = {} ms, {})", ns / 1_000_000, self.microstep)
     }
 }
 

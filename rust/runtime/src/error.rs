@@ -4,9 +4,11 @@
 use core::fmt;
 use core::net::SocketAddrV4;
 
+use lf_coordination::Dotted;
 use lf_coordination::federate::{ConfigError, FederateError, Phase, before_start, late};
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
+use lf_texts::say;
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use crate::platform::{NetError, RandomError};
@@ -109,57 +111,57 @@ pub enum RunError {
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // Nothing can be wrong with ports that are never opened.
+            Self::Bind(_) if !cfg!(feature = "datagrams") => Ok(()),
+            Self::Listen(_) if !cfg!(feature = "peers") => Ok(()),
             Self::RtiUnreachable { address, last } => {
-                write!(f, "no RTI answers at {address}")?;
+                say!(f, "no RTI answers at {}:{}", Dotted(*address.ip()), address.port())?;
                 if let Some(last) = last {
-                    write!(f, " ({last})")?;
+                    say!(f, " ({last})")?;
                 }
-                f.write_str(": start the RTI, or correct the address")
+                say!(f, ": start the RTI, or correct the address")
             }
             Self::Random(error) => error.fmt(f),
             Self::Federate(error) => error.fmt(f),
             Self::Config(error) => error.fmt(f),
             Self::Model(error) => error.fmt(f),
-            Self::Bytes { error, phase } if *phase <= Phase::Introducing => write!(
+            Self::Bytes { error, phase } if *phase <= Phase::Introducing => say!(
                 f,
                 "what listens at the RTI's address sent bytes that are no message: {error}; check the address and the \
                  port, and that an RTI listens there",
             ),
-            Self::Bytes { error, phase } => write!(
+            Self::Bytes { error, phase } => say!(
                 f,
                 "the RTI sent bytes that are no message {phase}: {error}; check that the RTI is one of the same \
                  release as this federate",
             ),
             Self::Deliver(error) => error.fmt(f),
-            Self::Interrupted => f.write_str("interrupted"),
-            Self::InputFull { input } => write!(
+            Self::Interrupted => say!(f, "interrupted"),
+            Self::InputFull { input } => say!(
                 f,
                 "the queue of {input} and the receive buffer are full, and the grant that would empty them lies behind \
                  still more messages: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
             ),
             Self::Late { input, tag, current } => late(f, input, *tag, *current),
             Self::BeforeStart { input, by } => before_start(f, input, *by),
-            Self::TooLong { input, bytes, max } => write!(
+            Self::TooLong { input, bytes, max } => say!(
                 f,
                 "a message over {input} has {bytes} bytes, but its type holds {max} at most: give the ports of this \
                  connection a type that holds more, and build all federates from one program",
             ),
             Self::KnownTooShort { needed, found } => {
-                write!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
+                say!(f, "what is known of inputs takes {needed} tags of memory, but there are {found}")
             }
-            Self::Bind(error) => write!(f, "no UDP port can be opened for clock synchronization: {error}"),
-            Self::Listen(error) => write!(f, "no TCP port can be listened on for other federates: {error}"),
-            Self::Peer { federate, fault } => write!(f, "federate {federate} {fault}"),
-            Self::TagFull { input } => write!(
+            Self::Bind(error) => say!(f, "no UDP port can be opened for clock synchronization: {error}"),
+            Self::Listen(error) => say!(f, "no TCP port can be listened on for other federates: {error}"),
+            Self::Peer { federate, fault } => say!(f, "federate {federate} {fault}"),
+            Self::TagFull { input } => say!(
                 f,
                 "more messages for {input} have come for one time than its queue holds: raise the capacity of that \
                  connection with `@capacity(n)`, or send less often at one time",
             ),
             Self::BufferTooSmall { buffer, needed, found } => {
-                write!(
-                    f,
-                    "the {buffer} buffer has {found} bytes, but has to have {needed} at least: make it that large"
-                )
+                say!(f, "the {buffer} buffer has {found} bytes, but has to have {needed} at least: make it that large")
             }
         }
     }
@@ -199,33 +201,35 @@ impl fmt::Display for PeerFault {
         }
         match self {
             Self::Bytes(error) => {
-                write!(f, "sent bytes that are no message: {error}; check that all federates are of the same release")
+                say!(f, "sent bytes that are no message: {error}; check that all federates are of the same release")
             }
-            Self::Unexpected(message) => write!(
+            Self::Unexpected(message) => say!(
                 f,
                 "sent {message} directly to this one, which federates send to the RTI only: check that all federates \
                  are of the same release",
             ),
-            Self::WrongInput { federate, port } => write!(
+            Self::WrongInput { federate, port } => say!(
                 f,
                 "sent a value for input {port} of federate {federate}, to which it has no such connection: check \
                  that all federates are built from the same program",
             ),
-            Self::Unreachable(error) => write!(
+            Self::Unreachable(error) => say!(
                 f,
                 "cannot be reached, though this federate sends to it directly: {error}; check that this computer or \
                  board can connect to that one",
             ),
-            Self::Unanswered => f.write_str(
+            Self::Unanswered => say!(
+                f,
                 "does not answer, though this federate sends to it directly: check that it runs, and that no other \
                  program connects to its port",
             ),
-            Self::Refuses(code) => write!(
+            Self::Refuses(code) => say!(
                 f,
                 "refuses the connection of this one: {code}; check that both are built from the same program, and that \
                  no other program connects in this one's name",
             ),
-            Self::Stuck => f.write_str(
+            Self::Stuck => say!(
+                f,
                 "has taken nothing for a minute, though a tag of this federate waits for that; it may be waiting for \
                  this one: raise the capacity of the connection with `@capacity(n)`, or send less",
             ),

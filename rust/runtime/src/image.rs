@@ -6,6 +6,7 @@
 use core::fmt;
 
 use lf_coordination::rti::{Outcome, SetupError};
+use lf_texts::say;
 
 use crate::error::RunError;
 use crate::platform::NetError;
@@ -27,11 +28,11 @@ impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Platform(error) => {
-                write!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
+                say!(f, "no descriptor for the wake-up ({error}): raise CONFIG_ZVFS_EVENTFD_MAX")
             }
             Self::Settings(error) => error.fmt(f),
             Self::Run(error) => error.fmt(f),
-            Self::Running => f.write_str("lf_main() can be called only once"),
+            Self::Running => say!(f, "lf_main() can be called only once"),
         }
     }
 }
@@ -51,9 +52,9 @@ impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::RtiAddress => {
-                f.write_str("CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
+                say!(f, "CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
             }
-            Self::RtiPort(port) => write!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
+            Self::RtiPort(port) => say!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
         }
     }
 }
@@ -87,12 +88,12 @@ impl fmt::Display for RtiError {
         match self {
             Self::Settings(error) => error.fmt(f),
             Self::Listen { port, error } => {
-                write!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
+                say!(f, "the RTI cannot listen on TCP port {port}: {error}; choose another one: CONFIG_LF_RTI_PORT")
             }
-            Self::Bind(error) => write!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
+            Self::Bind(error) => say!(f, "the RTI cannot open a UDP port for clock synchronization: {error}"),
             Self::Setup(error) => error.fmt(f),
             Self::Ended(outcome) => outcome.fmt(f),
-            Self::Order => f.write_str("lf_rti_listen() and lf_rti_main() can be called only once, in this order"),
+            Self::Order => say!(f, "lf_rti_listen() and lf_rti_main() can be called only once, in this order"),
         }
     }
 }

@@ -12,6 +12,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::{Instant, Tag};
+use lf_texts::say;
 
 use crate::trace::{Event, Header};
 
@@ -75,13 +76,13 @@ pub enum NetError {
 impl fmt::Display for NetError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Refused => f.write_str("connection refused: nobody listens there (yet)"),
-            Self::Reset => f.write_str("connection reset by the peer, or the peer is gone"),
-            Self::Unreachable => f.write_str("network unreachable: check the cable, the IP address and the netmask"),
-            Self::AddressInUse => f.write_str("the port is in use by another program"),
-            Self::NoSocketLeft => f.write_str("no socket left: raise the limit of open sockets"),
-            Self::Stale => f.write_str("the socket was closed before"),
-            Self::Os(number) => write!(f, "system error {number}"),
+            Self::Refused => say!(f, "connection refused: nobody listens there (yet)"),
+            Self::Reset => say!(f, "connection reset by the peer, or the peer is gone"),
+            Self::Unreachable => say!(f, "network unreachable: check the cable, the IP address and the netmask"),
+            Self::AddressInUse => say!(f, "the port is in use by another program"),
+            Self::NoSocketLeft => say!(f, "no socket left: raise the limit of open sockets"),
+            Self::Stale => say!(f, "the socket was closed before"),
+            Self::Os(number) => say!(f, "system error {number}"),
         }
     }
 }
@@ -94,7 +95,7 @@ pub struct RandomError(pub i32);
 
 impl fmt::Display for RandomError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the system gives no random numbers (error {}), which authentication needs", self.0)
+        say!(f, "the system gives no random numbers (error {}), which authentication needs", self.0)
     }
 }
 

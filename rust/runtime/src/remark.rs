@@ -9,8 +9,9 @@ use core::time::Duration;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
 use lf_coordination::rti::Notice;
-use lf_coordination::{Times, coded};
+use lf_coordination::{Dotted, Times, coded};
 use lf_model::time::{EventTag, Instant, Interval};
+use lf_texts::say;
 use lf_wire::RejectCode;
 use log::Level;
 
@@ -83,19 +84,25 @@ pub enum Remark {
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // There are no rounds over UDP, and the sentences are long.
+            Self::Stranger(_) | Self::ClockSync(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Waits { reason, start, lasts } => {
-                write!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
+                say!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
             }
-            Self::GuessableKey => f.write_str(
+            Self::GuessableKey => say!(
+                f,
                 "the federation id is the key of `auth`, and others can guess this one: choose another with --id, or \
                  CONFIG_LF_FEDERATION_ID",
             ),
             Self::NoDatagrams => {
-                f.write_str("the clock is synchronized before the start only, because this image has no UDP")
+                say!(f, "the clock is synchronized before the start only, because this image has no UDP")
             }
-            Self::Stranger(from) => write!(f, "datagrams from {from}, which is not the RTI, are ignored"),
-            Self::ClockSync(report) => write!(f, "clock synchronization: {report}"),
-            Self::NoBuffers => f.write_str(
+            Self::Stranger(from) => {
+                say!(f, "datagrams from {}:{}, which is not the RTI, are ignored", Dotted(*from.ip()), from.port())
+            }
+            Self::ClockSync(report) => say!(f, "clock synchronization: {report}"),
+            Self::NoBuffers => say!(
+                f,
                 "out of network buffers: what is to be sent waits for them; more of them make it quicker \
                  (CONFIG_NET_BUF_TX_COUNT, CONFIG_NET_PKT_TX_COUNT)",
             ),
@@ -122,7 +129,7 @@ pub enum DeviceRemark {
 impl fmt::Display for DeviceRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self::EventsLost { device, events } = self;
-        write!(
+        say!(
             f,
             "events of {device} that its action's queue had no room for: {events}; write @capacity(n) with a larger n \
              before the action's declaration"
@@ -202,42 +209,46 @@ pub enum PeerRemark {
 impl fmt::Display for PeerRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Left(federate) => write!(f, "federate {federate} has left: messages to it are lost"),
+            Self::Left(federate) => say!(f, "federate {federate} has left: messages to it are lost"),
             Self::LastMessages(error) => {
-                write!(f, "what another federate sent at the end could not be read: {error}")
+                say!(f, "what another federate sent at the end could not be read: {error}")
             }
             Self::DoesNotEnd(from) => {
-                write!(f, "federate {from} does not end: what it may still send is not waited for")
+                say!(f, "federate {from} does not end: what it may still send is not waited for")
             }
-            Self::LeftInMessage(from) => write!(f, "federate {from} has left in the middle of a message"),
+            Self::LeftInMessage(from) => say!(f, "federate {from} has left in the middle of a message"),
             Self::AfterStop { input, intended } => {
-                write!(f, "a message over {input} is for {intended}, after the last tag: it does not happen")
+                say!(f, "a message over {input} is for {intended}, after the last tag: it does not happen")
             }
             Self::Late { input, intended, actual, lateness, federate, times } => {
-                write!(f, "late message to federate {federate} over {input} for {intended}: it ")?;
+                say!(f, "late message to federate {federate} over {input} for {intended}: it ")?;
                 match actual {
-                    Some(actual) => write!(f, "happens at {actual}, {lateness:?} after its time{times}"),
-                    None => write!(
+                    Some(actual) => say!(f, "happens at {actual}, {lateness:?} after its time{times}"),
+                    None => say!(
                         f,
                         "came {lateness:?} after its time, and after the last tag, so it does not happen{times}"
                     ),
                 }
             }
-            Self::LateInAll { messages, unhandled: 0 } => write!(f, "{messages} late messages"),
-            Self::LateInAll { messages, unhandled } => write!(
+            Self::LateInAll { messages, unhandled: 0 } => say!(f, "{messages} late messages"),
+            Self::LateInAll { messages, unhandled } => say!(
                 f,
                 "{messages} late messages, {unhandled} of them not handled: wait longer with @maxwait or \
                  @absent_after, or give the reactions tardy handlers"
             ),
-            Self::Lost { messages, to } => write!(f, "at least {messages} messages to federate {to} did not reach it"),
+            Self::Lost { messages, to } => say!(f, "at least {messages} messages to federate {to} did not reach it"),
             Self::LeftBefore(to) => {
-                write!(f, "federate {to} left before this one: messages on their way to it may be lost")
+                say!(f, "federate {to} left before this one: messages on their way to it may be lost")
             }
             Self::Refused { address, code, times } => {
-                write!(f, "a connection from {address} was refused: {code}{times}")
+                say!(f, "a connection from {} was refused: {code}{times}", Dotted(*address))
             }
             Self::Nameless { address, times } => {
-                write!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
+                say!(
+                    f,
+                    "a connection from {} did not say which federate it is, and was closed{times}",
+                    Dotted(*address)
+                )
             }
         }
     }
@@ -266,8 +277,8 @@ pub enum ConnectionRemark {
 impl fmt::Display for ConnectionRemark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoRandom(error) => write!(f, "a connection is refused: {error}"),
-            Self::NotAccepted { error, times } => write!(f, "a connection could not be accepted: {error}{times}"),
+            Self::NoRandom(error) => say!(f, "a connection is refused: {error}"),
+            Self::NotAccepted { error, times } => say!(f, "a connection could not be accepted: {error}{times}"),
         }
     }
 }

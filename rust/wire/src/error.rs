@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::say;
+
 use crate::MessageType;
 
 /// Bytes that are no message, or one that the owner's [`Limits`](crate::Limits) exclude. Offsets count from the type
@@ -58,20 +60,20 @@ pub enum DecodeError {
 impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::UnknownType { found } => write!(f, "type byte {found} at offset 0 is no message of this protocol"),
+            Self::UnknownType { found } => say!(f, "type byte {found} at offset 0 is no message of this protocol"),
             Self::OverLimit { message, field, offset, found, limit } => {
-                write!(
+                say!(
                     f,
                     "{message}: {field} at offset {offset} is {found}, more than the {limit} that are accepted here"
                 )
             }
             Self::Negative { message, field, offset, found } => {
-                write!(f, "{message}: {field} at offset {offset} is {found}, but cannot be negative")
+                say!(f, "{message}: {field} at offset {offset} is {found}, but cannot be negative")
             }
-            Self::Unexpected { message } => write!(f, "{message}: is not expected here"),
+            Self::Unexpected { message } => say!(f, "{message}: is not expected here"),
             Self::LargerThanBuffer { message, needed, capacity } => {
                 let message = message.map_or("any message", MessageType::name);
-                write!(f, "{message}: has {needed} bytes or more, but the receive buffer holds {capacity}")
+                say!(f, "{message}: has {needed} bytes or more, but the receive buffer holds {capacity}")
             }
         }
     }
@@ -90,7 +92,7 @@ pub struct NoRoom {
 
 impl fmt::Display for NoRoom {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} bytes are needed, there is room for {}", self.needed, self.room)
+        say!(f, "{} bytes are needed, there is room for {}", self.needed, self.room)
     }
 }
 
@@ -112,7 +114,7 @@ pub struct Beyond {
 impl fmt::Display for Beyond {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { message, field, length, max } = self;
-        write!(f, "{message}: {field} would be {length}, but the wire carries at most {max}")
+        say!(f, "{message}: {field} would be {length}, but the wire carries at most {max}")
     }
 }
 
@@ -172,7 +174,7 @@ impl<E: fmt::Display> fmt::Display for PushError<E> {
             Self::Encode(error) => error.fmt(f),
             Self::Payload(error) => error.fmt(f),
             Self::PayloadOverrun { written, given } => {
-                write!(f, "the payload's encoder was given {given} bytes and claims to have written {written}")
+                say!(f, "the payload's encoder was given {given} bytes and claims to have written {written}")
             }
         }
     }

@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::{say, text};
+
 /// The reason in a REJECT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RejectCode {
@@ -57,15 +59,15 @@ impl RejectCode {
 impl fmt::Display for RejectCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = match self {
-            Self::FederationIdMismatch => "the federation id does not match",
-            Self::IdInUse => "a federate with this id is connected already",
-            Self::IdOutOfRange => "the federation has no federate with this id",
-            Self::UnexpectedMessage => "the message was not expected",
-            Self::WrongServer => "the connection went to the wrong server",
-            Self::HmacMismatch => "the HMAC does not match",
-            Self::NotInAuthenticationMode => "the RTI does not use authentication",
-            Self::Other(_) => "a reason that is unknown here",
+            Self::FederationIdMismatch => text!("the federation id does not match"),
+            Self::IdInUse => text!("a federate with this id is connected already"),
+            Self::IdOutOfRange => text!("the federation has no federate with this id"),
+            Self::UnexpectedMessage => text!("the message was not expected"),
+            Self::WrongServer => text!("the connection went to the wrong server"),
+            Self::HmacMismatch => text!("the HMAC does not match"),
+            Self::NotInAuthenticationMode => text!("the RTI does not use authentication"),
+            Self::Other(_) => text!("a reason that is unknown here"),
         };
-        write!(f, "{reason} (code {})", self.byte())
+        say!(f, "{reason} (code {})", self.byte())
     }
 }

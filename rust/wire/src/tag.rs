@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::say;
+
 /// A tag as it lies on the wire: a time and a microstep, without any arithmetic. Ordered by time, then microstep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tag {
@@ -29,9 +31,9 @@ impl Tag {
 impl fmt::Display for Tag {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::NEVER => f.write_str("NEVER"),
-            Self::FOREVER => f.write_str("FOREVER"),
-            Self { time, microstep } => write!(f, "({time}, {microstep})"),
+            Self::NEVER => say!(f, "NEVER"),
+            Self::FOREVER => say!(f, "FOREVER"),
+            Self { time, microstep } => say!(f, "({time}, {microstep})"),
         }
     }
 }

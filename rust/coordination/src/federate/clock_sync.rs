@@ -6,6 +6,7 @@ use core::fmt;
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Interval};
+use lf_texts::say;
 use lf_wire::Message;
 
 use super::config::{ClockSync, Config};
@@ -41,11 +42,11 @@ pub struct ClockSyncReport {
 impl fmt::Display for ClockSyncReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { exchanges, unused, calm, line } = *self;
-        write!(f, "{exchanges} rounds over UDP ({calm} on a calm network, {unused} of no use)")?;
+        say!(f, "{exchanges} rounds over UDP ({calm} on a calm network, {unused} of no use)")?;
         let Some(line) = line else { return Ok(()) };
         let drift_ns = -i64::from(line.drift_ppb);
         let verb = if drift_ns < 0 { "loses" } else { "gains" };
-        write!(
+        say!(
             f,
             "; the own clock {verb} {} ns in a second; quickest round trips of about {} ns",
             drift_ns.unsigned_abs(),

@@ -4,6 +4,7 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Interval};
+use lf_texts::{Text, say, text};
 use lf_wire::{Message, MessageType, RejectCode};
 
 use super::phase::Phase;
@@ -27,12 +28,13 @@ impl fmt::Display for ConfigError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::FederationIdTooLong { bytes } => {
-                write!(f, "the federation id has {bytes} bytes: give one of at most 255")
+                say!(f, "the federation id has {bytes} bytes: give one of at most 255")
             }
-            Self::NoTrials => f.write_str(
+            Self::NoTrials => say!(
+                f,
                 "initial clock synchronization with 0 trials: give at least 1, or switch clock synchronization off",
             ),
-            Self::AdvanceInterval => f.write_str("the advance-message-interval must be longer than 0"),
+            Self::AdvanceInterval => say!(f, "the advance-message-interval must be longer than 0"),
         }
     }
 }
@@ -40,7 +42,7 @@ impl fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 /// What to do about messages that do not fit the program of who gets them.
-pub const SAME_PROGRAM: &str = "check that all federates are built from the same program";
+pub const SAME_PROGRAM: Text = text!("check that all federates are built from the same program");
 
 /// Why a federate cannot go on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -122,47 +124,50 @@ impl FederateError {
 impl fmt::Display for FederateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Rejected(code) => write!(f, "the RTI rejects this federate: {code}. {}", advice(*code)),
-            Self::RtiNotAuthentic => f.write_str(
+            Self::Rejected(code) => say!(f, "the RTI rejects this federate: {code}. {}", advice(*code)),
+            Self::RtiNotAuthentic => say!(
+                f,
                 "the RTI could not prove that it knows this federation's id: start the RTI and all federates with the \
                  same federation id, and check that the right RTI listens at this address",
             ),
-            Self::NoAnswer => f.write_str(
+            Self::NoAnswer => say!(
+                f,
                 "the RTI accepted the connection but did not answer: check that an RTI, and no other program, listens \
                  at this address, and that it still waits for federates",
             ),
-            Self::NoClockSync => f.write_str(
+            Self::NoClockSync => say!(
+                f,
                 "the RTI did not begin the initial clock synchronization: start it with clock synchronization on \
                  (`-c init`), or set `clock-sync: off` in the program",
             ),
-            Self::TrialsDiffer { trials } => write!(
+            Self::TrialsDiffer { trials } => say!(
                 f,
                 "the RTI makes more clock synchronization exchanges than the {trials} that this federate expects: give \
                  both the same number (`trials` in the program, `exchanges-per-interval` of the RTI)",
             ),
-            Self::PeerUnreachable { federate } => write!(
+            Self::PeerUnreachable { federate } => say!(
                 f,
                 "federate {federate}, to which this one sends directly, cannot be reached: check that this computer \
                  or board can connect to that one",
             ),
-            Self::Unexpected { message, phase } => write!(
+            Self::Unexpected { message, phase } => say!(
                 f,
                 "the RTI sent {message} {phase}: check that the RTI is one of the same release as this federate",
             ),
             Self::WrongDestination { federate } => {
-                write!(f, "the RTI delivered a message for federate {federate}: {SAME_PROGRAM}")
+                say!(f, "the RTI delivered a message for federate {federate}: {SAME_PROGRAM}")
             }
             Self::LateMessage { port, tag, current } => late(f, &format_args!("input {port}"), *tag, *current),
             Self::BeforeStart { port, by } => before_start(f, &format_args!("input {port}"), *by),
-            Self::RtiFailed => f.write_str("the RTI or another federate failed: see its output for the reason"),
-            Self::RtiLost { phase } => write!(
+            Self::RtiFailed => say!(f, "the RTI or another federate failed: see its output for the reason"),
+            Self::RtiLost { phase } => say!(
                 f,
                 "the connection to the RTI ended {phase}: check the network cables and that the RTI is running, and \
                  see its output for the reason",
             ),
-            Self::NotGranted { tag } => write!(f, "the event loop began tag {tag}, which the RTI has not granted"),
+            Self::NotGranted { tag } => say!(f, "the event loop began tag {tag}, which the RTI has not granted"),
             Self::NotLater { tag, current } => {
-                write!(f, "the event loop began tag {tag}, which is not later than {current}")
+                say!(f, "the event loop began tag {tag}, which is not later than {current}")
             }
         }
     }
@@ -175,7 +180,7 @@ impl core::error::Error for FederateError {}
 /// # Errors
 /// Those of the formatter.
 pub fn late(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, tag: EventTag, current: EventTag) -> fmt::Result {
-    write!(
+    say!(
         f,
         "a message over {input} came with tag {tag}, but this federate is at {current} already: {SAME_PROGRAM}, so \
          that the RTI knows all connections",
@@ -188,7 +193,7 @@ pub fn late(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, tag: EventTag,
 /// Those of the formatter.
 pub fn before_start(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, by: Interval) -> fmt::Result {
     let ns = by.as_nanos();
-    write!(
+    say!(
         f,
         "a message over {input} came with a tag that is {ns} ns = {} ms before the start of the federation: \
          {SAME_PROGRAM}",
@@ -197,22 +202,22 @@ pub fn before_start(f: &mut fmt::Formatter<'_>, input: &dyn fmt::Display, by: In
 }
 
 /// What to do about a rejection.
-fn advice(code: RejectCode) -> &'static str {
+fn advice(code: RejectCode) -> Text {
     match code {
-        RejectCode::FederationIdMismatch => {
+        RejectCode::FederationIdMismatch => text!(
             "Start the RTI and all federates with the same federation id; if that is so, the federation is complete or \
              has begun already: start all of it again"
-        }
-        RejectCode::IdInUse => "End the other federate with this id, or wait until the RTI has noticed its end",
-        RejectCode::IdOutOfRange => "Start the RTI with the number of federates that the program has",
+        ),
+        RejectCode::IdInUse => text!("End the other federate with this id, or wait until the RTI has noticed its end"),
+        RejectCode::IdOutOfRange => text!("Start the RTI with the number of federates that the program has"),
         RejectCode::UnexpectedMessage => {
-            "Use an RTI of the same release as this federate; if it has `-a`, set `auth: true` in the program"
+            text!("Use an RTI of the same release as this federate; if it has `-a`, set `auth: true` in the program")
         }
-        RejectCode::WrongServer => "Check the RTI's address and port: another federate or program listens there",
-        RejectCode::HmacMismatch => "Start the RTI and all federates with the same federation id",
+        RejectCode::WrongServer => text!("Check the RTI's address and port: another federate or program listens there"),
+        RejectCode::HmacMismatch => text!("Start the RTI and all federates with the same federation id"),
         RejectCode::NotInAuthenticationMode => {
-            "Start the RTI with authentication (`-a`), or set `auth: false` in the program"
+            text!("Start the RTI with authentication (`-a`), or set `auth: false` in the program")
         }
-        RejectCode::Other(_) => "See the RTI's output for the reason, and use an RTI of the same release",
+        RejectCode::Other(_) => text!("See the RTI's output for the reason, and use an RTI of the same release"),
     }
 }

@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::text;
+
 /// Where a federate is. The phases follow each other in this order; from each, [`Phase::Failed`] can come.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Phase {
@@ -31,17 +33,18 @@ pub enum Phase {
 impl fmt::Display for Phase {
     /// Completes a sentence such as "the connection ended …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Disconnected => "before this federate had connected",
-            Self::Authenticating => "during the authentication",
-            Self::Introducing => "before it had accepted this federate",
-            Self::Synchronizing => "during the initial clock synchronization",
-            Self::Meeting => "while this federate connected to others",
-            Self::Starting => "while this federate waited for the others to start",
-            Self::Running => "while this federate was running",
-            Self::Resigning => "before this federate could resign",
-            Self::Ended => "after this federate had resigned",
-            Self::Failed => "after this federate had failed",
-        })
+        let text = match self {
+            Self::Disconnected => text!("before this federate had connected"),
+            Self::Authenticating => text!("during the authentication"),
+            Self::Introducing => text!("before it had accepted this federate"),
+            Self::Synchronizing => text!("during the initial clock synchronization"),
+            Self::Meeting => text!("while this federate connected to others"),
+            Self::Starting => text!("while this federate waited for the others to start"),
+            Self::Running => text!("while this federate was running"),
+            Self::Resigning => text!("before this federate could resign"),
+            Self::Ended => text!("after this federate had resigned"),
+            Self::Failed => text!("after this federate had failed"),
+        };
+        text.fmt(f)
     }
 }

@@ -4,6 +4,7 @@
 use core::fmt;
 
 use lf_model::time::Interval;
+use lf_texts::say;
 use lf_wire::{FEDERATION_ID_BYTES_MAX, Limits, message_bytes_max};
 
 use crate::auth::Authenticator;
@@ -179,16 +180,16 @@ impl fmt::Display for SetupError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::FederationIdTooLong { bytes } => {
-                write!(f, "the federation id has {bytes} bytes, at most {FEDERATION_ID_BYTES_MAX} are possible")
+                say!(f, "the federation id has {bytes} bytes, at most {FEDERATION_ID_BYTES_MAX} are possible")
             }
-            Self::StartTimeMultiple => f.write_str("the start time can be a multiple of a positive time only"),
-            Self::ClockSyncPeriod => f.write_str("the period of clock synchronization has to be longer than 0"),
-            Self::Window => f.write_str("the window has to let one tag with messages through at least"),
+            Self::StartTimeMultiple => say!(f, "the start time can be a multiple of a positive time only"),
+            Self::ClockSyncPeriod => say!(f, "the period of clock synchronization has to be longer than 0"),
+            Self::Window => say!(f, "the window has to let one tag with messages through at least"),
             Self::Federates { slots } => {
-                write!(f, "a federation has from 1 to {} federates, not {slots}", u16::MAX)
+                say!(f, "a federation has from 1 to {} federates, not {slots}", u16::MAX)
             }
             Self::Storage { part, needed, found } => {
-                write!(f, "the RTI's storage for {part} needs {needed} entries or more, but has {found}")
+                say!(f, "the RTI's storage for {part} needs {needed} entries or more, but has {found}")
             }
         }
     }

@@ -8,6 +8,7 @@
 use core::fmt;
 
 use lf_model::time::{Instant, Interval, Tag};
+use lf_texts::say;
 
 use crate::FederateId;
 
@@ -39,14 +40,14 @@ pub enum Doubt {
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NotGranted(tag) => write!(
+            Self::NotGranted(tag) => say!(
                 f,
                 "says that it has completed {tag}, which it was not granted: messages to others may come too late"
             ),
             Self::Backwards { next, completed } => {
-                write!(f, "announces an event at {next}, though it has completed {completed}")
+                say!(f, "announces an event at {next}, though it has completed {completed}")
             }
-            Self::Ahead { of, by } => write!(
+            Self::Ahead { of, by } => say!(
                 f,
                 "has a clock that is {} s ahead of that of federate {of}, which waits for so long: set the clocks, or \
                  use `clock-sync: init`",

@@ -123,7 +123,8 @@ impl Graph<'_> {
         let words = &mut self.paths[row.start + game];
         let before = path::beside(words).into();
         let winner = if first { one } else { other };
-        path::set_beside(words, u16::try_from(winner).expect("a row is no longer than there are federates"));
+        let Ok(winner) = u16::try_from(winner) else { panic!("a row is no longer than there are federates") };
+        path::set_beside(words, winner);
         before
     }
 

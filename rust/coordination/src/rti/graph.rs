@@ -216,7 +216,8 @@ impl<'s> Graph<'s> {
 
 /// A federate, or a place in a row, of which there are no more than federates.
 pub(super) fn number(index: usize) -> u16 {
-    u16::try_from(index).expect("there are no more federates than an id can name, which `Rti::new` checks")
+    let Ok(id) = u16::try_from(index) else { panic!("`Rti::new` checks that an id can name each federate") };
+    id
 }
 
 #[cfg(test)]

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the RTI tells people: what has happened, why federates are lost, and what they did that they may not do.
 
-use core::fmt;
+use core::ascii;
+use core::fmt::{self, Write as _};
 use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
+use lf_texts::{say, text};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
 use super::doubt::Doubt;
 use super::waits::Waits;
 use crate::tag::to_wire;
-use crate::{FederateId, Times};
+use crate::{Dotted, FederateId, Times};
 
 /// Why a federate is not part of the federation any more, although it did not resign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -37,15 +39,15 @@ pub enum Cause {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Failed => f.write_str("it reported that it has failed"),
-            Self::ConnectionLost => f.write_str("its connection ended without a word"),
-            Self::Violation(violation) => write!(f, "it broke the protocol: {violation}"),
-            Self::NoClock => f.write_str("it has joined, but was silent for too long before it was ready to start"),
+            Self::Failed => say!(f, "it reported that it has failed"),
+            Self::ConnectionLost => say!(f, "its connection ended without a word"),
+            Self::Violation(violation) => say!(f, "it broke the protocol: {violation}"),
+            Self::NoClock => say!(f, "it has joined, but was silent for too long before it was ready to start"),
             Self::NoMemory { bytes } => {
-                write!(f, "the RTI's computer has no memory left for a message of {bytes} bytes from it or for it")
+                say!(f, "the RTI's computer has no memory left for a message of {bytes} bytes from it or for it")
             }
-            Self::NoStopReply => f.write_str("it did not answer a stop request in time"),
-            Self::Aborted => f.write_str("the RTI was told to end"),
+            Self::NoStopReply => say!(f, "it did not answer a stop request in time"),
+            Self::Aborted => say!(f, "the RTI was told to end"),
         }
     }
 }
@@ -90,24 +92,25 @@ impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bytes(error) => error.fmt(f),
-            Self::TooLong { bytes, max } => write!(
+            Self::TooLong { bytes, max } => say!(
                 f,
                 "it sent a message of {bytes} bytes, but this RTI forwards at most {max}: start it with `--max-message \
                  {bytes}`, or, if it is on a board, build it from the program that the federates are from"
             ),
-            Self::Unexpected(message_type) => write!(f, "{message_type} may not come at this point"),
+            Self::Unexpected(message_type) => say!(f, "{message_type} may not come at this point"),
             Self::Clock(clock) => {
-                write!(f, "its clock shows {} ns since 1970, a time after the year 2199", clock.as_nanos())
+                say!(f, "its clock shows {} ns since 1970, a time after the year 2199", clock.as_nanos())
             }
-            Self::NoSuchFederate(id) => write!(f, "it named federate {id}, which the federation does not have"),
+            Self::NoSuchFederate(id) => say!(f, "it named federate {id}, which the federation does not have"),
             Self::Delay { upstream, delay_ns } => {
-                write!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
+                say!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
             }
             Self::TooManyUpstream { max } => {
-                write!(f, "it has more upstream federates than the {max} that this RTI has room for")
+                say!(f, "it has more upstream federates than the {max} that this RTI has room for")
             }
-            Self::OtherFederate(id) => write!(f, "it claimed to be federate {id}, which it is not"),
-            Self::NoAuthentication => f.write_str(
+            Self::OtherFederate(id) => say!(f, "it claimed to be federate {id}, which it is not"),
+            Self::NoAuthentication => say!(
+                f,
                 "it does not authenticate: compile its program with the target property `auth: true`, or start this \
                  RTI without `-a`",
             ),
@@ -247,78 +250,96 @@ impl Notice<'_> {
 impl fmt::Display for Notice<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Joined(federate) => write!(f, "federate {federate} has joined"),
-            Self::Started(start) => write!(f, "all federates have joined and start at {} ns", start.as_nanos()),
+            Self::Joined(federate) => say!(f, "federate {federate} has joined"),
+            Self::Started(start) => say!(f, "all federates have joined and start at {} ns", start.as_nanos()),
             Self::Rejected { code, federate, federation_id, violation, times } => {
-                f.write_str("a connection was refused")?;
+                say!(f, "a connection was refused")?;
                 if let Some(federate) = federate {
-                    write!(f, " that claims to be federate {federate}")?;
+                    say!(f, " that claims to be federate {federate}")?;
                 }
                 if let Some(id) = federation_id {
-                    write!(f, " of federation \"{}\"", id.escape_ascii())?;
+                    say!(f, " of federation \"{}\"", Escaped(id))?;
                 }
-                write!(f, ": {code}")?;
-                violation.map_or(Ok(()), |violation| write!(f, "; {violation}"))?;
+                say!(f, ": {code}")?;
+                violation.map_or(Ok(()), |violation| say!(f, "; {violation}"))?;
                 times.fmt(f)
             }
             Self::RejectedBy { federate, code, times } => {
-                write!(f, "whoever claims to be federate {federate} refuses this RTI: {code}{times}")
+                say!(f, "whoever claims to be federate {federate} refuses this RTI: {code}{times}")
             }
             Self::HandshakeAbandoned { federate, timed_out, times } => {
                 match federate {
-                    Some(federate) => write!(f, "federate {federate}")?,
-                    None => f.write_str("a connection")?,
+                    Some(federate) => say!(f, "federate {federate}")?,
+                    None => say!(f, "a connection")?,
                 }
-                f.write_str(if timed_out { " was silent for too long" } else { " ended" })?;
-                write!(f, " before its handshake was complete{times}")
+                if timed_out { say!(f, " was silent for too long") } else { say!(f, " ended") }?;
+                say!(f, " before its handshake was complete{times}")
             }
-            Self::MadeWay(times) => write!(
+            Self::MadeWay(times) => say!(
                 f,
                 "a connection that had not said which federate it is was closed, because another one has come and all \
                  places are taken{times}"
             ),
-            Self::Resigned(federate) => write!(f, "federate {federate} has resigned"),
-            Self::Lost { federate, cause, started: true } => write!(f, "federate {federate} is lost: {cause}"),
+            Self::Resigned(federate) => say!(f, "federate {federate} has resigned"),
+            Self::Lost { federate, cause, started: true } => say!(f, "federate {federate} is lost: {cause}"),
             Self::Lost { federate, cause, started: false } => {
-                write!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
+                say!(f, "federate {federate} is lost before the start, its place is free again: {cause}")
             }
-            Self::Doubtful { federate, doubt } => write!(f, "federate {federate} {doubt}"),
+            Self::Doubtful { federate, doubt } => say!(f, "federate {federate} {doubt}"),
             Self::Waits(ref waits) => waits.fmt(f),
             Self::Missing(federate) => {
-                write!(f, "federate {federate} is missing: the federation ends without having started")
+                say!(f, "federate {federate} is missing: the federation ends without having started")
             }
             Self::UnknownType { federate, found, times } => {
-                write!(f, "federate {federate} sent {found}, which begins no message and was skipped{times}")
+                say!(f, "federate {federate} sent {found}, which begins no message and was skipped{times}")
             }
             Self::Dropped { from, to, times } => {
-                write!(f, "a message from federate {from} was dropped, because federate {to} has left{times}")
+                say!(f, "a message from federate {from} was dropped, because federate {to} has left{times}")
             }
             Self::Late { from, to, times } => {
-                write!(f, "a message from federate {from} is late: federate {to} has completed its tag already{times}")
+                say!(f, "a message from federate {from} is late: federate {to} has completed its tag already{times}")
             }
             Self::Sum { federate, unknown, late, dropped } => {
-                write!(f, "federate {federate} in all:")?;
+                say!(f, "federate {federate} in all:")?;
                 write_sum(f, [unknown, late, dropped])
             }
             Self::InTransitFull(federate) => {
-                write!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
+                say!(f, "more messages are on their way to federate {federate} than can be remembered one by one")
             }
-            Self::StopRequested(federate) => write!(f, "federate {federate} asks the federation to stop"),
+            Self::StopRequested(federate) => say!(f, "federate {federate} asks the federation to stop"),
             Self::Stranger(from) => {
-                write!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
+                say!(
+                    f,
+                    "datagrams from {}:{} are ignored, because they are no answers to clock synchronization",
+                    Dotted(*from.ip()),
+                    from.port()
+                )
             }
-            Self::StopGranted(tag) => write!(f, "the federation stops at {}", to_wire(tag)),
+            Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
         }
+    }
+}
+
+/// Bytes of a peer in a sentence, as by `escape_ascii`, whose `Display` is larger because it writes several at once.
+struct Escaped<'a>(&'a [u8]);
+
+impl fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut characters = self.0.iter().flat_map(|byte| ascii::escape_default(*byte));
+        characters.try_for_each(|character| f.write_char(character.into()))
     }
 }
 
 /// What a federate did in all: bytes that begin no message, late and dropped messages.
 fn write_sum(f: &mut fmt::Formatter<'_>, times: [Times; 3]) -> fmt::Result {
-    let what =
-        ["bytes that begin no message", "late messages", "messages dropped, because their destinations have left"];
+    let what = [
+        text!("bytes that begin no message"),
+        text!("late messages"),
+        text!("messages dropped, because their destinations have left"),
+    ];
     let mut separator = " ";
     for (Times(count), what) in times.into_iter().zip(what).filter(|(Times(count), _)| *count > 0) {
-        write!(f, "{separator}{count} {what}")?;
+        say!(f, "{separator}{count} {what}")?;
         separator = "; ";
     }
     Ok(())

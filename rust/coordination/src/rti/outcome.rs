@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use lf_texts::say;
+
 use super::notice::Cause;
 use crate::FederateId;
 
@@ -32,18 +34,18 @@ pub enum Outcome {
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Complete => f.write_str("all federates have resigned"),
+            Self::Complete => say!(f, "all federates have resigned"),
             Self::Lost { federate, cause } => {
-                write!(f, "the federation has failed: federate {federate} is lost: {cause}")
+                say!(f, "the federation has failed: federate {federate} is lost: {cause}")
             }
             Self::NotStarted { first, missing } => {
-                write!(f, "the federation has not started: federate {first}")?;
+                say!(f, "the federation has not started: federate {first}")?;
                 if *missing > 1 {
-                    write!(f, " and {} more", missing - 1)?;
+                    say!(f, " and {} more", missing - 1)?;
                 }
-                f.write_str(" did not come back in time after a loss")
+                say!(f, " did not come back in time after a loss")
             }
-            Self::Aborted => f.write_str("the RTI was told to end before its federation was over"),
+            Self::Aborted => say!(f, "the RTI was told to end before its federation was over"),
         }
     }
 }

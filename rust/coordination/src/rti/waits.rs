@@ -4,6 +4,7 @@
 use core::fmt;
 
 use lf_model::time::{EventTag, Interval};
+use lf_texts::say;
 use lf_wire::MessageType;
 
 use crate::FederateId;
@@ -22,9 +23,10 @@ pub enum Progress {
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Absent => f.write_str("has not connected"),
-            Self::Handshake(next) => write!(f, "has connected; {next} of it is to come"),
-            Self::Joined => f.write_str(
+            Self::Absent => say!(f, "has not connected"),
+            Self::Handshake(next) => say!(f, "has connected; {next} of it is to come"),
+            Self::Joined => say!(
+                f,
                 "has joined, but is not ready: it says so (TIMESTAMP) when it has connected to the federates to which \
                  it sends directly",
             ),
@@ -85,27 +87,27 @@ impl fmt::Display for Waits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Start { missing, federates, strangers } => {
-                write!(f, "the start waits for {missing} of {federates} federates")?;
+                say!(f, "the start waits for {missing} of {federates} federates")?;
                 match strangers {
                     0 => Ok(()),
-                    _ => write!(f, "; {strangers} connections have not said which federates they are"),
+                    _ => say!(f, "; {strangers} connections have not said which federates they are"),
                 }
             }
-            Self::StartFor { federate, progress } => write!(f, "federate {federate} {progress}"),
-            Self::StartForMore(more) => write!(f, "and {more} more"),
-            Self::Grant { federate, tag, lasts, by, at } => write!(
+            Self::StartFor { federate, progress } => say!(f, "federate {federate} {progress}"),
+            Self::StartForMore(more) => say!(f, "and {more} more"),
+            Self::Grant { federate, tag, lasts, by, at } => say!(
                 f,
                 "federate {federate} has been waiting for {} ms for a grant of {tag}, because federate {by} may still \
                  send something: it has not got beyond {at}",
                 millis(lasts)
             ),
             Self::Stop(federate) => {
-                write!(f, "the stop waits for federate {federate}, which has not answered the request")
+                say!(f, "the stop waits for federate {federate}, which has not answered the request")
             }
             Self::Sender { from, to, room, lasts } => {
-                write!(f, "messages of federate {from} have been waiting for {} ms, because ", millis(lasts))?;
-                write!(f, "federate {to} ")?;
-                f.write_str(if room { "does not take what it is sent" } else { "is too many tags behind" })
+                say!(f, "messages of federate {from} have been waiting for {} ms, because ", millis(lasts))?;
+                say!(f, "federate {to} ")?;
+                if room { say!(f, "does not take what it is sent") } else { say!(f, "is too many tags behind") }
             }
         }
     }

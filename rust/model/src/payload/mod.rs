@@ -7,6 +7,8 @@
 //! [`layout`]. `usize` has no form as bytes, because it differs between a computer and a board.
 use core::fmt;
 
+use lf_texts::say;
+
 mod compound;
 pub mod layout;
 mod lists;
@@ -120,21 +122,21 @@ pub enum PayloadError {
 impl fmt::Display for PayloadError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Absent => f.write_str("there is no value"),
-            Self::NoRoom { needed, available } => write!(f, "it takes {needed} bytes, but there are {available}"),
-            Self::Length { expected, found } => write!(f, "its type takes {expected} bytes, but it has {found}"),
+            Self::Absent => say!(f, "there is no value"),
+            Self::NoRoom { needed, available } => say!(f, "it takes {needed} bytes, but there are {available}"),
+            Self::Length { expected, found } => say!(f, "its type takes {expected} bytes, but it has {found}"),
             Self::Remainder { element, found } => {
-                write!(f, "its elements take {element} bytes each, which does not divide {found}")
+                say!(f, "its elements take {element} bytes each, which does not divide {found}")
             }
-            Self::TooLong { capacity, found } => write!(f, "its type holds {capacity} elements, but it has {found}"),
-            Self::NotBool(byte) => write!(f, "a truth value is 0 or 1, but it has {byte}"),
-            Self::Nul => f.write_str("a text ends with its only NUL byte, but it has one elsewhere or none"),
-            Self::NotUtf8 => f.write_str("a text is UTF-8, but it is not"),
-            Self::NotChar(number) => write!(f, "a character is a Unicode scalar value, but it has {number:#x}"),
-            Self::NotVariant(number) => write!(f, "no variant of its type has the number {number}"),
-            Self::LongerThan(bound) => write!(f, "it takes more than the {bound} bytes that its bound allows"),
-            Self::NotSerialized => f.write_str("its serializer cannot write it"),
-            Self::NotDeserialized => f.write_str("its serializer does not find a value of its type in it"),
+            Self::TooLong { capacity, found } => say!(f, "its type holds {capacity} elements, but it has {found}"),
+            Self::NotBool(byte) => say!(f, "a truth value is 0 or 1, but it has {byte}"),
+            Self::Nul => say!(f, "a text ends with its only NUL byte, but it has one elsewhere or none"),
+            Self::NotUtf8 => say!(f, "a text is UTF-8, but it is not"),
+            Self::NotChar(number) => say!(f, "a character is a Unicode scalar value, but it has {number:#x}"),
+            Self::NotVariant(number) => say!(f, "no variant of its type has the number {number}"),
+            Self::LongerThan(bound) => say!(f, "it takes more than the {bound} bytes that its bound allows"),
+            Self::NotSerialized => say!(f, "its serializer cannot write it"),
+            Self::NotDeserialized => say!(f, "its serializer does not find a value of its type in it"),
         }
     }
 }

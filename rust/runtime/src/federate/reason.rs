@@ -5,6 +5,7 @@ use core::fmt;
 
 use lf_coordination::federate::Phase;
 use lf_model::time::{EventTag, Instant, Tag};
+use lf_texts::say;
 
 use crate::error::PeerFault;
 
@@ -60,16 +61,18 @@ impl fmt::Display for Words {
         let Self(reason, start) = *self;
         let at = |tag| EventTag::relative(tag, start);
         match reason {
-            Reason::Rti => f.write_str("an RTI that answers"),
-            Reason::Answer(phase) => write!(f, "the RTI, {phase}"),
-            Reason::Peer(federate, None) => write!(f, "federate {federate}, to which this one sends directly"),
-            Reason::Peer(federate, Some(fault)) => write!(f, "federate {federate}: it {fault}"),
-            Reason::Others => f.write_str("the other federates, of which the RTI says which are missing"),
-            Reason::Grant(tag) => write!(f, "the RTI to grant {}: others may still send something", at(tag)),
-            Reason::Input(tag, name) => write!(f, "what comes over {name} at {}", at(tag)),
-            Reason::Room(tag, None) => write!(f, "the RTI to take what is sent at {}", at(tag)),
+            // There are no connections with others.
+            Reason::Peer(..) if !cfg!(feature = "peers") => Ok(()),
+            Reason::Rti => say!(f, "an RTI that answers"),
+            Reason::Answer(phase) => say!(f, "the RTI, {phase}"),
+            Reason::Peer(federate, None) => say!(f, "federate {federate}, to which this one sends directly"),
+            Reason::Peer(federate, Some(fault)) => say!(f, "federate {federate}: it {fault}"),
+            Reason::Others => say!(f, "the other federates, of which the RTI says which are missing"),
+            Reason::Grant(tag) => say!(f, "the RTI to grant {}: others may still send something", at(tag)),
+            Reason::Input(tag, name) => say!(f, "what comes over {name} at {}", at(tag)),
+            Reason::Room(tag, None) => say!(f, "the RTI to take what is sent at {}", at(tag)),
             Reason::Room(tag, Some(federate)) => {
-                write!(f, "federate {federate} to take what is sent at {}", at(tag))
+                say!(f, "federate {federate} to take what is sent at {}", at(tag))
             }
         }
     }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+//! From sentences to packed ones.
+
+use std::sync::LazyLock;
+
+use super::pairs::PAIRS;
+
+/// The byte that stands for the first pair. Those that do not fit behind it have the bytes from 0 on, below the
+/// characters.
+pub(super) const FIRST: u8 = 128;
+/// How many pairs there can be: bytes that are no characters and not [`VALUE`].
+#[cfg(test)]
+pub(super) const PAIRS_MAX: usize = 128 + VALUE as usize;
+/// The byte in whose place a value stands.
+pub(super) const VALUE: u8 = b' ' - 1;
+
+/// What ends a value where values are by themselves: no value is shown as this.
+pub(super) const END: &str = "\u{1f}";
+
+/// What the bytes of pairs stand for.
+pub(super) fn pairs() -> &'static [[u8; 2]] {
+    static MADE: LazyLock<Vec<[u8; 2]>> = LazyLock::new(|| {
+        let mut made: Vec<(String, [u8; 2])> = Vec::new();
+        for parts in PAIRS {
+            let byte = |part: &str| match made.iter().position(|(text, _)| text == part) {
+                Some(index) => of_pair(index),
+                None => character(part),
+            };
+            made.push((parts.concat(), parts.map(byte)));
+        }
+        made.into_iter().map(|(_, pair)| pair).collect()
+    });
+    &MADE
+}
+
+/// The byte of a part that is no pair. In the list of pairs `{}` is a value.
+fn character(part: &str) -> u8 {
+    match part.as_bytes() {
+        [character] => *character,
+        b"{}" => VALUE,
+        _ => panic!("`{part}` in the list of pairs is neither a character nor an earlier pair"),
+    }
+}
+
+/// The byte of the pair at this place in the list.
+pub(super) fn of_pair(index: usize) -> u8 {
+    FIRST.wrapping_add(u8::try_from(index).expect("there are fewer pairs than bytes"))
+}
+
+/// The bytes with pairs in place of what they stand for, in the order of the list, as they were found.
+pub(super) fn pack(text: &[u8]) -> Vec<u8> {
+    let mut bytes = text.to_vec();
+    for (index, pair) in pairs().iter().enumerate() {
+        replace(&mut bytes, *pair, of_pair(index));
+    }
+    bytes
+}
+
+/// Puts a byte in place of each two.
+pub(super) fn replace(bytes: &mut Vec<u8>, pair: [u8; 2], by: u8) {
+    let mut index = 0;
+    while index + 1 < bytes.len() {
+        if bytes[index..].starts_with(&pair) {
+            bytes.splice(index..index + 2, [by]);
+        }
+        index += 1;
+    }
+}
