@@ -77,9 +77,12 @@ fn draw_delays(area: &Area<'_>, report: &Report) -> Drawn {
             chart.draw_series(LineSeries::new(ends, colour(number).stroke_width(1)))?;
         }
     }
+    // Where the first line is not.
+    let slope = report.compared.iter().find_map(|comparison| comparison.drift.as_ref()).map(|line| line.slope_us_per_s);
+    let is_falling = slope.is_some_and(|slope| slope < 0.0);
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(if is_falling { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft })
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
         .label_font(("sans-serif", 14))
