@@ -8,7 +8,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::file::Signal;
-use super::{Comparison, Report};
+use super::report::{Comparison, Report};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
@@ -120,7 +120,7 @@ fn draw_histograms(area: &Area<'_>, report: &Report) -> Drawn {
 fn draw_waves(area: &Area<'_>, signals: &[&Signal]) -> Drawn {
     let reference = signals.first().map_or(&[][..], |signal| &signal.edges);
     let first_ms = reference.first().map_or(0.0, |edge| edge.time_ns / 1e6);
-    let last_ms = reference.iter().take(WAVES).last().map_or(1.0, |edge| edge.time_ns / 1e6);
+    let last_ms = reference.iter().take(WAVES).next_back().map_or(1.0, |edge| edge.time_ns / 1e6);
     let room = ((last_ms - first_ms) * 0.06).max(0.001);
     let (from, to) = (first_ms - room, last_ms + room);
     let rows = signals.iter().fold(0.0, |rows, _| rows + 1.0);
