@@ -10,6 +10,7 @@
 #include <string.h>
 #include <time.h>
 
+#include <nsi_hws_models_if.h>
 #include <nsi_tasks.h>
 #include <nsi_tracing.h>
 
@@ -35,7 +36,9 @@ static unsigned int pin_count;
 static struct change *changes;
 static unsigned int change_count;
 static bool is_full;
+/* The start by the computer's clock and by the image's. */
 static int64_t start;
+static int64_t start_in_image;
 
 static struct lf_oscilloscope_move *moves;
 static unsigned int move_count;
@@ -49,7 +52,7 @@ static int64_t nanoseconds(clockid_t clock)
 }
 
 /* As programs of the computer do, it reads the wall clock once and goes on with one that nobody sets. */
-int64_t lf_oscilloscope_now(void)
+static int64_t now(void)
 {
 	static int64_t offset;
 
@@ -71,9 +74,34 @@ static void *with_room(void *items, unsigned int count, size_t size)
 	return items;
 }
 
-void lf_oscilloscope_set_start(int64_t time)
+static int64_t now_in_image(void)
 {
-	start = time;
+	return (int64_t)nsi_hws_get_time() * 1000;
+}
+
+void lf_oscilloscope_set_start(int64_t in_ns)
+{
+	start_in_image = now_in_image() + in_ns;
+	start = now() + in_ns;
+}
+
+int64_t lf_oscilloscope_elapsed(void)
+{
+	return now() - start;
+}
+
+/*
+ * The image is always behind the computer's clock, by what the computer takes to come to it. Where it is less behind
+ * than it was when it told of its start, that start was told too late; so no edge of the program is before the start.
+ */
+static void improve_start(int64_t time)
+{
+	int64_t elapsed = now_in_image() - start_in_image;
+
+	/* Later it would be the drift that is seen. */
+	if (start != 0 && elapsed < 1000000000 && time - elapsed <= start) {
+		start = time - elapsed - 1;
+	}
 }
 
 void lf_oscilloscope_record_into(const char *file)
@@ -103,7 +131,8 @@ void lf_oscilloscope_note(unsigned int pin, bool active)
 		return;
 	}
 	changes = with_room(changes, change_count, sizeof(*changes));
-	changes[change_count++] = (struct change){.time = lf_oscilloscope_now(), .pin = pin, .active = active};
+	changes[change_count] = (struct change){.time = now(), .pin = pin, .active = active};
+	improve_start(changes[change_count++].time);
 }
 
 /* The digits are the printable characters, as the format asks for. */
@@ -125,7 +154,7 @@ static void write_change(FILE *file, unsigned int pin, bool active)
 /* What was before the start is as at the start. */
 static void write_changes(FILE *file)
 {
-	int64_t now = 0;
+	int64_t written = 0;
 	unsigned int index = 0;
 
 	for (unsigned int pin = 0; pin < pin_count; pin++) {
@@ -141,9 +170,9 @@ static void write_changes(FILE *file)
 	for (; index < change_count; index++) {
 		int64_t time = changes[index].time - start;
 
-		if (time != now) {
+		if (time != written) {
 			(void)fprintf(file, "#%" PRId64 "\n", time);
-			now = time;
+			written = time;
 		}
 		write_change(file, changes[index].pin, changes[index].active);
 	}
@@ -164,7 +193,7 @@ static void write_recording(void)
 	}
 	if (start == 0) {
 		/* It has not started, so there is nothing to count from but what was recorded. */
-		start = change_count == 0 ? lf_oscilloscope_now() : changes[0].time;
+		start = change_count == 0 ? now() : changes[0].time;
 	}
 	slash = strrchr(recording, '/');
 	slash = slash == NULL ? recording : slash + 1;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The part of native_sim's oscilloscope that is a program of the computer: its clock and its files. It is compiled with
- * the computer's headers, so only types of the language are here.
+ * The part of native_sim's oscilloscope that is a program of the computer: its clock and its files. The clock counts
+ * nanoseconds since 1970; the image's own one may drift. It is compiled with the computer's headers, so only types of
+ * the language are here.
  */
 #ifndef LF_OSCILLOSCOPE_HOST_H_
 #define LF_OSCILLOSCOPE_HOST_H_
@@ -9,11 +10,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The computer's clock: nanoseconds since 1970. The image's own clock is another one, and may drift. */
-int64_t lf_oscilloscope_now(void);
+/* The program starts in so many nanoseconds. */
+void lf_oscilloscope_set_start(int64_t in_ns);
 
-/* The program starts at this time of the computer's clock. */
-void lf_oscilloscope_set_start(int64_t start);
+/* How many nanoseconds have passed since then, by the computer's clock; negative before the start. */
+int64_t lf_oscilloscope_elapsed(void);
 
 /* Writes what pins do into this file when the process ends. */
 void lf_oscilloscope_record_into(const char *file);

@@ -127,8 +127,6 @@ static void changed(const struct device *device, struct gpio_callback *wiring, g
 	}
 }
 
-/* The start by the computer's clock; 0 before it is known. */
-static int64_t start;
 static unsigned int next_move;
 
 static void move(struct k_timer *timer);
@@ -151,7 +149,7 @@ static void move(struct k_timer *timer)
 {
 	for (; next_move < lf_oscilloscope_moves(); next_move++) {
 		const struct lf_oscilloscope_move *next = lf_oscilloscope_move(next_move);
-		int64_t left = start + next->at - lf_oscilloscope_now();
+		int64_t left = next->at - lf_oscilloscope_elapsed();
 
 		if (named(next->name) == NULL) {
 			continue;
@@ -166,8 +164,7 @@ static void move(struct k_timer *timer)
 
 void lf_oscilloscope_starts(int64_t in_ns)
 {
-	start = lf_oscilloscope_now() + in_ns;
-	lf_oscilloscope_set_start(start);
+	lf_oscilloscope_set_start(in_ns);
 	move(&hand);
 }
 

@@ -141,7 +141,7 @@ Exit status: that of the first participant that failed; 124 after the time limit
         /// The description; `-` is standard input.
         file: PathBuf,
     },
-    /// Print how a script for devices moves the pins of a federate, for native_sim's `-lf-devices`.
+    /// Print how a script for devices moves the pins of a federate, for `-lf-devices` of images.
     #[command(
         hide = true,
         long_about = "\

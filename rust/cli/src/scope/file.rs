@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Signals in files of VCD, whoever has written them: this project, a logic analyser by PulseView, a simulator.
+//! Signals in files of VCD, whoever has written them: this project, a logic analyser by `PulseView`, a simulator.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};

@@ -4,42 +4,17 @@
 mod analysis;
 mod file;
 mod plot;
+mod report;
 mod table;
 
 use std::process::ExitCode;
-
-use serde::Serialize;
 
 use crate::args::{EdgeKind, ScopeArgs};
 use crate::failure::Failure;
 use crate::terminal;
 use analysis::{Histogram, Line, Pair, Statistics};
 use file::Signal;
-
-/// One signal beside the reference.
-#[derive(Debug, Serialize)]
-struct Comparison {
-    signal: String,
-    edges: usize,
-    /// How many edges of the reference it does not have, and how many it has that the reference has not.
-    missing: usize,
-    extra: usize,
-    delay: Option<Statistics>,
-    drift: Option<Line>,
-    /// Of the distances from the line of the drift; of the delays themselves where there is none.
-    histogram: Option<Histogram>,
-    pairs: Vec<Pair>,
-}
-
-/// All that was found.
-#[derive(Debug, Serialize)]
-struct Report {
-    reference: String,
-    edges: usize,
-    /// How far apart edges could be.
-    window_us: f64,
-    compared: Vec<Comparison>,
-}
+use report::{Comparison, Report};
 
 /// Compares signals with a reference, or says which there are.
 pub(crate) fn scope(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
@@ -117,7 +92,7 @@ mod tests {
         let edge = |index: u32| Edge { time_ns: f64::from(index) * 5e8, is_rising: index % 2 == 1 };
         let late = |index: u32| {
             let at = edge(index);
-            let shake = if index % 3 == 0 { 1e3 } else { 0.0 };
+            let shake = if index.is_multiple_of(3) { 1e3 } else { 0.0 };
             Edge { time_ns: at.time_ns + 100e3 + at.time_ns * 26e-6 + shake, ..at }
         };
         let a = Signal { name: "a.led0".to_owned(), edges: (1..=120).map(edge).collect() };

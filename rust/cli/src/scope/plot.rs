@@ -8,7 +8,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::file::Signal;
-use super::{Comparison, Report};
+use super::report::{Comparison, Report};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
@@ -77,9 +77,12 @@ fn draw_delays(area: &Area<'_>, report: &Report) -> Drawn {
             chart.draw_series(LineSeries::new(ends, colour(number).stroke_width(1)))?;
         }
     }
+    // Where the first line is not.
+    let slope = report.compared.iter().find_map(|comparison| comparison.drift.as_ref()).map(|line| line.slope_us_per_s);
+    let is_falling = slope.is_some_and(|slope| slope < 0.0);
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(if is_falling { SeriesLabelPosition::LowerLeft } else { SeriesLabelPosition::UpperLeft })
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
         .label_font(("sans-serif", 14))
@@ -117,7 +120,7 @@ fn draw_histograms(area: &Area<'_>, report: &Report) -> Drawn {
 fn draw_waves(area: &Area<'_>, signals: &[&Signal]) -> Drawn {
     let reference = signals.first().map_or(&[][..], |signal| &signal.edges);
     let first_ms = reference.first().map_or(0.0, |edge| edge.time_ns / 1e6);
-    let last_ms = reference.iter().take(WAVES).last().map_or(1.0, |edge| edge.time_ns / 1e6);
+    let last_ms = reference.iter().take(WAVES).next_back().map_or(1.0, |edge| edge.time_ns / 1e6);
     let room = ((last_ms - first_ms) * 0.06).max(0.001);
     let (from, to) = (first_ms - room, last_ms + room);
     let rows = signals.iter().fold(0.0, |rows, _| rows + 1.0);

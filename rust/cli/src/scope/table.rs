@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 
 use super::analysis::{Histogram, Line, Statistics};
 use super::file::Signal;
-use super::{Comparison, Report};
+use super::report::{Comparison, Report};
 
 /// The longest bar of a histogram, in characters.
 const BAR: usize = 50;

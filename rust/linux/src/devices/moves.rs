@@ -36,7 +36,7 @@ impl fmt::Display for Move {
 pub fn moves(script: &str, federate: &str) -> Result<(Vec<Move>, Vec<String>), String> {
     let script = Script::read(script).map_err(|error| error.to_string())?;
     let own = format!("{federate}.");
-    let (mut moves, mut others) = (Vec::new(), Vec::from_iter(script.bound.keys().cloned()));
+    let (mut moves, mut others) = (Vec::new(), script.bound.keys().cloned().collect::<Vec<_>>());
     for (name, changes) in &script.devices {
         let pin = name.strip_prefix(&own);
         if pin.is_none() && script.devices.contains_key(&format!("{own}{name}")) {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What was found, in the form of `--json`.
+
+use serde::Serialize;
+
+use super::analysis::{Histogram, Line, Pair, Statistics};
+
+/// One signal beside the reference.
+#[derive(Debug, Serialize)]
+pub(super) struct Comparison {
+    pub(super) signal: String,
+    pub(super) edges: usize,
+    /// How many edges of the reference it does not have, and how many it has that the reference has not.
+    pub(super) missing: usize,
+    pub(super) extra: usize,
+    pub(super) delay: Option<Statistics>,
+    pub(super) drift: Option<Line>,
+    /// Of the distances from the line of the drift; of the delays themselves where there is none.
+    pub(super) histogram: Option<Histogram>,
+    pub(super) pairs: Vec<Pair>,
+}
+
+/// All that was found.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    pub(super) reference: String,
+    pub(super) edges: usize,
+    /// How far apart edges could be.
+    pub(super) window_us: f64,
+    pub(super) compared: Vec<Comparison>,
+}
