@@ -3,8 +3,8 @@
 //! federate, and `say!`, by which sentences take half of their bytes.
 //!
 //! The bytes of a payload are those of the C type, which `lf_model::layout` works out; here is only said what the
-//! fields are. What is generated names each field's type in one way alone, so that rustc says once that a type cannot be
-//! sent, and says it at the field.
+//! fields are. What is generated names each field's type in one way alone, so that rustc says once that a type cannot
+//! be sent, and says it at the field.
 #![forbid(unsafe_code)]
 
 mod texts;
