@@ -153,8 +153,8 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         })
     }
 
-    /// The same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that what lies on
-    /// the stack on the way there is gone from it before the event loop begins.
+    /// The same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that what lies
+    /// on the stack on the way there is gone from it before the event loop begins.
     ///
     /// # Errors
     /// Those of [`FederateLoop::new`].
