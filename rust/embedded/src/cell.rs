@@ -2,6 +2,7 @@
 //! Static memory that somebody gets, once and for ever. It may be all zero at first, and then takes no flash.
 
 use core::cell::UnsafeCell;
+use core::hint;
 use core::mem::MaybeUninit;
 use core::ptr;
 use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
@@ -35,7 +36,7 @@ impl<T> Once<T> {
 #[repr(transparent)]
 pub(crate) struct Place<T>(MaybeUninit<T>);
 
-// SAFETY: there is no value in a place that can be sent, for what puts one in borrows the place for ever.
+// SAFETY: there is no value in a place that can be sent, for what puts one in borrows the place as long as it is there.
 unsafe impl<T> Send for Place<T> {}
 
 impl<T> Place<T> {
@@ -46,6 +47,16 @@ impl<T> Place<T> {
     #[inline(never)]
     pub(crate) fn fill(&'static mut self, value: impl FnOnce() -> T) -> &'static mut T {
         self.0.write(value())
+    }
+
+    /// Room for a value of another type that is not larger, for a static cannot name a type with lifetimes of the
+    /// function that makes its value. Who writes a value drops it, if it has to be.
+    pub(crate) fn room<U>(&mut self) -> &mut MaybeUninit<U> {
+        const { assert!(size_of::<U>() <= size_of::<T>() && align_of::<U>() <= align_of::<T>(), "there is no room") };
+        // A compiler that knows the address writes it out in each function, which takes more code than to hand it on.
+        // SAFETY: the place is as large as a `U` at least, is aligned for it, and is borrowed as long as the result;
+        // and any bytes are a `MaybeUninit`, before and afterwards.
+        hint::black_box(unsafe { &mut *(&raw mut self.0).cast() })
     }
 
     /// Puts a value into each place, as long as there are values, and gives those that have one. Never are all on a
@@ -111,6 +122,16 @@ mod tests {
         let filled = Place::fill_all(rest, [2].into_iter());
         filled[0] += 1;
         assert_eq!(filled, [3]);
+    }
+
+    #[test]
+    fn a_place_has_room_for_values_that_borrow() {
+        static PLACE: Once<Place<(&'static u32, u64)>> = Once::new(Place::EMPTY);
+        let place = PLACE.take().expect("nobody has it");
+        for number in [1, 2] {
+            let value: &mut (&u32, u32) = place.room().write((&number, 5));
+            assert_eq!(value, &mut (&number, 5));
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use lf_model::time::Tag;
 use lf_model::{Engine, EngineStorage, Program};
 use lf_runtime::platform::Platform;
 use lf_runtime::{
-    Coordination, Description, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_federate, run_unfederated,
+    Coordination, Description, FederateLoop, ImageError, Inbound, Join, Outbound, PEERS, SettingsError, run_unfederated,
 };
 
 pub use lf_runtime::{Federation, Needs};
@@ -63,13 +63,20 @@ struct Parts<P, S, B> {
     program: Place<P>,
     storage: Place<S>,
     buffers: B,
+    /// Its size is the same on each platform and with each [`Needs`].
+    federate: Place<Option<FederateLoop<'static, 'static, ()>>>,
 }
 
 impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
-        Self(Once::new(Parts { program: Place::EMPTY, storage: Place::EMPTY, buffers: B::EMPTY }))
+        Self(Once::new(Parts {
+            program: Place::EMPTY,
+            storage: Place::EMPTY,
+            buffers: B::EMPTY,
+            federate: Place::EMPTY,
+        }))
     }
 
     /// Runs the program in this memory, from its start to its end.
@@ -96,17 +103,15 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         let own_id = federation.federation_id.as_bytes();
         let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti };
         description.check_key(join.federation_id);
-        // The engine is large, and is made where it stays.
+        let room = &mut parts.federate;
+        // The federate is large, and is made where it stays, as is the engine.
         let ended = parts.buffers.lend(|buffers, known| {
-            run_federate::<_, N>(
-                platform,
-                program,
-                Engine::new(tables, storage, settings),
-                federation,
-                &join,
-                buffers,
-                known,
-            )
+            let (engine, place) = (Engine::new(tables, storage, settings), room.room().write(None));
+            let federate: Result<&mut FederateLoop<'_, '_, _, N>, _> =
+                FederateLoop::new_in(place, platform, program, engine, federation, &join, buffers, known);
+            let ended = federate.and_then(FederateLoop::run);
+            *place = None;
+            ended
         });
         ended.map_err(ImageError::Run)
     }

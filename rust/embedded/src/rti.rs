@@ -10,7 +10,7 @@ use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWor
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
-use lf_runtime::{Inlet, Outgoing, RtiError, RtiSetup, log_notice, run_rti};
+use lf_runtime::{Inlet, Outgoing, RtiError, RtiLoop, RtiSetup, log_notice};
 use log::LevelFilter;
 
 use crate::cell::{Handover, Once, Place};
@@ -89,7 +89,7 @@ pub trait ImageRti<P>: Sync {
 /// The static memory of an RTI on a platform `P`, with storage `S`. It is all zero at first, so it takes no flash.
 pub struct Memory<P, S> {
     listening: Handover<Listening<P>>,
-    storage: Once<S>,
+    storage: Once<(S, Place<RtiLoop<'static, 'static, (), ()>>)>,
 }
 
 /// The RTI before it runs.
@@ -104,7 +104,7 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
     /// Memory of an RTI that does not listen yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
-        Self { listening: Handover::new(), storage: Once::new(S::EMPTY) }
+        Self { listening: Handover::new(), storage: Once::new((S::EMPTY, Place::EMPTY)) }
     }
 }
 
@@ -134,9 +134,12 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
     fn run(&'static self, description: &Description) -> Result<(), RtiError> {
         let Listening { platform, listener, datagrams, federation_id } =
             self.listening.take().ok_or(RtiError::Order)?;
-        let storage = self.storage.take().ok_or(RtiError::Order)?;
+        let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
         let setup = storage.setup(description.config(federation_id), *datagrams);
-        match run_rti(platform, setup, *listener, &mut log_notice).map_err(RtiError::Setup)? {
+        let mut notices = log_notice;
+        // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
+        let rti = RtiLoop::new(platform, setup, *listener, &mut notices).map(|rti| place.room().write(rti));
+        match rti.map_err(RtiError::Setup)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }

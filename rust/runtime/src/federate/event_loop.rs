@@ -64,15 +64,7 @@ pub fn run_federate<'s, P: Platform, N: Needs>(
     buffers: Buffers<'s>,
     known: &'s mut [Tag],
 ) -> Result<(), RunError> {
-    let mut federate = FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known);
-    // It is large, and stays where it is.
-    let federate = federate.as_mut().map_err(|error| *error)?;
-    loop {
-        match federate.turn() {
-            Turn::Wait(until) => federate.wait(until),
-            Turn::Ended(result) => return result,
-        }
-    }
+    FederateLoop::<P, N>::new(platform, program, engine, federation, join, buffers, known)?.run()
 }
 
 /// The event loop of a federate, turn by turn: who calls [`FederateLoop::turn`] and [`FederateLoop::wait`] in
@@ -113,7 +105,6 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     ///
     /// # Errors
     /// [`RunError::Config`] and [`RunError::BufferTooSmall`] when it can never work.
-    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn new(
         platform: &'a mut P,
         program: &'a mut dyn Program,
@@ -163,6 +154,39 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             choked_since: None,
             stage: Stage::Taking,
         })
+    }
+
+    /// The same as [`FederateLoop::new`], in memory that need not be on a stack. It is not inlined, so that what lies
+    /// on the stack on the way there is gone from it before the event loop begins.
+    ///
+    /// # Errors
+    /// Those of [`FederateLoop::new`].
+    #[expect(clippy::too_many_arguments, reason = "compilers see constants among them, but not in structures")]
+    #[inline(never)]
+    pub fn new_in<'p>(
+        place: &'p mut Option<Self>,
+        platform: &'a mut P,
+        program: &'a mut dyn Program,
+        engine: Engine<'s>,
+        federation: &'a Federation,
+        join: &Join<'a>,
+        buffers: Buffers<'s>,
+        known: &'s mut [Tag],
+    ) -> Result<&'p mut Self, RunError> {
+        Self::new(platform, program, engine, federation, join, buffers, known).map(|federate| place.insert(federate))
+    }
+
+    /// Runs the federate to its end.
+    ///
+    /// # Errors
+    /// Why it ended early. The RTI has been told, where that was possible.
+    pub fn run(&mut self) -> Result<(), RunError> {
+        loop {
+            match self.turn() {
+                Turn::Wait(until) => self.wait(until),
+                Turn::Ended(result) => return result,
+            }
+        }
     }
 
     /// Does what can be done now: reads once, runs a bounded number of tags, writes once.

@@ -53,13 +53,7 @@ pub fn run_rti<P: Platform, B: Storage>(
     listener: SocketId,
     notices: &mut impl FnMut(Notice<'_>),
 ) -> Result<Outcome, SetupError> {
-    let mut rti = RtiLoop::new(platform, setup, listener, notices)?;
-    loop {
-        match rti.turn() {
-            Turn::Wait(until) => rti.wait(until),
-            Turn::Ended(outcome) => return Ok(outcome),
-        }
-    }
+    RtiLoop::new(platform, setup, listener, notices).map(|mut rti| rti.run())
 }
 
 /// The event loop of the RTI, turn by turn: who calls [`RtiLoop::turn`] and [`RtiLoop::wait`] in alternation runs the
@@ -131,6 +125,16 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             log_waits,
             notices,
         })
+    }
+
+    /// Runs the RTI until all federates have left or the program is interrupted.
+    pub fn run(&mut self) -> Outcome {
+        loop {
+            match self.turn() {
+                Turn::Wait(until) => self.wait(until),
+                Turn::Ended(outcome) => return outcome,
+            }
+        }
     }
 
     /// Does what can be done now. Bounded by the number of connections with something to do times
