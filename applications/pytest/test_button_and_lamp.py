@@ -7,9 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from conftest import REPOSITORY
-
-SCRIPT = REPOSITORY / "applications/button_and_lamp/src/presses.txt"
+SCRIPT = Path(__file__).resolve().parents[1] / "button_and_lamp/src/presses.txt"
 
 
 def changes(vcd: str, pin: str) -> list[tuple[int, str]]:
