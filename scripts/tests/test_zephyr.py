@@ -224,7 +224,9 @@ def test_what_images_record_is_put_together_from_their_consoles(tmp_path: Path) 
     settings = tmp_path / "trace.conf"
     settings.write_text("CONFIG_LF_TRACE=y\nCONFIG_LF_TRACE_RECORDS=512\n")
     build = BUILD / "traced"
-    output = lf("lf-fed-run", "message_test/src/MessageTest.lf", "-c", str(settings), "--timeout", "300", build=build)
+    deployment = ("--deployment", "deployment/native_sim.yaml")
+    arguments = (*deployment, "-c", str(settings), "--timeout", "300")
+    output = lf("lf-fed-run", "message_test/src/MessageTest.lf", *arguments, build=build)
     (tmp_path / "boards.log").write_text(output)
     (names,) = build.rglob("trace.json")
     command = [str(compiler.find(None, os.environ).path), "trace", str(tmp_path), "--names", str(names)]
