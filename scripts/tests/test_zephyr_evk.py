@@ -22,11 +22,13 @@ pytestmark = pytest.mark.zephyr
 def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None:
     build = BUILD / "evk"
     board = "mimxrt1170_evk@B/mimxrt1176/cm7"
+    thermostat = ["-f", "thermostat", "--deployment", "deployment/board.yaml"]
     joint = ["-f", "a", "--deployment", str(PROGRAMS / "smart_grid_evk.yaml")]
     commands = [
         ["lf-build", "blinky/src/Blinky.lf", "-w", f"-b {board}"],
         ["lf-fed-build", "message_test/src/MessageTest.lf", "-f", "sender", "-w", f"-b {board}"],
         ["lf-fed-build", "clock_sync/src/ClockSync.lf", "-f", "board", "-w", f"-b {board}"],
+        ["lf-fed-build", "thermostat/src/Thermostat.lf", *thermostat],
         ["lf-fed-build", "smart_grid/src/SmartGrid.lf", *joint],
     ]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -35,6 +37,7 @@ def test_every_application_builds_an_image_for_the_board_of_the_thesis() -> None
         "Blinky/Blinky": {"lf_main"},
         "MessageTest/sender": {"lf_main"},
         "ClockSync/board": {"lf_main"},
+        "Thermostat/thermostat": {"lf_main", "lf_i2c_transfer", "lf_adc_sample", "lf_pwm_set_pulse"},
         "SmartGrid/a": {"lf_main", "lf_rti_main"},
     }
     for image, entries in linked.items():
