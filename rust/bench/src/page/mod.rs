@@ -3,6 +3,7 @@
 
 mod canvas;
 mod curves;
+mod lines;
 mod rows;
 mod scale;
 mod stacked;

@@ -3,7 +3,8 @@
 
 use plotters::prelude::*;
 
-use super::canvas::{AXIS, GRID, INK, LINE, MUTED, WIDTH, colour, marks, room, style, svg, width, write, write_before};
+use super::canvas::{AXIS, INK, LINE, WIDTH, colour, marks, room, svg, width, write, write_before};
+use super::lines;
 use super::scale::{Scale, text};
 use crate::Result;
 use crate::results::{Axis, Mark, Row};
@@ -22,24 +23,7 @@ pub(super) fn draw(axis: &Axis, rows: &[Row], all_marks: &[Mark]) -> Result<Stri
     let right = numbers.iter().map(|number| width(number)).max().unwrap_or(0) + 18;
     svg(height, |area| {
         let plot = area.clone().shrink((left, top), (WIDTH - left - right, height - top));
-        let mut chart = ChartBuilder::on(&plot)
-            .x_label_area_size(AXIS)
-            .build_cartesian_2d(scale.clone(), 0.0..f64::from(count) + 0.4)?;
-        chart
-            .configure_mesh()
-            .disable_y_mesh()
-            .disable_y_axis()
-            .x_labels(scale.steps())
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(GRID)
-            .axis_style(GRID)
-            .x_desc(axis.label.as_str())
-            .x_label_style(style(
-                MUTED,
-                plotters::style::text_anchor::HPos::Center,
-                plotters::style::text_anchor::VPos::Top,
-            ))
-            .draw()?;
+        let chart = lines::chart(&plot, &scale, axis, count)?;
         let bottom = i32::try_from(height - AXIS)?;
         let place = |value: f64| chart.backend_coord(&(value, 0.0)).0;
         marks(area, all_marks, bottom, place)?;

@@ -2,9 +2,9 @@
 //! Bars of parts that make a whole.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, VPos};
 
-use super::canvas::{AXIS, GRID, INK, LINE, MUTED, PARTS, WIDTH, style, svg, width, write, write_before};
+use super::canvas::{AXIS, INK, LINE, PARTS, WIDTH, svg, width, write, write_before};
+use super::lines;
 use super::scale::{Scale, text};
 use crate::Result;
 use crate::results::Axis;
@@ -23,20 +23,7 @@ pub(super) fn draw(axis: &Axis, parts: &[String], bars: &[(String, Vec<f64>)]) -
     let right = 64;
     svg(height, |area| {
         let plot = area.clone().shrink((left, top), (WIDTH - left - right, height - top));
-        let mut chart = ChartBuilder::on(&plot)
-            .x_label_area_size(AXIS)
-            .build_cartesian_2d(scale.clone(), 0.0..f64::from(count) + 0.4)?;
-        chart
-            .configure_mesh()
-            .disable_y_mesh()
-            .disable_y_axis()
-            .x_labels(scale.steps())
-            .light_line_style(TRANSPARENT)
-            .bold_line_style(GRID)
-            .axis_style(GRID)
-            .x_desc(axis.label.as_str())
-            .x_label_style(style(MUTED, HPos::Center, VPos::Top))
-            .draw()?;
+        let chart = lines::chart(&plot, &scale, axis, count)?;
         for ((name, (x, y)), colour) in parts.iter().zip(names).zip(PARTS.iter().cycle()) {
             area.draw(&Rectangle::new([(x, y - 6), (x + 12, y + 6)], colour.filled()))?;
             write(area, name, INK, (x + 18, y))?;
