@@ -66,7 +66,7 @@ extern "C" fn lf_c_check_deadline(handle: bool) -> bool {
 extern "C" fn lf_c_update_deadline(deadline: i64) {
     let changed = with_running(|running| {
         let has_one = deadline_of(running.reaction, running.ctx).is_some();
-        has_one.then(|| change_deadline(running.reaction, Interval(deadline)))
+        has_one.then(|| change_deadline(running.reaction, Interval::from_nanos(deadline)))
     });
     match changed.flatten() {
         Some(Ok(())) => {}
@@ -87,7 +87,7 @@ extern "C" fn lf_get_fed_maxwait() -> i64 {
 
 #[unsafe(no_mangle)]
 extern "C" fn lf_set_fed_maxwait(max_wait: i64) {
-    if with_running(|running| running.ctx.set_max_wait(Interval(max_wait))).is_none() {
+    if with_running(|running| running.ctx.set_max_wait(Interval::from_nanos(max_wait))).is_none() {
         error(c"lf_set_fed_maxwait: it can be set in reactions only, and not in other threads");
     }
 }
@@ -107,7 +107,7 @@ extern "C" fn lf_request_stop() {
 
 #[unsafe(no_mangle)]
 extern "C" fn lf_c_watchdog_start(trigger: u16, additional: i64) {
-    let additional = Interval(additional).to_duration();
+    let additional = Interval::from_nanos(additional).to_duration();
     let started = with_running(|running| {
         let watchdog = running.program.watchdog(TriggerId(trigger))?;
         running.ctx.start_watchdog(watchdog, additional);
@@ -144,7 +144,7 @@ unsafe extern "C" fn lf_c_schedule(trigger: u16, offset: i64, token: *mut RawTok
         // SAFETY: the format has no arguments.
         unsafe { lf_print_warning(c"lf_schedule: an offset cannot be negative, so it is 0".as_ptr()) };
     }
-    let (id, offset) = (TriggerId(trigger), Offset::After(Interval(offset).to_duration()));
+    let (id, offset) = (TriggerId(trigger), Offset::After(Interval::from_nanos(offset).to_duration()));
     let scheduled = with_running(|running| {
         let action = running.program.action(id)?;
         running.ctx.schedule_with_v(action, value.take(), offset);

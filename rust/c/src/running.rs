@@ -143,7 +143,7 @@ pub(crate) fn program() -> Option<Program> {
 
 /// Physical time; before the first reaction that of the system.
 pub(crate) fn physical_time() -> Instant {
-    program().map_or_else(|| Instant(ffi::lf_c_clock()), |program| program.outside.physical_time())
+    program().map_or_else(|| Instant::from_nanos(ffi::lf_c_clock()), |program| program.outside.physical_time())
 }
 
 /// Remembers what is known now. Gives whether the reaction is late for a deadline that a body has changed.

@@ -191,9 +191,9 @@ numbers! {
     usize: number value => value as u64, number => Self::try_from(number).ok();
     i32: number value => i64::from(value).cast_unsigned(), number => Self::try_from(number.cast_signed()).ok();
     i64: number value => value.cast_unsigned(), number => Some(number.cast_signed());
-    Instant: number value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
-    Interval: number value => value.0.cast_unsigned(), number => Some(Self(number.cast_signed()));
-    Duration: number value => Interval::from_duration(value).0.cast_unsigned(),
+    Instant: number value => value.as_nanos().cast_unsigned(), number => Some(Self::from_nanos(number.cast_signed()));
+    Interval: number value => value.as_nanos().cast_unsigned(), number => Some(Self::from_nanos(number.cast_signed()));
+    Duration: number value => Interval::from_duration(value).as_nanos().cast_unsigned(),
         number => Some(Self::from_nanos(number));
     FederateId: small value => value.0.into(), number => u16::try_from(number).ok().map(Self);
     Times: small value => value.0, number => u32::try_from(number).ok().map(Self);
@@ -370,13 +370,13 @@ mod tests {
 
     #[test]
     fn what_is_read_is_what_was_written() {
-        let tag = |time: i64| EventTag::relative(Tag::at(Instant(time)), Instant(0));
+        let tag = |time: i64| EventTag::relative(Tag::at(Instant::from_nanos(time)), Instant::from_nanos(0));
         for error in [
             FederateError::NoAnswer,
             FederateError::Rejected(RejectCode::Other(77)),
             FederateError::Unexpected { message: MessageType::T4, phase: Phase::Meeting },
             FederateError::LateMessage { port: 3, tag: tag(1_000_000_000), current: tag(0) },
-            FederateError::BeforeStart { port: 0, by: Interval(-5) },
+            FederateError::BeforeStart { port: 0, by: Interval::from_nanos(-5) },
         ] {
             assert_eq!(back(&code(&error)), Some(error));
         }

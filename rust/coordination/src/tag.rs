@@ -5,7 +5,7 @@ use lf_model::time::{Instant, Microstep, Tag};
 
 /// What a tag on the wire means.
 pub const fn from_wire(tag: lf_wire::Tag) -> Tag {
-    Tag { time: Instant(tag.time), microstep: Microstep(tag.microstep) }
+    Tag { time: Instant::from_nanos(tag.time), microstep: Microstep(tag.microstep) }
 }
 
 /// A tag as it is written on the wire.

@@ -13,7 +13,7 @@ use lf_testkit::messages::encoded;
 use lf_wire::{Decoded, Limits, Message, RejectCode, decode};
 use rti_support::{Sizes, World};
 
-const NOW: Instant = Instant(1_000_000);
+const NOW: Instant = Instant::from_nanos(1_000_000);
 const KEY: &[u8] = b"grid";
 const NONCE: [u8; 8] = [7; 8];
 

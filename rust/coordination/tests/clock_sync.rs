@@ -10,7 +10,12 @@ use proptest::prelude::*;
 fn exchange(t1: i64, ahead: i64, there: i64, hold: i64, back: i64) -> Exchange {
     let t2 = t1 - ahead + there;
     let t4 = t1 + there + hold + back;
-    Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t2 + hold), t4: Instant(t4) }
+    Exchange {
+        t1: Instant::from_nanos(t1),
+        t2: Instant::from_nanos(t2),
+        t3: Instant::from_nanos(t2 + hold),
+        t4: Instant::from_nanos(t4),
+    }
 }
 
 #[test]
@@ -25,7 +30,7 @@ fn a_few_true_exchanges_win_over_many_disturbed_ones() {
     }
     let estimate = estimator.estimate().unwrap();
     assert_eq!((estimate.used, estimate.seen), (2, 10));
-    assert_eq!(estimate.round_trip, Interval(80_000));
+    assert_eq!(estimate.round_trip, Interval::from_nanos(80_000));
     let error = estimate.offset.as_nanos() - ahead;
     assert!((-5_000..=0).contains(&error), "{error}");
 }
@@ -34,22 +39,22 @@ fn a_few_true_exchanges_win_over_many_disturbed_ones() {
 fn an_interruption_after_the_write_does_not_pass_for_a_quick_exchange() {
     let mut estimator = Estimator::new();
     let good = exchange(0, 0, 40_000, 5_000, 40_000);
-    let interrupted = Exchange { t3: good.t3 + Interval(60_000), ..good };
+    let interrupted = Exchange { t3: good.t3 + Interval::from_nanos(60_000), ..good };
     assert!(interrupted.round_trip() < good.round_trip());
     estimator.record(interrupted);
     estimator.record(good);
-    assert_eq!(estimator.estimate().unwrap().offset, Interval(0));
+    assert_eq!(estimator.estimate().unwrap().offset, Interval::from_nanos(0));
 }
 
 #[test]
 fn an_impossible_exchange_is_used_only_when_there_is_no_other() {
     let good = exchange(0, 7, 1_000_000, 0, 1_000_000);
-    let impossible = Exchange { t4: Instant(-5), ..exchange(0, 7, 10, 0, 10) };
+    let impossible = Exchange { t4: Instant::from_nanos(-5), ..exchange(0, 7, 10, 0, 10) };
     let mut estimator = Estimator::new();
     estimator.record(impossible);
     assert!(estimator.estimate().is_some());
     estimator.record(good);
-    assert_eq!(estimator.estimate().unwrap().offset, Interval(7));
+    assert_eq!(estimator.estimate().unwrap().offset, Interval::from_nanos(7));
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -77,13 +82,13 @@ fn any_error() -> impl Strategy<Value = i64> {
 
 /// Whether a clock with this error to make up for and this drift reaches a time so far ahead exactly when it says.
 fn is_exact(error: i64, drift: i32, ahead: i64) -> Result<(), String> {
-    let mut clock = ClockCorrection::with_offset(Interval(1_790_000_000_000_000_000));
-    clock.slew(Instant(0), Interval(error));
-    clock.set_drift(Instant(0), drift);
+    let mut clock = ClockCorrection::with_offset(Interval::from_nanos(1_790_000_000_000_000_000));
+    clock.slew(Instant::from_nanos(0), Interval::from_nanos(error));
+    clock.set_drift(Instant::from_nanos(0), drift);
     // Before the change of rate, too.
-    for target in [ahead, -ahead].map(|ahead| clock.physical(Instant(0)) + Interval(ahead)) {
+    for target in [ahead, -ahead].map(|ahead| clock.physical(Instant::from_nanos(0)) + Interval::from_nanos(ahead)) {
         let local = clock.local(target);
-        let [before, then] = [local + Interval(-1), local].map(|local| clock.physical(local));
+        let [before, then] = [local + Interval::from_nanos(-1), local].map(|local| clock.physical(local));
         if before >= target || target > then {
             return Err(format!("{target:?} is not between {before:?} and {then:?}"));
         }
@@ -130,7 +135,7 @@ proptest! {
     fn any_instants_are_survived(instants in vec(any::<[i64; 4]>(), 1..20)) {
         let mut estimator = Estimator::new();
         for [t1, t2, t3, t4] in instants {
-            estimator.record(Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t3), t4: Instant(t4) });
+            estimator.record(Exchange { t1: Instant::from_nanos(t1), t2: Instant::from_nanos(t2), t3: Instant::from_nanos(t3), t4: Instant::from_nanos(t4) });
         }
         prop_assert!(estimator.estimate().is_some());
     }
@@ -141,16 +146,16 @@ proptest! {
         offset in -2_000_000_000_000_000_000..2_000_000_000_000_000_000i64,
         changes in vec((any_elapsed(), any_change()), 1..60),
     ) {
-        let mut clock = ClockCorrection::with_offset(Interval(offset));
-        let mut local = Instant(0);
+        let mut clock = ClockCorrection::with_offset(Interval::from_nanos(offset));
+        let mut local = Instant::from_nanos(0);
         let mut last = clock.physical(local);
         for (elapsed, change) in changes {
-            local = local + Interval(elapsed);
+            local = local + Interval::from_nanos(elapsed);
             let physical = clock.physical(local);
             prop_assert!(physical.since(last).as_nanos() >= elapsed * 9 / 10 - 1, "{:?} -> {:?}", last, physical);
-            prop_assert!(clock.physical(local + Interval(1)) >= physical, "backwards from {:?}", physical);
+            prop_assert!(clock.physical(local + Interval::from_nanos(1)) >= physical, "backwards from {:?}", physical);
             match change {
-                Change::Slew(error) => clock.slew(local, Interval(error)),
+                Change::Slew(error) => clock.slew(local, Interval::from_nanos(error)),
                 Change::Drift(ppb) => clock.set_drift(local, ppb),
                 Change::Read => {}
             }
@@ -171,10 +176,10 @@ proptest! {
     /// An error is made up for in full, and no more.
     #[test]
     fn an_error_is_made_up_for(error in -1_000_000_000..1_000_000_000i64) {
-        let mut clock = ClockCorrection::with_offset(Interval(5));
-        clock.slew(Instant(100), Interval(error));
+        let mut clock = ClockCorrection::with_offset(Interval::from_nanos(5));
+        clock.slew(Instant::from_nanos(100), Interval::from_nanos(error));
         // 20 s per second of error, at 50 ms in a second.
-        let later = Instant(100) + Interval(error.abs() * 20 + 100);
-        prop_assert_eq!(clock.physical(later), later + Interval(5 + error));
+        let later = Instant::from_nanos(100) + Interval::from_nanos(error.abs() * 20 + 100);
+        prop_assert_eq!(clock.physical(later), later + Interval::from_nanos(5 + error));
     }
 }

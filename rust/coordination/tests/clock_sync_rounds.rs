@@ -33,10 +33,10 @@ struct Follower {
 impl Follower {
     /// Hears a message at this time of its own clock; whether it answers.
     fn hear_from(&mut self, from: SocketAddrV4, own: i64, message: &Message<'_>) -> bool {
-        let heard = self.responder.handle(Instant(own), from, &bytes(message));
+        let heard = self.responder.handle(Instant::from_nanos(own), from, &bytes(message));
         self.rounds.extend(heard.round);
         if heard.answer {
-            self.responder.answered(Instant(own));
+            self.responder.answered(Instant::from_nanos(own));
         }
         heard.answer
     }
@@ -52,8 +52,13 @@ fn a_round_is_t1_t3_t4_and_the_coded_probe() {
     assert!(follower.hear(10, &Message::T1(1_000)));
     assert!(!follower.hear(30, &Message::T4(1_020)));
     assert!(!follower.hear(37, &Message::CodedProbe(1_024)));
-    let exchange = Exchange { t1: Instant(1_000), t2: Instant(10), t3: Instant(10), t4: Instant(1_020) };
-    assert_eq!(follower.rounds, [Round { exchange, gap: Some(Interval(3)) }]);
+    let exchange = Exchange {
+        t1: Instant::from_nanos(1_000),
+        t2: Instant::from_nanos(10),
+        t3: Instant::from_nanos(10),
+        t4: Instant::from_nanos(1_020),
+    };
+    assert_eq!(follower.rounds, [Round { exchange, gap: Some(Interval::from_nanos(3)) }]);
 }
 
 #[test]
@@ -66,7 +71,7 @@ fn what_is_lost_costs_its_own_round_and_no_other() {
     // The coded probe is lost: the exchange still counts.
     assert!(follower.hear(20 * MS, &Message::T1(20 * MS)));
     let found: Vec<_> = follower.rounds.iter().map(|round| (round.exchange.t4, round.gap)).collect();
-    assert_eq!(found, [(Instant(10 * MS + 7), None)]);
+    assert_eq!(found, [(Instant::from_nanos(10 * MS + 7), None)]);
 }
 
 #[test]
@@ -83,7 +88,7 @@ fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
     assert_eq!(follower.rounds, []);
     follower.hear(10, &Message::CodedProbe(10 * MS + 4));
     assert_eq!(follower.rounds.len(), 1);
-    assert_eq!(follower.rounds[0].exchange.t4, Instant(10 * MS + 2));
+    assert_eq!(follower.rounds[0].exchange.t4, Instant::from_nanos(10 * MS + 2));
     // A false T1 from the future is believed for a limited time only.
     assert!(follower.hear(20 * MS, &Message::T1(i64::MAX)));
     assert!(!follower.hear(30 * MS, &Message::T1(30 * MS)));
@@ -93,35 +98,35 @@ fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
 #[test]
 fn the_rti_waits_for_an_answer_as_long_as_answers_may_take() {
     let mut poll = Poll::NONE;
-    assert!(!poll.answer(Instant(0)), "nothing was asked");
-    assert!(poll.begin(Instant(0)));
-    assert!(!poll.begin(Instant(999 * MS)), "its answer may still come");
-    assert!(poll.begin(Instant(1_000 * MS)));
-    assert!(poll.answer(Instant(1_001 * MS)));
-    assert!(!poll.answer(Instant(1_001 * MS)), "a copy");
+    assert!(!poll.answer(Instant::from_nanos(0)), "nothing was asked");
+    assert!(poll.begin(Instant::from_nanos(0)));
+    assert!(!poll.begin(Instant::from_nanos(999 * MS)), "its answer may still come");
+    assert!(poll.begin(Instant::from_nanos(1_000 * MS)));
+    assert!(poll.answer(Instant::from_nanos(1_001 * MS)));
+    assert!(!poll.answer(Instant::from_nanos(1_001 * MS)), "a copy");
     // On a quick network a lost answer does not cost a second.
     let mut now = 1_001 * MS;
     for _ in 0..30 {
         now += MS;
-        assert!(poll.begin(Instant(now)));
-        assert!(poll.answer(Instant(now + 1)));
+        assert!(poll.begin(Instant::from_nanos(now)));
+        assert!(poll.answer(Instant::from_nanos(now + 1)));
     }
     now += MS;
-    assert!(poll.begin(Instant(now)));
-    assert!(poll.begin(Instant(now + 100 * MS)));
-    assert!(!poll.begin(Instant(now + 299 * MS)), "patience grows while answers fail to come");
-    assert!(poll.begin(Instant(now + 300 * MS)));
+    assert!(poll.begin(Instant::from_nanos(now)));
+    assert!(poll.begin(Instant::from_nanos(now + 100 * MS)));
+    assert!(!poll.begin(Instant::from_nanos(now + 299 * MS)), "patience grows while answers fail to come");
+    assert!(poll.begin(Instant::from_nanos(now + 300 * MS)));
 }
 
 /// In which round T4 belongs is told by its time, so no T1 may have the same.
 #[test]
 fn no_round_begins_at_the_instant_at_which_the_last_was_answered() {
     let mut poll = Poll::NONE;
-    assert!(poll.begin(Instant(0)));
-    assert!(poll.answer(Instant(10)));
-    assert!(!poll.begin(Instant(10)));
-    assert!(poll.begin(Instant(11)));
-    assert!(poll.answer(Instant(11)), "a coarse clock may not move within a round");
+    assert!(poll.begin(Instant::from_nanos(0)));
+    assert!(poll.answer(Instant::from_nanos(10)));
+    assert!(!poll.begin(Instant::from_nanos(10)));
+    assert!(poll.begin(Instant::from_nanos(11)));
+    assert!(poll.answer(Instant::from_nanos(11)), "a coarse clock may not move within a round");
 }
 
 /// Datagrams of one round and of the next whose times fall on the same instant, as a random search found once.
@@ -161,14 +166,14 @@ fn play(fates: &[Fate]) -> Vec<Round> {
                 Some(message) if follower.hear(at, &message) => {
                     under_way.extend(sent(1).map(|at| (at, None, fate)));
                 }
-                None if poll.answer(Instant(rti)) => {
+                None if poll.answer(Instant::from_nanos(rti)) => {
                     under_way.extend(sent(2).map(|at| (at, Some(Message::T4(rti)), fate)));
                     under_way.extend(sent(3).map(|at| (at, Some(Message::CodedProbe(rti)), fate)));
                 }
                 _ => {}
             }
         }
-        if poll.begin(Instant(now + AHEAD)) {
+        if poll.begin(Instant::from_nanos(now + AHEAD)) {
             let t1 = Message::T1(now + AHEAD);
             under_way.extend(fate[0].map(|us| (now + 1_000 * us, Some(t1), *fate)));
         }
@@ -226,13 +231,13 @@ proptest! {
             let t1 = begin + round * 5 * MS;
             let (there, back) = (delay(), delay());
             let late = if hiccups && round % 10 == 7 { 3 * MS } else { 0 };
-            let t2 = Instant(own(t1 + there) - late);
-            let exchange = Exchange { t1: Instant(t1), t2, t3: t2, t4: Instant(t1 + there + back) };
+            let t2 = Instant::from_nanos(own(t1 + there) - late);
+            let exchange = Exchange { t1: Instant::from_nanos(t1), t2, t3: t2, t4: Instant::from_nanos(t1 + there + back) };
             tracker.record(Round { exchange, gap: None });
         }
         let line = tracker.line().unwrap();
         let now = begin + 20_000 * MS;
-        let error = line.offset_at(Instant(own(now))).as_nanos() - (now - own(now));
+        let error = line.offset_at(Instant::from_nanos(own(now))).as_nanos() - (now - own(now));
         // Of 100,000 clocks with hiccups the worst were wrong by 6.4 % of the jitter, and by 2 % per second.
         let (part, drift_part) = if hiccups { (10, 20) } else { (20, 100) };
         prop_assert!(error.abs() <= 1_000 + jitter / part, "wrong by {} ns: {:?}", error, line);
@@ -250,10 +255,10 @@ proptest! {
             let own = round * 5 * MS;
             let rti = own + AHEAD + if round < 1_000 { 0 } else { step };
             let exchange =
-                Exchange { t1: Instant(rti), t2: Instant(own + 50), t3: Instant(own + 50), t4: Instant(rti + 100) };
+                Exchange { t1: Instant::from_nanos(rti), t2: Instant::from_nanos(own + 50), t3: Instant::from_nanos(own + 50), t4: Instant::from_nanos(rti + 100) };
             tracker.record(Round { exchange, gap: None });
         }
-        let found = tracker.line().unwrap().offset_at(Instant(10_000 * MS)).as_nanos();
+        let found = tracker.line().unwrap().offset_at(Instant::from_nanos(10_000 * MS)).as_nanos();
         prop_assert!((found - AHEAD - step).abs() < 1_000, "{}", found - AHEAD - step);
     }
 
@@ -263,10 +268,10 @@ proptest! {
         let mut tracker = Tracker::new();
         let mut clock = ClockCorrection::NONE;
         for ([t1, t2, t3, t4], now) in all {
-            let exchange = Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t3), t4: Instant(t4) };
-            tracker.record(Round { exchange, gap: Some(Interval(now)) });
+            let exchange = Exchange { t1: Instant::from_nanos(t1), t2: Instant::from_nanos(t2), t3: Instant::from_nanos(t3), t4: Instant::from_nanos(t4) };
+            tracker.record(Round { exchange, gap: Some(Interval::from_nanos(now)) });
             if let Some(line) = tracker.line() {
-                clock.steer(Instant(now), &line, 1);
+                clock.steer(Instant::from_nanos(now), &line, 1);
             }
         }
     }
@@ -276,9 +281,9 @@ proptest! {
     fn any_datagram_is_survived(all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60)) {
         let mut responder = Responder::new();
         for (now, port, datagram) in all {
-            let heard = responder.handle(Instant(now), SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2), &datagram);
+            let heard = responder.handle(Instant::from_nanos(now), SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2), &datagram);
             if heard.answer {
-                responder.answered(Instant(now));
+                responder.answered(Instant::from_nanos(now));
             }
         }
     }
@@ -293,35 +298,35 @@ proptest! {
     ) {
         let fastest = |elapsed: i64| elapsed + elapsed / 1_000_000_000 * 80_000_000 + elapsed / 12 + 2;
         let mut tracker = Tracker::new();
-        let mut clock = ClockCorrection::with_offset(Interval(AHEAD));
+        let mut clock = ClockCorrection::with_offset(Interval::from_nanos(AHEAD));
         let mut now = 0_i64;
-        let mut event = clock.physical(Instant(0)) + Interval(spacing);
+        let mut event = clock.physical(Instant::from_nanos(0)) + Interval::from_nanos(spacing);
         for (pause, error, width) in rounds {
             // The event loop waits for the event or the next datagram, whichever comes first.
             let datagram = now + pause;
             loop {
-                let before = (now, clock.physical(Instant(now)));
+                let before = (now, clock.physical(Instant::from_nanos(now)));
                 let due = clock.local(event).as_nanos().max(now + 1);
                 now = due.min(datagram);
-                let physical = clock.physical(Instant(now));
+                let physical = clock.physical(Instant::from_nanos(now));
                 prop_assert!(physical >= before.1, "time runs backwards");
                 prop_assert!(physical.since(before.1).as_nanos() <= fastest(now - before.0), "time jumps");
                 if physical >= event {
                     prop_assert!(physical.since(event).as_nanos() <= fastest(now - before.0));
-                    event = event + Interval(spacing);
+                    event = event + Interval::from_nanos(spacing);
                 }
                 if now == datagram {
                     break;
                 }
             }
             let t1 = now + AHEAD + error;
-            let (t2, t4) = (Instant(now), Instant(t1 + width));
-            let exchange = Exchange { t1: Instant(t1), t2, t3: t2, t4 };
-            tracker.record(Round { exchange, gap: Some(Interval(0)) });
+            let (t2, t4) = (Instant::from_nanos(now), Instant::from_nanos(t1 + width));
+            let exchange = Exchange { t1: Instant::from_nanos(t1), t2, t3: t2, t4 };
+            tracker.record(Round { exchange, gap: Some(Interval::from_nanos(0)) });
             if let Some(line) = tracker.line() {
-                let before = clock.physical(Instant(now));
-                clock.steer(Instant(now), &line, attenuation);
-                prop_assert_eq!(clock.physical(Instant(now)), before, "a correction is no step");
+                let before = clock.physical(Instant::from_nanos(now));
+                clock.steer(Instant::from_nanos(now), &line, attenuation);
+                prop_assert_eq!(clock.physical(Instant::from_nanos(now)), before, "a correction is no step");
             }
         }
         prop_assert!(SLEW_PPB_MAX < 80_000_000);

@@ -169,7 +169,7 @@ fn a_tag_for_others_only_does_not_renew_the_bound_of_physical_time() {
     config.physical_delay = Some(Interval::ZERO);
     let mut federate = started(config);
     let at = |after_ms| START + Interval::from_millis(after_ms);
-    let bound = |after_ms| Tag::at(at(after_ms) + Interval(-1));
+    let bound = |after_ms| Tag::at(at(after_ms) + Interval::from_nanos(-1));
     assert!(!federate.next_event(at(1), ms(90)));
     assert_eq!(drain(&mut federate), [net(bound(1))]);
     provisional(&mut federate, bound(1));

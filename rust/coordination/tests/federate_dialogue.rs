@@ -295,7 +295,7 @@ fn physical_actions_bound_the_net_and_it_is_renewed() {
     config.physical_delay = Some(Interval::from_millis(3));
     let mut federate = started(config);
     let at = |after_ms| START + Interval::from_millis(after_ms);
-    let bound = |after_ms| Tag::new(START + Interval::from_millis(after_ms) + Interval(-1), Microstep(0));
+    let bound = |after_ms| Tag::new(START + Interval::from_millis(after_ms) + Interval::from_nanos(-1), Microstep(0));
     federate.begin(ms(0)).unwrap();
     federate.complete(false);
     assert!(federate.next_event(at(0), ms(25)));

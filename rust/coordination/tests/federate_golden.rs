@@ -25,9 +25,9 @@ use lf_testkit::golden::{Fill, Frame, Recording, Step};
 use lf_wire::{DELAY_NONE, MessageType, RejectCode};
 
 /// The RTI's clock is this much ahead of the federate's, as between 1970 and the boot of a board.
-const RTI_AHEAD: Interval = Interval(1_790_000_000_000_000_123);
+const RTI_AHEAD: Interval = Interval::from_nanos(1_790_000_000_000_000_123);
 /// How long a message is on its way.
-const LATENCY: Interval = Interval(40_000);
+const LATENCY: Interval = Interval::from_nanos(40_000);
 const NET: u8 = 6;
 const FED_NONCE: u8 = 100;
 /// It asks for a stop in turn, which is nothing to a stock RTI.
@@ -115,7 +115,7 @@ impl Replay<'_> {
         } else if frame.bytes.masked_len() > 0 && frame.tag.is_none() {
             // The federate's clock.
             let time = frame.bytes.extract(&found).unwrap_or_else(|| panic!("{at}: found {found:02x?}"));
-            let told = Instant(i64::from_le_bytes(time.try_into().unwrap()));
+            let told = Instant::from_nanos(i64::from_le_bytes(time.try_into().unwrap()));
             assert_eq!(told, self.physical(), "{at}");
         } else {
             assert_eq!(found, expected, "{at}: found on the left");
@@ -197,7 +197,7 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
         (config.udp_port, config.rti) = (Some(UDP_PORT), Some(*RTI_UDP.ip()));
     }
     let send_times: Vec<_> = send_times_ms.iter().map(|ms| Interval::from_millis(*ms)).collect();
-    let driver = Driver::new(config, program, time_out(&recording), Instant(5_000_000_000));
+    let driver = Driver::new(config, program, time_out(&recording), Instant::from_nanos(5_000_000_000));
     let mut replay = Replay {
         driver,
         start: Instant::NEVER,
@@ -231,7 +231,7 @@ fn a_source_that_no_dnet_reaches() {
     replay("50-centralized-source", ALWAYS, &[], |driver| {
         resigned(driver);
         // All exchanges took equally long there and back, so the estimate is exact.
-        assert_eq!(driver.federate.clock().physical(Instant(0)), Instant(0) + RTI_AHEAD);
+        assert_eq!(driver.federate.clock().physical(Instant::from_nanos(0)), Instant::from_nanos(0) + RTI_AHEAD);
     });
 }
 
@@ -300,7 +300,7 @@ fn a_rejection_is_final() {
     let setup = recording.federate().unwrap();
     let mut config = Config::new(FederateId(setup.id), setup.federation_id.as_bytes());
     config.downstream = &setup.downstream;
-    let driver = Driver::new(config, ALWAYS, time_out(&recording), Instant(0));
+    let driver = Driver::new(config, ALWAYS, time_out(&recording), Instant::from_nanos(0));
     let mut replay = Replay {
         driver,
         start: Instant::NEVER,

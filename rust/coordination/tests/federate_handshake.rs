@@ -99,7 +99,10 @@ fn an_rti_that_makes_no_exchange_is_an_error_and_one_that_makes_fewer_is_not() {
         match federate.handle_timeout(late) {
             Err(error) => assert_eq!((error, exchanges), (FederateError::NoClockSync, 0)),
             Ok(Event::ClockCorrected(estimate)) => {
-                assert_eq!((estimate.seen, estimate.offset), (exchanges, Interval(50 + 500 - NOW.as_nanos())));
+                assert_eq!(
+                    (estimate.seen, estimate.offset),
+                    (exchanges, Interval::from_nanos(50 + 500 - NOW.as_nanos()))
+                );
                 let time = late.as_nanos() + estimate.offset.as_nanos();
                 assert_eq!(drain(&mut federate), [IN_TURN, Message::Timestamp(time)]);
             }

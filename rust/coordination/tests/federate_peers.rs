@@ -13,7 +13,7 @@ use lf_testkit::golden::Step;
 use lf_testkit::messages::encoded;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, Decoded, Limits, Message, RejectCode, decode};
 
-const NOW: Instant = Instant(1_000_000);
+const NOW: Instant = Instant::from_nanos(1_000_000);
 /// How a federate says that it stops in turn.
 const IN_TURN: Message<'static> = Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN };
 const HERE: [u8; 4] = [127, 0, 0, 1];

@@ -19,8 +19,8 @@ fn config(upstream: bool, downstream: bool, physical: Option<i64>, sync: bool) -
     let mut config = Config::new(FederateId(1), b"federation");
     config.upstream = if upstream { &[(0, DELAY_NONE)] } else { &[] };
     config.downstream = if downstream { &[2] } else { &[] };
-    config.physical_delay = physical.map(Interval);
-    config.advance_interval = Interval(5);
+    config.physical_delay = physical.map(Interval::from_nanos);
+    config.advance_interval = Interval::from_nanos(5);
     config.clock_sync = if sync { ClockSync::Init { trials: 2 } } else { ClockSync::Off };
     config
 }
@@ -47,8 +47,9 @@ enum Deed {
 }
 
 fn any_tag() -> impl Strategy<Value = Tag> {
-    let near = (START - 2..START + 60, 0..3u32).prop_map(|(time, step)| Tag::new(Instant(time), Microstep(step)));
-    let any = any::<(i64, u32)>().prop_map(|(time, step)| Tag::new(Instant(time), Microstep(step)));
+    let near =
+        (START - 2..START + 60, 0..3u32).prop_map(|(time, step)| Tag::new(Instant::from_nanos(time), Microstep(step)));
+    let any = any::<(i64, u32)>().prop_map(|(time, step)| Tag::new(Instant::from_nanos(time), Microstep(step)));
     prop_oneof![8 => near, 1 => any, 1 => Just(Tag::FOREVER), 1 => Just(Tag::NEVER)]
 }
 
@@ -135,17 +136,20 @@ fn act(federate: &mut Federate<'_>, now: Instant, deed: &Deed) -> bool {
 /// The deeds that lead to the start.
 fn start(federate: &mut Federate<'_>, sync: bool) {
     let drain = |federate: &mut Federate<'_>| while federate.poll_transmit(usize::MAX).is_some() {};
-    federate.handle_connected(Instant(0), [0; 8]);
+    federate.handle_connected(Instant::from_nanos(0), [0; 8]);
     drain(federate);
-    federate.handle_message(Instant(0), Message::Ack).unwrap();
+    federate.handle_message(Instant::from_nanos(0), Message::Ack).unwrap();
     drain(federate);
     for _ in 0..if sync { 2 } else { 0 } {
-        federate.handle_message(Instant(0), Message::T1(0)).unwrap();
+        federate.handle_message(Instant::from_nanos(0), Message::T1(0)).unwrap();
         drain(federate);
-        federate.handle_message(Instant(0), Message::T4(0)).unwrap();
+        federate.handle_message(Instant::from_nanos(0), Message::T4(0)).unwrap();
         drain(federate);
     }
-    assert_eq!(federate.handle_message(Instant(0), Message::Timestamp(START)), Ok(Event::Started(Instant(START))));
+    assert_eq!(
+        federate.handle_message(Instant::from_nanos(0), Message::Timestamp(START)),
+        Ok(Event::Started(Instant::from_nanos(START)))
+    );
 }
 
 proptest! {
@@ -161,9 +165,9 @@ proptest! {
         if started {
             start(&mut federate, sync);
         }
-        let (mut granted, mut provisional, mut now) = (Tag::NEVER, None, Instant(START));
+        let (mut granted, mut provisional, mut now) = (Tag::NEVER, None, Instant::from_nanos(START));
         for (deed, pause) in &deeds {
-            now = now + Interval(*pause);
+            now = now + Interval::from_nanos(*pause);
             let before = (federate.phase(), federate.current(), federate.stop_tag());
             let stops = |tag| federate.awaits_stop_tag() || federate.stop_tag() == Some(tag);
             let takes_back = |tag| stops(tag) && tag > federate.current() && tag <= federate.granted();
@@ -205,12 +209,12 @@ proptest! {
     #[test]
     fn random_bytes_are_survived(started: bool, bytes in vec(prop_oneof![0..27u8, any::<u8>()], 0..400)) {
         let mut federate = Federate::new(config(true, true, None, true)).unwrap();
-        if started { start(&mut federate, true) } else { federate.handle_connected(Instant(0), [0; 8]) }
+        if started { start(&mut federate, true) } else { federate.handle_connected(Instant::from_nanos(0), [0; 8]) }
         let mut rest = &bytes[..];
         while let Some(tail) = rest.get(1..) {
             rest = match decode(rest, &Limits { payload_bytes_max: 64, ..Limits::NONE }) {
                 Ok(Decoded::Complete { message, len }) => {
-                    let failed = federate.handle_message(Instant(0), message).is_err();
+                    let failed = federate.handle_message(Instant::from_nanos(0), message).is_err();
                     prop_assert!(!failed || federate.phase() == Phase::Failed);
                     &rest[len..]
                 }
@@ -268,8 +272,8 @@ impl Loop {
     fn new(upstream: bool, downstream: bool) -> Self {
         let mut federate = Federate::new(config(upstream, downstream, None, false)).unwrap();
         start(&mut federate, false);
-        let first = Tag::at(Instant(START));
-        federate.next_event(Instant(0), first);
+        let first = Tag::at(Instant::from_nanos(START));
+        federate.next_event(Instant::from_nanos(0), first);
         let events = BTreeSet::from([first]);
         Self {
             federate,
@@ -284,16 +288,16 @@ impl Loop {
     }
 
     fn turn(&mut self, turn: &Turn) {
-        let current = self.federate.current().max(Tag::at(Instant(START)));
-        let after = |tag: Tag, ns: i64| Tag::at(tag.time + Interval(ns));
-        let granted = self.federate.granted().max(Tag::at(Instant(START)).before());
+        let current = self.federate.current().max(Tag::at(Instant::from_nanos(START)));
+        let after = |tag: Tag, ns: i64| Tag::at(tag.time + Interval::from_nanos(ns));
+        let granted = self.federate.granted().max(Tag::at(Instant::from_nanos(START)).before());
         match *turn {
             Turn::Grant(ns) if self.upstream => self.handle(Message::TagGrant(to_wire(after(granted, ns)))),
             Turn::Message(ns) if self.upstream => {
                 let tag = after(granted.max(current), ns);
                 let message = Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(tag), payload: &[] };
                 assert_eq!(
-                    self.federate.handle_message(Instant(0), message),
+                    self.federate.handle_message(Instant::from_nanos(0), message),
                     Ok(Event::Message { port: 0, tag, payload: &[] })
                 );
                 self.message = self.message.min(tag);
@@ -306,11 +310,11 @@ impl Loop {
             Turn::Drain => self.drain(),
             Turn::Grant(_) | Turn::Message(_) => {}
         }
-        self.federate.next_event(Instant(0), self.next());
+        self.federate.next_event(Instant::from_nanos(0), self.next());
     }
 
     fn handle(&mut self, message: Message<'_>) {
-        self.federate.handle_message(Instant(0), message).unwrap();
+        self.federate.handle_message(Instant::from_nanos(0), message).unwrap();
     }
 
     fn next(&self) -> Tag {
@@ -386,8 +390,8 @@ proptest! {
     #[test]
     fn every_rejection_is_final(code: u8) {
         let mut federate = Federate::new(config(false, true, None, true)).unwrap();
-        federate.handle_connected(Instant(0), [0; 8]);
-        let rejected = federate.handle_message(Instant(0), Message::Reject(RejectCode::from_byte(code)));
+        federate.handle_connected(Instant::from_nanos(0), [0; 8]);
+        let rejected = federate.handle_message(Instant::from_nanos(0), Message::Reject(RejectCode::from_byte(code)));
         prop_assert!(rejected.is_err());
         prop_assert_eq!((federate.phase(), federate.poll_transmit(usize::MAX)), (Phase::Failed, None));
     }

@@ -61,7 +61,7 @@ fn run(graph: &Graph, manner: Manner) -> Vec<Trace> {
         let index = random.index(count);
         let participant = &mut participants[index];
         let connection = participant.connection;
-        world.now = world.now + Interval(1);
+        world.now = world.now + Interval::from_nanos(1);
         let now = world.now;
         match random.below(3) {
             _ if participant.closed => {}

@@ -25,9 +25,9 @@ fn waiting(config: Config<'static>) -> (World, [ConnectionId; 2]) {
 fn assert_given_up(world: &mut World, left: ConnectionId, first: u16, missing: u16) {
     let limit = Deadline::At(world.now + START_BARRIER_TIME_OUT);
     assert_eq!(world.rti.poll_timeout(), limit);
-    wait(world, Interval(START_BARRIER_TIME_OUT.0 - 1));
+    wait(world, Interval::from_nanos(START_BARRIER_TIME_OUT.as_nanos() - 1));
     assert_eq!(world.rti.status(), Status::Running);
-    wait(world, Interval(1));
+    wait(world, Interval::from_nanos(1));
     assert_eq!(world.rti.status(), Status::Finished(Outcome::NotStarted { first: first.into(), missing }));
     let words = format!("federate {first} is missing: the federation ends without having started");
     assert!(world.outlet.notices.contains(&words), "{:?}", world.outlet.notices);
@@ -75,7 +75,7 @@ fn whoever_comes_back_lifts_the_limit() {
     wait(&mut world, Interval::from_secs(30));
     // A later loss does not prolong the time.
     world.close(second);
-    let since_first = Deadline::At(Instant(1_000) + START_BARRIER_TIME_OUT);
+    let since_first = Deadline::At(Instant::from_nanos(1_000) + START_BARRIER_TIME_OUT);
     assert_eq!(world.rti.poll_timeout(), since_first);
     let first = hello(&mut world, 0, &[]);
     assert_eq!(world.rti.poll_timeout(), since_first);

@@ -61,7 +61,7 @@ fn whoever_is_lost_before_the_start_can_come_again() {
     assert_eq!(read(&mut world, second), [""; 0], "the clock of the lost federate does not count");
     let again = hello(&mut world, 0, &[]);
     world.message(again, &Message::Timestamp(7));
-    assert_eq!(world.rti.start_time(), Some(Instant(START + 7)));
+    assert_eq!(world.rti.start_time(), Some(Instant::from_nanos(START + 7)));
     assert_eq!(read(&mut world, second), ["TIMESTAMP"]);
 }
 

@@ -44,11 +44,11 @@ fn a_turn_begins_when_no_handshake_has_been_heard_for_a_millisecond() {
     let mut world = world(3);
     assert_eq!(world.rti.poll_exchange_timeout(), Deadline::Never);
     let first = come(&mut world, 0, UDP_PORT_CLOCK_SYNC_INITIAL);
-    assert_eq!(pass(&mut world, Interval(999_999)), None);
+    assert_eq!(pass(&mut world, Interval::from_nanos(999_999)), None);
     // Somebody comes who takes no part, but may hold others up all the same.
     come(&mut world, 1, UDP_PORT_CLOCK_SYNC_OFF);
-    assert_eq!(pass(&mut world, Interval(1)), None);
-    assert_eq!(world.rti.poll_exchange_timeout(), Deadline::At(world.now + Interval(999_999)));
+    assert_eq!(pass(&mut world, Interval::from_nanos(1)), None);
+    assert_eq!(world.rti.poll_exchange_timeout(), Deadline::At(world.now + Interval::from_nanos(999_999)));
     assert_eq!(pass(&mut world, MS(1)), Some(first));
     assert_eq!((world.rti.exchanging(), pass(&mut world, MS(100))), (Some(first), None));
 }
@@ -60,7 +60,7 @@ fn handshakes_without_end_do_not_put_off_a_turn() {
     let begun = (0..100).find_map(|_| {
         let other = come(&mut world, 1, UDP_PORT_CLOCK_SYNC_INITIAL);
         world.close(other);
-        pass(&mut world, Interval(900_000))
+        pass(&mut world, Interval::from_nanos(900_000))
     });
     assert_eq!(begun, Some(first));
 }
@@ -75,8 +75,8 @@ fn one_has_all_its_exchanges_before_another_begins() {
         answer(&mut world, connection, id);
         assert_eq!(read(&mut world, connection), ["T4"]);
         // T1 tells the time at which it is sent, not that of the answer before it.
-        let later = world.now + Interval(70_000);
-        assert_eq!(pass(&mut world, Interval(70_000)), Some(connection));
+        let later = world.now + Interval::from_nanos(70_000);
+        assert_eq!(pass(&mut world, Interval::from_nanos(70_000)), Some(connection));
         let told = world.take(connection, usize::MAX);
         assert_eq!(told[1..], later.as_nanos().to_le_bytes());
         answer(&mut world, connection, id);
@@ -91,13 +91,13 @@ fn who_is_silent_or_gone_keeps_its_turn_for_a_moment_only() {
     let mut world = world(3);
     let connections = [0, 1, 2].map(|id| come(&mut world, id, UDP_PORT_CLOCK_SYNC_INITIAL));
     assert_eq!(pass(&mut world, MS(1)), Some(connections[0]));
-    assert_eq!(pass(&mut world, Interval(9_999_999)), None);
-    assert_eq!(pass(&mut world, Interval(1)), Some(connections[1]));
+    assert_eq!(pass(&mut world, Interval::from_nanos(9_999_999)), None);
+    assert_eq!(pass(&mut world, Interval::from_nanos(1)), Some(connections[1]));
     world.close(connections[1]);
-    assert_eq!(pass(&mut world, Interval(0)), Some(connections[2]));
+    assert_eq!(pass(&mut world, Interval::from_nanos(0)), Some(connections[2]));
     // Its exchanges go on beside those of the other.
     answer(&mut world, connections[0], 0);
-    assert_eq!(pass(&mut world, Interval(0)), Some(connections[0]));
+    assert_eq!(pass(&mut world, Interval::from_nanos(0)), Some(connections[0]));
     assert_eq!(world.rti.exchanging(), Some(connections[2]));
     assert_eq!(read(&mut world, connections[0]), ["T1", "T4", "T1"]);
 }
@@ -111,7 +111,7 @@ fn who_waits_for_its_turn_is_not_given_up() {
     let waiting = come(&mut world, 1, UDP_PORT_CLOCK_SYNC_INITIAL);
     wait(&mut world, Interval::from_secs(10));
     assert!(!world.outlet.list[silent.0].open && world.outlet.list[waiting.0].open);
-    assert_eq!(pass(&mut world, Interval(0)), Some(waiting));
+    assert_eq!(pass(&mut world, Interval::from_nanos(0)), Some(waiting));
     wait(&mut world, Interval::from_secs(10));
     assert!(!world.outlet.list[waiting.0].open);
 }

@@ -253,7 +253,7 @@ proptest! {
                     bytes[0] = [bytes[0], 1, 2, 5, 6, 9, 10, 11, 13, 23, 24, 4][usize::from(bytes[0]) % 12];
                     world.send(connection, &bytes);
                 }
-                _ => world.now = Instant(world.now.as_nanos() + 3_000_000_000),
+                _ => world.now = Instant::from_nanos(world.now.as_nanos() + 3_000_000_000),
             }
             let now = world.now;
             if world.rti.poll_timeout().is_due(now) {

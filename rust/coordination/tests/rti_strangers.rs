@@ -45,7 +45,7 @@ fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     let squatter = hello(&mut world, 0, &[]);
     let federate = hello(&mut world, 1, &[]);
     world.message(federate, &Message::Timestamp(0));
-    wait(&mut world, Interval(CLOCK_TIME_OUT.0 - 1));
+    wait(&mut world, Interval::from_nanos(CLOCK_TIME_OUT.as_nanos() - 1));
     // It is looking for another federate.
     world.message(squatter, &Message::AddressQuery { federate: 1 });
     assert_eq!(read(&mut world, squatter), ["ADDRESS_QUERY_REPLY"]);

@@ -60,7 +60,7 @@ fn script(said: &[(usize, u8, i64)]) -> Vec<(usize, Vec<u8>)> {
 
 /// All that the RTI says to all of it, and what it knows in the end.
 fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<String>, Memory, Suspended) {
-    let (mut memory, mut outlet, now) = (memory(), wires(), Instant(0));
+    let (mut memory, mut outlet, now) = (memory(), wires(), Instant::from_nanos(0));
     let mut borrowed = memory.clone();
     let mut rti = Rti::new(config(), borrowed.storage()).expect("the storage fits");
     for index in 0..FEDERATES {

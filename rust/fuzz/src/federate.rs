@@ -31,7 +31,7 @@ pub fn federate_raw(data: &[u8]) {
     let [choice, rest @ ..] = data else { return };
     let mut watched = Watched::new(*choice);
     if choice & 64 == 0 {
-        watched.federate.handle_connected(Instant(0), [7; 8]);
+        watched.federate.handle_connected(Instant::from_nanos(0), [7; 8]);
     } else {
         watched.begin_to_run();
     }
@@ -63,7 +63,7 @@ pub fn federate_structured(data: &[u8]) {
     }
     while !input.is_empty() {
         let (Ok(pause), Ok(deed)) = (u8::arbitrary(&mut input), Deed::any(&mut input, START)) else { return };
-        watched.now = watched.now + Interval((pause % 9).into());
+        watched.now = watched.now + Interval::from_nanos((pause % 9).into());
         watched.step(|federate, now| deed.act(federate, now));
         if let Deed::Transmit(room) = deed {
             watched.transmit(room);
@@ -76,17 +76,17 @@ impl Watched {
         let mut config = Config::new(FederateId(1), b"federation");
         config.upstream = if choice & 1 != 0 { &[(0, DELAY_NONE), (2, 5)] } else { &[] };
         config.downstream = if choice & 2 != 0 { &[2] } else { &[] };
-        config.physical_delay = (choice & 4 != 0).then_some(Interval(3));
-        config.advance_interval = Interval(5);
+        config.physical_delay = (choice & 4 != 0).then_some(Interval::from_nanos(3));
+        config.advance_interval = Interval::from_nanos(5);
         config.clock_sync = if choice & 8 != 0 { ClockSync::Init { trials: 2 } } else { ClockSync::Off };
         config.authentication = (choice & 16 != 0).then_some(answer_rti);
         let federate = Federate::new(config).expect("the configuration is one that works");
-        Self { federate, now: Instant(START), completed: None, resigned: false }
+        Self { federate, now: Instant::from_nanos(START), completed: None, resigned: false }
     }
 
     /// Goes the way to the start, as far as it can be gone without a secret.
     fn begin_to_run(&mut self) {
-        self.federate.handle_connected(Instant(0), [7; 8]);
+        self.federate.handle_connected(Instant::from_nanos(0), [7; 8]);
         self.transmit(usize::MAX);
         for message in [Message::Ack, Message::T1(0), Message::T4(0), Message::T1(0), Message::T4(0)] {
             if matches!(message, Message::T1(_) | Message::T4(_)) && self.federate.phase() != Phase::Synchronizing {

@@ -68,9 +68,11 @@ pub(crate) fn delay(input: &mut Unstructured<'_>) -> Result<i64> {
 pub(crate) fn tag(input: &mut Unstructured<'_>, start: i64) -> Result<Tag> {
     let near = u8::arbitrary(input)?;
     Ok(match near {
-        0..240 => Tag::new(Instant(start.saturating_add(i64::from(near / 4) - 2)), Microstep(u32::from(near % 4))),
+        0..240 => {
+            Tag::new(Instant::from_nanos(start.saturating_add(i64::from(near / 4) - 2)), Microstep(u32::from(near % 4)))
+        }
         240..246 => Tag::FOREVER,
         246..250 => Tag::NEVER,
-        _ => Tag::new(Instant(i64::arbitrary(input)?), Microstep(u32::arbitrary(input)?)),
+        _ => Tag::new(Instant::from_nanos(i64::arbitrary(input)?), Microstep(u32::arbitrary(input)?)),
     })
 }

@@ -41,7 +41,7 @@ pub(crate) fn with_world(federates: usize, config: Config<'_>, act: impl FnOnce(
         rti,
         oracle,
         limits,
-        now: Instant(0),
+        now: Instant::from_nanos(0),
         waits: [None; CONNECTIONS],
         reads_on: [false; CONNECTIONS],
     });
@@ -54,7 +54,7 @@ pub(crate) fn config(choice: u8) -> Config<'static> {
         dnet: choice & 2 == 0,
         authentication: (choice & 4 != 0).then_some(AUTHENTICATOR),
         window: if choice & 8 == 0 { 1 } else { 16 },
-        start_time_multiple: (choice & 16 != 0).then_some(Interval(7)),
+        start_time_multiple: (choice & 16 != 0).then_some(Interval::from_nanos(7)),
         ..Config::new(FEDERATION_ID_DEFAULT, PAYLOAD_BYTES_MAX)
     }
 }
@@ -129,7 +129,7 @@ impl World<'_> {
 
     /// Time passes.
     pub(crate) fn pass(&mut self, ns: i64) {
-        self.now = self.now + Interval(ns);
+        self.now = self.now + Interval::from_nanos(ns);
         if self.rti.poll_timeout().is_due(self.now) {
             self.rti.handle_timeout(self.now, &mut self.oracle);
             assert!(!self.rti.poll_timeout().is_due(self.now), "a time-out that was handled is over");

@@ -97,8 +97,8 @@ fn arrival(tag: Tag, delay: i64) -> Tag {
     match delay {
         DELAY_NONE => tag,
         0 => tag.next_microstep(),
-        _ if tag.time + Interval(delay) == Instant::FOREVER => Tag::FOREVER,
-        _ => Tag::at(tag.time + Interval(delay)),
+        _ if tag.time + Interval::from_nanos(delay) == Instant::FOREVER => Tag::FOREVER,
+        _ => Tag::at(tag.time + Interval::from_nanos(delay)),
     }
 }
 
@@ -135,7 +135,7 @@ impl Outlet for Oracle {
                 assert_eq!(Some(federate), peer.federate, "a message goes to its destination");
                 let tag = from_wire(tag);
                 // Nobody has an event before the start, so that is not told from no event at all.
-                let counts = self.start.is_some_and(|start| tag.time >= Instant(start));
+                let counts = self.start.is_some_and(|start| tag.time >= Instant::from_nanos(start));
                 if counts && Some(tag) > peer.completed {
                     peer.unconsumed.insert(tag);
                 }

@@ -46,9 +46,9 @@ impl Observations {
 }
 
 fn line(observation: Observation, now: Instant) -> String {
-    let (at, tag) = (now.0, |tag: Tag| format!("{} {}", tag.time.0, tag.microstep.0));
+    let (at, tag) = (now.as_nanos(), |tag: Tag| format!("{} {}", tag.time.as_nanos(), tag.microstep.0));
     match observation {
-        Observation::Begins { tag: begun, due } => format!("begins {} {} {at}", tag(begun), due.0),
+        Observation::Begins { tag: begun, due } => format!("begins {} {} {at}", tag(begun), due.as_nanos()),
         Observation::Sends { federate, port, tag: sent } => format!("sends {federate} {port} {} {at}", tag(sent)),
         Observation::Receives { port, tag: received } => format!("receives {port} {} {at}", tag(received)),
     }
@@ -62,9 +62,9 @@ mod tests {
 
     #[test]
     fn each_observation_is_a_line_of_words() {
-        let tag = Tag { time: Instant(100), microstep: Microstep(2) };
-        let said = |observation| line(observation, Instant(130));
-        assert_eq!(said(Observation::Begins { tag, due: Instant(120) }), "begins 100 2 120 130");
+        let tag = Tag { time: Instant::from_nanos(100), microstep: Microstep(2) };
+        let said = |observation| line(observation, Instant::from_nanos(130));
+        assert_eq!(said(Observation::Begins { tag, due: Instant::from_nanos(120) }), "begins 100 2 120 130");
         assert_eq!(said(Observation::Sends { federate: 1, port: 3, tag }), "sends 1 3 100 2 130");
         assert_eq!(said(Observation::Receives { port: 3, tag }), "receives 3 100 2 130");
     }

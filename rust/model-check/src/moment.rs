@@ -4,7 +4,7 @@
 use lf_model::time::{Instant, Microstep, Tag};
 
 /// When every federation starts: the federates' clocks show 0 before.
-pub(crate) const START: Instant = Instant(1_000_000_000);
+pub(crate) const START: Instant = Instant::from_nanos(1_000_000_000);
 
 /// Microsteps that each time can have.
 const MICROSTEPS: u8 = 4;
@@ -34,7 +34,7 @@ impl Moment {
 
     /// This tag as the RTI knows it: a tick is a nanosecond, so that no tag is between two times.
     pub fn tag(self) -> Tag {
-        Tag::new(Instant(START.as_nanos() + i64::from(self.time())), Microstep(self.microstep().into()))
+        Tag::new(Instant::from_nanos(START.as_nanos() + i64::from(self.time())), Microstep(self.microstep().into()))
     }
 
     const fn bit(self) -> u16 {

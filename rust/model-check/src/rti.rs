@@ -20,7 +20,7 @@ use crate::words::{Broken, Down, Up};
 const FEDERATION_ID: &[u8] = b"model";
 /// Messages carry nothing: the RTI does not look at what they carry.
 const PAYLOAD_BYTES_MAX: usize = 0;
-const NOW: Instant = Instant(0);
+const NOW: Instant = Instant::from_nanos(0);
 /// The same in every run, so that every run is the same.
 const HASHES: RandomState = RandomState::with_seeds(1, 2, 3, 4);
 

@@ -108,10 +108,11 @@ impl<T> LogicalAction<T> {
             return Place::At(intended);
         };
         // With a spacing of zero, two events at one instant are still one too many, but microsteps part them.
-        let earliest_after = |tag: Tag| if spacing.0 == 0 { tag.next_microstep() } else { Tag::at(tag.time + spacing) };
+        let earliest_after =
+            |tag: Tag| if spacing.as_nanos() == 0 { tag.next_microstep() } else { Tag::at(tag.time + spacing) };
         let early = |tag: Tag| {
             let earliest = tag.time + spacing;
-            earliest > intended.time || (spacing.0 == 0 && earliest == intended.time)
+            earliest > intended.time || (spacing.as_nanos() == 0 && earliest == intended.time)
         };
         if !early(last) {
             return Place::At(intended);

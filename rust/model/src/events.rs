@@ -84,7 +84,7 @@ mod tests {
             events.reset();
             let mut all = vec![None; triggers];
             for (trigger, time) in changes.into_iter().filter(|(trigger, _)| *trigger < triggers) {
-                let tag = time.map(|time| Tag::at(Instant(time)));
+                let tag = time.map(|time| Tag::at(Instant::from_nanos(time)));
                 all[trigger] = tag;
                 events.set(TriggerId(u16::try_from(trigger).unwrap()), tag);
                 let earliest = all.iter().flatten().min().copied();

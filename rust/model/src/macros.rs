@@ -83,6 +83,6 @@ pub mod __private {
 
     /// `amount` units of `unit_ns` nanoseconds.
     pub const fn duration(amount: i64, unit_ns: i64) -> Duration {
-        crate::Interval(amount.saturating_mul(unit_ns)).to_duration()
+        crate::Interval::from_nanos(amount.saturating_mul(unit_ns)).to_duration()
     }
 }

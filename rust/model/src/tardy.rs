@@ -158,7 +158,7 @@ mod tests {
     use crate::time::{Instant, Microstep};
 
     fn tag(time: i64, microstep: u32) -> Tag {
-        Tag::new(Instant(time), Microstep(microstep))
+        Tag::new(Instant::from_nanos(time), Microstep(microstep))
     }
 
     fn bytes(value: u32) -> [u8; 4] {

@@ -12,15 +12,76 @@ use lf_texts::say;
 
 const NS_PER_SEC: i64 = 1_000_000_000;
 
+/// A number of nanoseconds as it lies in memory.
+///
+/// Where registers have 32 bits it is two halves, aligned as these. A tag is three words then, and the compiler hands
+/// on where it lies. With a number of 64 bits in it, it would hand on the words, and an RTI's flash was 3 % larger.
+#[cfg(target_pointer_width = "32")]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+struct Nanos {
+    low: u32,
+    high: u32,
+}
+
+#[cfg(target_pointer_width = "32")]
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the halves are cut off")]
+impl Nanos {
+    const fn new(number: i64) -> Self {
+        Self { low: number as u32, high: (number >> 32) as u32 }
+    }
+
+    const fn get(self) -> i64 {
+        ((self.high as u64) << 32 | self.low as u64).cast_signed()
+    }
+}
+
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(size_of::<Tag>() == 12, "a tag is three words");
+
+/// A number of nanoseconds as it lies in memory.
+#[cfg(not(target_pointer_width = "32"))]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+struct Nanos(i64);
+
+#[cfg(not(target_pointer_width = "32"))]
+impl Nanos {
+    const fn new(number: i64) -> Self {
+        Self(number)
+    }
+
+    const fn get(self) -> i64 {
+        self.0
+    }
+}
+
+impl fmt::Debug for Nanos {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.get().fmt(f)
+    }
+}
+
+impl Ord for Nanos {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.get().cmp(&other.get())
+    }
+}
+
+impl PartialOrd for Nanos {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 /// A length of time in nanoseconds. Arithmetic on it saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Interval(pub i64);
+#[cfg_attr(target_pointer_width = "32", repr(Rust, packed(4)))]
+pub struct Interval(i64);
 
 impl Interval {
     /// No time at all.
-    pub const ZERO: Self = Self(0);
+    pub const ZERO: Self = Self::from_nanos(0);
     /// Longer than any other interval.
-    pub const FOREVER: Self = Self(i64::MAX);
+    pub const FOREVER: Self = Self::from_nanos(i64::MAX);
 
     /// An interval of `n` nanoseconds.
     pub const fn from_nanos(n: i64) -> Self {
@@ -29,17 +90,17 @@ impl Interval {
 
     /// An interval of `n` microseconds.
     pub const fn from_micros(n: i64) -> Self {
-        Self(n.saturating_mul(1_000))
+        Self::from_nanos(n.saturating_mul(1_000))
     }
 
     /// An interval of `n` milliseconds.
     pub const fn from_millis(n: i64) -> Self {
-        Self(n.saturating_mul(1_000_000))
+        Self::from_nanos(n.saturating_mul(1_000_000))
     }
 
     /// An interval of `n` seconds.
     pub const fn from_secs(n: i64) -> Self {
-        Self(n.saturating_mul(NS_PER_SEC))
+        Self::from_nanos(n.saturating_mul(NS_PER_SEC))
     }
 
     /// The same length as a [`Duration`], cut at 292 years.
@@ -50,12 +111,13 @@ impl Interval {
         }
         // Both casts are exact: the seconds were just compared, and the rest is below one second.
         #[allow(clippy::cast_possible_wrap)]
-        Self(secs as i64 * NS_PER_SEC + duration.subsec_nanos() as i64)
+        Self::from_nanos(secs as i64 * NS_PER_SEC + duration.subsec_nanos() as i64)
     }
 
     /// The same length as a [`Duration`]; a negative interval becomes zero.
     pub const fn to_duration(self) -> Duration {
-        Duration::from_nanos(if self.0 < 0 { 0 } else { self.0.unsigned_abs() })
+        let nanos = self.as_nanos();
+        Duration::from_nanos(if nanos < 0 { 0 } else { nanos.unsigned_abs() })
     }
 
     /// The length in nanoseconds.
@@ -66,7 +128,7 @@ impl Interval {
     /// The sum, held within what an interval can say.
     #[must_use]
     pub const fn saturating_add(self, other: Self) -> Self {
-        Self(self.0.saturating_add(other.0))
+        Self::from_nanos(self.as_nanos().saturating_add(other.as_nanos()))
     }
 }
 
@@ -78,22 +140,22 @@ impl From<Duration> for Interval {
 
 /// A point in time, in nanoseconds since the epoch of the federation's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Instant(pub i64);
+pub struct Instant(Nanos);
 
 impl Instant {
     /// Earlier than any other instant.
-    pub const NEVER: Self = Self(i64::MIN);
+    pub const NEVER: Self = Self::from_nanos(i64::MIN);
     /// Later than any other instant.
-    pub const FOREVER: Self = Self(i64::MAX);
+    pub const FOREVER: Self = Self::from_nanos(i64::MAX);
 
     /// The instant `ns` nanoseconds after the epoch.
     pub const fn from_nanos(ns: i64) -> Self {
-        Self(ns)
+        Self(Nanos::new(ns))
     }
 
     /// Nanoseconds since the epoch.
     pub const fn as_nanos(self) -> i64 {
-        self.0
+        self.0.get()
     }
 
     /// This instant and `interval` later, held within what an instant can say. NEVER and FOREVER stay what they are.
@@ -102,14 +164,14 @@ impl Instant {
     pub const fn saturating_add(self, interval: Interval) -> Self {
         match self {
             Self::NEVER | Self::FOREVER => self,
-            Self(ns) => Self(ns.saturating_add(interval.0)),
+            _ => Self::from_nanos(self.as_nanos().saturating_add(interval.as_nanos())),
         }
     }
 
     /// The interval from `earlier` to this instant; negative when `earlier` is later.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn since(self, earlier: Self) -> Interval {
-        Interval(self.0.saturating_sub(earlier.0))
+        Interval::from_nanos(self.as_nanos().saturating_sub(earlier.as_nanos()))
     }
 
     /// The time from `earlier` to this instant; zero when `earlier` is later.
@@ -151,7 +213,7 @@ impl Sub<Interval> for Instant {
     fn sub(self, interval: Interval) -> Self {
         match self {
             Self::NEVER | Self::FOREVER => self,
-            Self(ns) => Self(ns.saturating_sub(interval.0)),
+            _ => Self::from_nanos(self.as_nanos().saturating_sub(interval.as_nanos())),
         }
     }
 }
@@ -213,7 +275,7 @@ impl Tag {
         match (self.microstep.0.checked_add(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
             (None, Instant::FOREVER) => Self::FOREVER,
-            (None, Instant(ns)) => Self::at(Instant(ns + 1)),
+            (None, time) => Self::at(Instant::from_nanos(time.as_nanos() + 1)),
         }
     }
 
@@ -238,7 +300,7 @@ impl Tag {
         match (self.microstep.0.checked_sub(1), self.time) {
             (Some(microstep), time) => Self { time, microstep: Microstep(microstep) },
             (None, Instant::NEVER) => self,
-            (None, Instant(ns)) => Self { time: Instant(ns - 1), microstep: Microstep::MAX },
+            (None, time) => Self { time: Instant::from_nanos(time.as_nanos() - 1), microstep: Microstep::MAX },
         }
     }
 
@@ -247,7 +309,7 @@ impl Tag {
     #[must_use]
     #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn after(self, interval: Interval) -> Self {
-        match (self.time, interval.0) {
+        match (self.time, interval.as_nanos()) {
             (Instant::NEVER | Instant::FOREVER, _) => self,
             (_, i64::MIN..=0) => self.next_microstep(),
             (time, _) => Self::at(time.saturating_add(interval)),
@@ -283,7 +345,7 @@ impl fmt::Display for Tag {
         match *self {
             Self::NEVER => say!(f, "NEVER"),
             Self::FOREVER => say!(f, "FOREVER"),
-            Self { time, microstep } => say!(f, "({} ns, {microstep})", time.0),
+            Self { time, microstep } => say!(f, "({} ns, {microstep})", time.as_nanos()),
         }
     }
 }

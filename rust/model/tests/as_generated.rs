@@ -381,7 +381,7 @@ fn the_program_runs_through_its_tags() {
     let mut engine = lf::Engine::new(&generated::TABLES, &mut storage, settings);
 
     // The start time is agreed on with the other federates; messages may come from then on.
-    let start = lf::Instant(1_000 * MS);
+    let start = lf::Instant::from_nanos(1_000 * MS);
     clock.set(start);
     engine.start(start);
     let at = |ms: i64| lf::Tag::at(start + lf::Interval::from_millis(ms));

@@ -76,10 +76,10 @@ proptest! {
             })+};
         }
         check!(u8_, i8_, u16_, i16_, u32_, i32_, u64_, i64_, flag, array, [array, array], ());
-        check!(Interval(ns), Instant(i64_), Interval(ns).to_duration());
+        check!(Interval::from_nanos(ns), Instant::from_nanos(i64_), Interval::from_nanos(ns).to_duration());
         prop_assert_eq!(u32_.to_le_bytes().to_vec(), round_trip(&u32_));
         let sample = Sample { unit: u8_, volts: 0.5, phase: u16_, history: [i32_, 1, -1], closed: flag };
-        check!(sample, Report { first: flag, sample, at: Interval(ns).to_duration() }, Nothing {});
+        check!(sample, Report { first: flag, sample, at: Interval::from_nanos(ns).to_duration() }, Nothing {});
         // Floats by their bits, because NaN is not equal to itself.
         let mut bytes = [0; 8];
         floats.0.encode(&mut bytes).unwrap();

@@ -175,7 +175,7 @@ fn with_deadline(deadline_ms: i64, lag_ns: i64) -> Vec<(String, i64, u32)> {
         .build();
     bench.steps(1);
     bench.engine.begin(&mut bench.program, at(10, 0)).unwrap();
-    bench.clock.set(at(10, 0).time + Interval(lag_ns));
+    bench.clock.set(at(10, 0).time + Interval::from_nanos(lag_ns));
     bench.advance();
     bench.log()
 }

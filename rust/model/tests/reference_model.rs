@@ -31,7 +31,7 @@ use reference::{
 const TAGS_MAX: usize = 200;
 
 fn tag_of((time, microstep): TagPair) -> Tag {
-    Tag::new(Instant(START + time), Microstep(microstep))
+    Tag::new(Instant::from_nanos(START + time), Microstep(microstep))
 }
 
 fn pair_of(tag: Tag) -> TagPair {
@@ -51,9 +51,9 @@ impl Run {
         let program = RandomProgram::new(plan.clone());
         let storage: &'static mut Storage<16, 1, 1, 1> = Box::leak(Box::default());
         assert_eq!(program.tables.triggers.len(), 16, "the storage is that of the tables");
-        let settings = Settings { timeout: plan.timeout.map(Interval), ..Settings::DEFAULT };
+        let settings = Settings { timeout: plan.timeout.map(Interval::from_nanos), ..Settings::DEFAULT };
         let mut engine = Engine::new(program.tables, storage, settings);
-        engine.start(Instant(START));
+        engine.start(Instant::from_nanos(START));
         Self { program, engine, host: Host::new(Clock::new_static(START)), failed: false }
     }
 

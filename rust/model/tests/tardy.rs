@@ -161,11 +161,12 @@ fn what_comes_after_the_last_tag_does_not_happen() {
 
 #[test]
 fn a_body_can_change_how_long_tags_wait() {
-    let raise =
-        |_: &mut Cells, ctx: &mut ReactionContext<'_>| ctx.set_max_wait(ctx.max_wait().saturating_add(Interval(5)));
+    let raise = |_: &mut Cells, ctx: &mut ReactionContext<'_>| {
+        ctx.set_max_wait(ctx.max_wait().saturating_add(Interval::from_nanos(5)))
+    };
     let mut bench = program().reaction(0, &[By::Timer(0)], raise).build();
     let before = bench.engine.max_wait(InputId(0));
     bench.steps(2);
-    assert_eq!(bench.engine.max_wait(InputId(0)), before.saturating_add(Interval(10)));
+    assert_eq!(bench.engine.max_wait(InputId(0)), before.saturating_add(Interval::from_nanos(10)));
     assert_eq!(bench.engine.max_wait(InputId(9)), Interval::ZERO, "there is no such input");
 }

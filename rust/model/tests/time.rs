@@ -6,7 +6,7 @@ use lf_model::{Interval, Microstep, Tag};
 use proptest::prelude::*;
 
 fn any_tag() -> impl Strategy<Value = Tag> {
-    (any::<i64>(), any::<u32>()).prop_map(|(time, microstep)| Tag::new(Instant(time), Microstep(microstep)))
+    (any::<i64>(), any::<u32>()).prop_map(|(time, microstep)| Tag::new(Instant::from_nanos(time), Microstep(microstep)))
 }
 
 proptest! {
@@ -20,29 +20,29 @@ proptest! {
 
     #[test]
     fn a_delay_leads_to_a_later_tag_or_for_ever(tag in any_tag(), delay in 0..=i64::MAX) {
-        let later = tag.after(Interval(delay));
+        let later = tag.after(Interval::from_nanos(delay));
         prop_assert!(later > tag || later == Tag::FOREVER);
-        prop_assert_eq!(tag.delayed(Some(Interval(delay))), later);
+        prop_assert_eq!(tag.delayed(Some(Interval::from_nanos(delay))), later);
         prop_assert_eq!(tag.delayed(None), tag);
         if delay > 0 && later != Tag::FOREVER {
-            prop_assert_eq!(later, Tag::at(tag.time + Interval(delay)));
+            prop_assert_eq!(later, Tag::at(tag.time + Interval::from_nanos(delay)));
         }
     }
 
     #[test]
     fn durations_and_intervals_agree_within_292_years(ns in 0..=i64::MAX, secs: u64, nanos in 0..1_000_000_000u32) {
         let last_second = ns / 1_000_000_000 == i64::MAX / 1_000_000_000;
-        let expected = if last_second { Interval::FOREVER } else { Interval(ns) };
-        prop_assert_eq!(Interval::from_duration(Interval(ns).to_duration()), expected);
+        let expected = if last_second { Interval::FOREVER } else { Interval::from_nanos(ns) };
+        prop_assert_eq!(Interval::from_duration(Interval::from_nanos(ns).to_duration()), expected);
         let duration = Duration::new(secs, nanos);
         let exact = i64::try_from(duration.as_nanos()).ok().filter(|_| secs < 9_223_372_036);
-        prop_assert_eq!(Interval::from(duration), exact.map_or(Interval::FOREVER, Interval));
-        prop_assert_eq!(Instant(0) + duration - duration, if exact.is_some() { Instant(0) } else { Instant::FOREVER });
+        prop_assert_eq!(Interval::from(duration), exact.map_or(Interval::FOREVER, Interval::from_nanos));
+        prop_assert_eq!(Instant::from_nanos(0) + duration - duration, if exact.is_some() { Instant::from_nanos(0) } else { Instant::FOREVER });
     }
 
     #[test]
     fn instants_saturate(time: i64, other: i64) {
-        let (time, other) = (Instant(time), Instant(other));
+        let (time, other) = (Instant::from_nanos(time), Instant::from_nanos(other));
         prop_assert_eq!((time - other).is_zero(), time <= other, "{:?}", time - other);
         prop_assert!(time.since(other).as_nanos() > 0 || time <= other);
     }
@@ -57,14 +57,14 @@ fn never_and_forever_stay_what_they_are() {
     }
     assert_eq!(Tag::FOREVER.next_microstep(), Tag::FOREVER);
     assert_eq!(Tag::NEVER.before(), Tag::NEVER);
-    assert_eq!(Tag::at(Instant(5)).after(Interval::FOREVER), Tag::FOREVER);
-    assert_eq!(Instant::FOREVER - Interval(1), Instant::FOREVER);
+    assert_eq!(Tag::at(Instant::from_nanos(5)).after(Interval::FOREVER), Tag::FOREVER);
+    assert_eq!(Instant::FOREVER - Interval::from_nanos(1), Instant::FOREVER);
     assert_eq!(Instant::NEVER + delay!(1 s), Instant::NEVER);
 }
 
 #[test]
 fn the_strict_predecessor_borrows_a_nanosecond() {
-    let tag = |time, microstep| Tag::new(Instant(time), Microstep(microstep));
+    let tag = |time, microstep| Tag::new(Instant::from_nanos(time), Microstep(microstep));
     assert_eq!(tag(5, 0).before(), tag(4, u32::MAX));
     assert_eq!(tag(4, u32::MAX).next_microstep(), tag(5, 0));
 }
@@ -112,7 +112,7 @@ fn tags_compare_and_are_written_as_in_the_rust_target() {
     assert_eq!(tag!(T0 + (40 * n) ms, n + 1), EventTag::new(Duration::from_millis(120), 4));
     assert!(tag!(T0 + 10 ms, 8) < tag!(T0 + 10 ms, 9) && tag!(T0 + 10 ms, 9) < tag!(T0 + 11 ms));
     assert_eq!(tag!(T0 + 40 ms, 2).to_string(), "(T0 + 40000000 ns = 40 ms, 2)");
-    assert_eq!(EventTag::relative(Tag::at(Instant(7)), Instant(5)), tag!(T0 + 2 ns));
-    assert_eq!(Tag::new(Instant(12), Microstep(3)).to_string(), "(12 ns, 3)");
+    assert_eq!(EventTag::relative(Tag::at(Instant::from_nanos(7)), Instant::from_nanos(5)), tag!(T0 + 2 ns));
+    assert_eq!(Tag::new(Instant::from_nanos(12), Microstep(3)).to_string(), "(12 ns, 3)");
     assert_eq!(format!("{} {}", Tag::NEVER, Tag::FOREVER), "NEVER FOREVER");
 }

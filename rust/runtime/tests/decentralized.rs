@@ -49,12 +49,12 @@ fn unfederated(plan: &Plan, last: Interval) -> Vec<Log> {
     let mut values: BTreeMap<Tag, BTreeMap<usize, u32>> = BTreeMap::new();
     for (node, behavior) in plan.nodes.iter().enumerate() {
         if let Some((offset, _)) = behavior.timer {
-            timers.entry(Tag::at(Instant(0) + offset)).or_default().push(node);
+            timers.entry(Tag::at(Instant::from_nanos(0) + offset)).or_default().push(node);
         }
     }
     loop {
         let next = [timers.keys().next(), values.keys().next()].into_iter().flatten().min().copied();
-        let Some(tag) = next.filter(|tag| *tag <= Tag::at(Instant(0) + last)) else { return logs };
+        let Some(tag) = next.filter(|tag| *tag <= Tag::at(Instant::from_nanos(0) + last)) else { return logs };
         let due = timers.remove(&tag).unwrap_or_default();
         let mut present = values.remove(&tag).unwrap_or_default();
         // Edges without delay lead to nodes of higher numbers.
@@ -107,7 +107,7 @@ fn sufficient_waits(count: usize, edges: &[Edge], hop: Interval) -> Vec<Interval
             let lag = waits[usize::from(edge.from)].as_nanos() + hop.as_nanos();
             let needed = lag - edge.delay.map_or(0, Interval::as_nanos);
             let to = &mut waits[usize::from(edge.to)];
-            *to = (*to).max(Interval(needed));
+            *to = (*to).max(Interval::from_nanos(needed));
         }
     }
     waits
@@ -212,14 +212,14 @@ proptest! {
         prop_assert_eq!(report.late_messages[2], late.len() as u64);
         for (input, (period, delay)) in periods.into_iter().zip(delays).enumerate() {
             let own: Vec<_> = log.iter().enumerate().filter(|(_, entry)| entry.2 == input).collect();
-            let tag_of = |number: i64| Tag::at(Instant(MS(number * period).as_nanos())).delayed(delay.map(MS));
+            let tag_of = |number: i64| Tag::at(Instant::from_nanos(MS(number * period).as_nanos())).delayed(delay.map(MS));
             // What would happen after the sender's last tag is not sent.
-            let sent = (0..=60 / period).filter(|number| tag_of(*number) <= Tag::at(Instant(MS(60).as_nanos())));
+            let sent = (0..=60 / period).filter(|number| tag_of(*number) <= Tag::at(Instant::from_nanos(MS(60).as_nanos())));
             prop_assert_eq!(own.len(), sent.count(), "{:?}", log);
             for (number, (at, (time, microstep, _, value))) in (0..).zip(own) {
                 prop_assert_eq!(i64::from(*value), number + 1);
                 let sent = tag_of(number);
-                let happened = Tag::new(Instant(*time), Microstep(*microstep));
+                let happened = Tag::new(Instant::from_nanos(*time), Microstep(*microstep));
                 prop_assert!(happened >= sent);
                 let meant = late.get(&at).map(|(meant, handled)| {
                     assert_eq!(*handled, handles_tardy);

@@ -113,7 +113,7 @@ impl Tester {
     fn send(&mut self, frame: &Frame) {
         if let Some(tag) = frame.tag {
             // The recording says that it is sent at its time.
-            let until = self.start + Interval(tag.time_ns);
+            let until = self.start + Interval::from_nanos(tag.time_ns);
             while self.platform.now() < until {
                 self.platform.wait(Deadline::At(until), &mut |_, _| {});
             }

@@ -70,7 +70,8 @@ fn messages(records: &[Record], peer: u16, sent: bool) -> Messages {
         };
         if word.peer == peer {
             let Word { subject, to, tag, .. } = *word;
-            *all.entry((subject, to, tag.map(|Tag { time, microstep }| (time.0, microstep.0)))).or_default() += 1;
+            *all.entry((subject, to, tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0))))
+                .or_default() += 1;
         }
     }
     all

@@ -135,7 +135,7 @@ impl Bounds {
     fn of(scenario: &Scenario, report: Option<&Report>) -> Option<Self> {
         let hosts = &scenario.conditions.hosts;
         let plan = compile_text(&crate::scenario::source(scenario, false)).ok()?;
-        let (nothing, start) = (Played::new(), Instant(0));
+        let (nothing, start) = (Played::new(), Instant::from_nanos(0));
         let (played, start) = report.map_or((&nothing, Some(start)), |report| (&report.played, report.started()));
         let work = work_alone(scenario, &plan, start?, played)?;
         let lags: Vec<_> = work.iter().zip(&hosts[1..]).map(|(work, host)| behind(work, host)).collect();

@@ -21,7 +21,7 @@ fn notes() -> String {
 }
 
 const MS: i64 = 1_000_000;
-const START: lf::Instant = lf::Instant(1_000 * MS);
+const START: lf::Instant = lf::Instant::from_nanos(1_000 * MS);
 
 fn at(ms: i64) -> lf::Tag {
     lf::Tag::at(START + lf::Interval::from_millis(ms))

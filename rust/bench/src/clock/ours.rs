@@ -29,16 +29,16 @@ impl Ours {
 
 impl Algorithm for Ours {
     fn begins(&mut self, now: i64) -> bool {
-        self.poll.begin(Instant(now))
+        self.poll.begin(Instant::from_nanos(now))
     }
 
     fn answered(&mut self, now: i64) {
-        self.poll.answer(Instant(now));
+        self.poll.answer(Instant::from_nanos(now));
     }
 
     fn initial(&mut self, exchanges: &[[i64; 5]]) {
         let mut estimator = Estimator::new();
-        for [t1, t2, t3, t4, _] in exchanges.iter().map(|times| times.map(Instant)) {
+        for [t1, t2, t3, t4, _] in exchanges.iter().map(|times| times.map(Instant::from_nanos)) {
             estimator.record(Exchange { t1, t2, t3, t4 });
         }
         if let Some(estimate) = estimator.estimate() {
@@ -49,15 +49,20 @@ impl Algorithm for Ours {
     fn round(&mut self, times: &RoundTimes) {
         let RoundTimes { t1, t2, t3, t4, r4, t5, r5 } = *times;
         let Some(r4) = r4 else { return };
-        let exchange = Exchange { t1: Instant(t1), t2: Instant(t2), t3: Instant(t3), t4: Instant(t4) };
-        let gap = r5.map(|r5| Interval(((r5 - r4) - (t5 - t4)).abs()));
+        let exchange = Exchange {
+            t1: Instant::from_nanos(t1),
+            t2: Instant::from_nanos(t2),
+            t3: Instant::from_nanos(t3),
+            t4: Instant::from_nanos(t4),
+        };
+        let gap = r5.map(|r5| Interval::from_nanos(((r5 - r4) - (t5 - t4)).abs()));
         self.tracker.record(Round { exchange, gap });
         if let Some(line) = self.tracker.line() {
-            self.clock.steer(Instant(r5.map_or(r4, |r5| r5.max(r4))), &line, ATTENUATION);
+            self.clock.steer(Instant::from_nanos(r5.map_or(r4, |r5| r5.max(r4))), &line, ATTENUATION);
         }
     }
 
     fn physical(&self, own: i64) -> i64 {
-        self.clock.physical(Instant(own)).as_nanos()
+        self.clock.physical(Instant::from_nanos(own)).as_nanos()
     }
 }

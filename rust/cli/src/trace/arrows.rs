@@ -57,7 +57,7 @@ pub(crate) fn draw(stories: &mut [Story<'_>]) -> usize {
 /// Which arrow a mark belongs to, and where on its way.
 fn key(story: &Story<'_>, mark: &Mark) -> Option<(Key, usize)> {
     let Mark { sent, word, .. } = mark;
-    let tag = word.tag.map(|Tag { time, microstep }| (time.0, microstep.0));
+    let tag = word.tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0));
     if matches!(word.subject, Subject::Value | Subject::Absent) {
         let stage = match (story.is_rti, sent) {
             (false, true) => 0,

@@ -20,7 +20,7 @@ impl Clock {
         let mut points: Vec<(i64, i64)> = Vec::new();
         for record in records {
             let Event::Clock(time) = record.event else { continue };
-            let (at, offset) = (record.at.0, time.0.saturating_sub(record.at.0));
+            let (at, offset) = (record.at.as_nanos(), time.as_nanos().saturating_sub(record.at.as_nanos()));
             let is_step = |&(last, before): &(i64, i64)| (offset - before).abs() > (at - last).max(1_000_000) / STEP;
             if points.last().is_some_and(is_step) {
                 points.clear();
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_step_counts_from_the_beginning_and_what_follows_in_between() {
-        let record = |at, time| Record { at: Instant(at), event: Event::Clock(Instant(time)) };
+        let record = |at, time| Record { at: Instant::from_nanos(at), event: Event::Clock(Instant::from_nanos(time)) };
         let second = 1_000_000_000;
         let clock = Clock::of(&[record(0, 0), record(100, 5 * second + 100), record(second, 6 * second + 1_000)]);
         assert_eq!(clock.time(0), 5 * second);

@@ -178,7 +178,7 @@ mod tests {
 
     fn blocks() -> Vec<[u8; RECORD_BYTES]> {
         let header = Header { role: Role::Federate(3), sizes: [1, 2, 3] };
-        let record = Record { at: Instant(7), event: Event::WaitEnds };
+        let record = Record { at: Instant::from_nanos(7), event: Event::WaitEnds };
         vec![header.to_bytes(), record.to_bytes()]
     }
 

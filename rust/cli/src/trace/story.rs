@@ -69,7 +69,7 @@ impl<'a> Story<'a> {
     pub(crate) fn of(recorded: &Recorded, name: String, id: Option<u16>, names: Option<&'a Participant>) -> Self {
         let clock = Clock::of(&recorded.records);
         let mut records: Vec<_> =
-            recorded.records.iter().map(|record| (clock.time(record.at.0), record.event)).collect();
+            recorded.records.iter().map(|record| (clock.time(record.at.as_nanos()), record.event)).collect();
         // What workers did is recorded when all have ended.
         records.sort_by_key(|(at, _)| *at);
         let is_rti = recorded.is_rti();
@@ -86,7 +86,7 @@ impl<'a> Story<'a> {
         // A ring keeps the start, whatever it has lost.
         for (_, event) in &records {
             if let Event::Starts(time, fast) = event {
-                (teller.start, teller.fast) = (Some(time.0), *fast);
+                (teller.start, teller.fast) = (Some(time.as_nanos()), *fast);
             }
         }
         for (at, event) in records {
@@ -171,8 +171,8 @@ impl Teller {
         };
         // Before the time of its tag a participant would wait in any case.
         let mut begin = begin;
-        if let Some(tag) = due.filter(|tag| tag.time.0 > begin) {
-            let until = tag.time.0.min(end);
+        if let Some(tag) = due.filter(|tag| tag.time.as_nanos() > begin) {
+            let until = tag.time.as_nanos().min(end);
             self.slices.push(Slice { begin, end: until, what: What::Waits(Waits::Time(tag)), is_open: false });
             begin = until;
         }

@@ -61,7 +61,7 @@ fn of_participant(text: &mut String, story: &Story<'_>, names: &Names) -> fmt::R
                     running.add(slice.length());
                 }
                 if let Some(tag) = tag {
-                    lag.add(slice.begin - tag.time.0);
+                    lag.add(slice.begin - tag.time.as_nanos());
                 }
             }
             What::Tag(_) => {}

@@ -24,7 +24,9 @@ pub(crate) fn tag(tag: Tag, start: Option<i64>) -> String {
     match (tag, start) {
         (Tag::NEVER, _) => "NEVER".to_owned(),
         (Tag::FOREVER, _) => "FOREVER".to_owned(),
-        (Tag { time, microstep }, Some(start)) => format!("({}, {microstep})", exactly(time.0.saturating_sub(start))),
+        (Tag { time, microstep }, Some(start)) => {
+            format!("({}, {microstep})", exactly(time.as_nanos().saturating_sub(start)))
+        }
         (tag, None) => tag.to_string(),
     }
 }

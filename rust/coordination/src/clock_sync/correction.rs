@@ -52,7 +52,7 @@ impl ClockCorrection {
 
     /// Whether `next` follows from this one by a step, and not by a change of rate.
     pub fn is_step(&self, next: &Self) -> bool {
-        self.physical(Instant(next.local)).as_nanos() != next.physical
+        self.physical(Instant::from_nanos(next.local)).as_nanos() != next.physical
     }
 
     /// Physical time at `local` of the own clock.
@@ -62,7 +62,7 @@ impl ClockCorrection {
     pub fn physical(&self, local: Instant) -> Instant {
         let elapsed = local.as_nanos().saturating_sub(self.local);
         if !DATAGRAMS {
-            return Instant(self.physical.saturating_add(elapsed));
+            return Instant::from_nanos(self.physical.saturating_add(elapsed));
         }
         let (ppb, made_up) = if self.is_made_up(elapsed) {
             (self.drift_ppb, if elapsed < 0 { 0 } else { self.error })
@@ -70,7 +70,7 @@ impl ClockCorrection {
             (self.slewing_ppb(), 0)
         };
         let advanced = elapsed.saturating_add(scale(elapsed, ppb)).saturating_add(made_up);
-        Instant(self.physical.saturating_add(advanced))
+        Instant::from_nanos(self.physical.saturating_add(advanced))
     }
 
     /// The earliest reading of the own clock at which physical time has reached `physical`, to wait for.
@@ -90,7 +90,7 @@ impl ClockCorrection {
                 unscale(ahead.saturating_sub(self.error), self.drift_ppb).max(slewing)
             }
         };
-        Instant(self.local.saturating_add(elapsed))
+        Instant::from_nanos(self.local.saturating_add(elapsed))
     }
 
     /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from
@@ -102,7 +102,7 @@ impl ClockCorrection {
         self.set_drift(now, line.drift_ppb);
         let offset = self.physical(now).as_nanos().saturating_sub(now.as_nanos());
         let error = line.offset_at(now).as_nanos().saturating_sub(offset);
-        self.slew(now, Interval(error / i64::from(attenuation.max(1))));
+        self.slew(now, Interval::from_nanos(error / i64::from(attenuation.max(1))));
     }
 
     /// From `now` of the own clock on, makes up for `error`: positive when physical time is behind the RTI's.

@@ -32,14 +32,14 @@ impl Exchange {
     ///
     /// Negative when a clock was set, or the federate was interrupted between writing T3 and reading its clock.
     pub fn round_trip(&self) -> Interval {
-        Interval(self.at_rti().saturating_sub(self.at_federate()))
+        Interval::from_nanos(self.at_rti().saturating_sub(self.at_federate()))
     }
 
     /// How far the federate's clock is behind the RTI's, if there and back took equally long:
     /// ((T4 − T1) − (T3 − T2)) / 2 − (T2 − T1).
     pub fn offset(&self) -> Interval {
         let there = nanos(self.t2).saturating_sub(nanos(self.t1));
-        Interval((self.round_trip().as_nanos() / 2).saturating_sub(there))
+        Interval::from_nanos((self.round_trip().as_nanos() / 2).saturating_sub(there))
     }
 
     /// The measure of disturbance in ns, less is better: (T4 − T1) + (T3 − T2).
@@ -134,7 +134,7 @@ impl Estimator {
         }
         let mean = deviations / i64::from(used.max(1));
         Some(Estimate {
-            offset: Interval(quickest.offset().as_nanos().saturating_add(mean)),
+            offset: Interval::from_nanos(quickest.offset().as_nanos().saturating_add(mean)),
             round_trip: quickest.round_trip(),
             used,
             seen: self.seen,

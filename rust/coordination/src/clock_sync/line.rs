@@ -23,7 +23,7 @@ impl Line {
     /// What is to be added to the own clock at `own`.
     pub fn offset_at(&self, own: Instant) -> Interval {
         let elapsed = own.as_nanos().saturating_sub(self.at.as_nanos());
-        Interval(self.offset.as_nanos().saturating_add(scale(elapsed, self.drift_ppb)))
+        Interval::from_nanos(self.offset.as_nanos().saturating_add(scale(elapsed, self.drift_ppb)))
     }
 }
 

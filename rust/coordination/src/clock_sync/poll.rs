@@ -54,7 +54,7 @@ impl Poll {
         self.stage = Stage::Answered(now);
         let ample = now.since(begun).as_nanos().max(0).saturating_mul(8);
         let less = self.patience.as_nanos() / 8 * 7;
-        self.patience = Interval(ample.max(less)).clamp(PATIENCE_MIN, ROUND_TIME_OUT);
+        self.patience = Interval::from_nanos(ample.max(less)).clamp(PATIENCE_MIN, ROUND_TIME_OUT);
         true
     }
 }

@@ -76,9 +76,9 @@ impl Responder {
             _ => return Heard::default(),
         };
         match message {
-            Message::T1(t1) => self.begin(now, Instant(t1), from),
-            Message::T4(t4) => self.complete(now, Instant(t4), from),
-            Message::CodedProbe(t5) => self.probe(now, Instant(t5), from),
+            Message::T1(t1) => self.begin(now, Instant::from_nanos(t1), from),
+            Message::T4(t4) => self.complete(now, Instant::from_nanos(t4), from),
+            Message::CodedProbe(t5) => self.probe(now, Instant::from_nanos(t5), from),
             _ => Heard::default(),
         }
     }
@@ -129,7 +129,7 @@ impl Responder {
         }
         self.stage = Stage::Idle;
         let apart = now.since(came).as_nanos().saturating_sub(t5.since(exchange.t4).as_nanos());
-        let gap = Some(Interval(apart.saturating_abs()));
+        let gap = Some(Interval::from_nanos(apart.saturating_abs()));
         Heard { round: Some(Round { exchange, gap }), answer: false }
     }
 }

@@ -175,7 +175,7 @@ impl Tracker {
         let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
         let margin = margin.saturating_add(scale(since.saturating_abs(), slack_ppb));
         let on_line = |bound: Bound| {
-            let at = Instant(own.saturating_add(bound.at));
+            let at = Instant::from_nanos(own.saturating_add(bound.at));
             line.offset_at(at).as_nanos().saturating_sub(offset)
         };
         let above = lower.offset.saturating_sub(on_line(lower)) > margin;
@@ -212,10 +212,10 @@ impl Tracker {
         let level = if self.knows_drift { middle_mean(levels) } else { Some(last.offset) };
         let Some(level) = level else { return };
         self.line = Some(Line {
-            at: Instant(own.saturating_add(last.at)),
-            offset: Interval(offset.saturating_add(level)),
+            at: Instant::from_nanos(own.saturating_add(last.at)),
+            offset: Interval::from_nanos(offset.saturating_add(level)),
             drift_ppb,
-            width: Interval(width),
+            width: Interval::from_nanos(width),
         });
     }
 }

@@ -80,7 +80,7 @@ mod tests {
     use super::super::AwaitedInput;
     use super::*;
 
-    const START: Instant = Instant(1_000);
+    const START: Instant = Instant::from_nanos(1_000);
 
     /// An input as a table has it: level, delay, maximum wait, absence after.
     type Row = (u16, Option<i64>, i64, i64);
@@ -95,7 +95,7 @@ mod tests {
     }
 
     fn tag(time: i64, microstep: u32) -> Tag {
-        Tag::new(START + Interval(time), lf_model::time::Microstep(microstep))
+        Tag::new(START + Interval::from_nanos(time), lf_model::time::Microstep(microstep))
     }
 
     #[test]
@@ -103,10 +103,13 @@ mod tests {
         let rows = [(3, None, i64::MAX, 0), (1, Some(10), 5, 0)];
         let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 2]);
         let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
-        awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+        awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
         let (max_wait, patience) = (
-            |port| Interval(rows[usize::from(port)].2),
-            |port| Interval(rows[usize::from(port)].2).saturating_add(Interval(rows[usize::from(port)].3)),
+            |port| Interval::from_nanos(rows[usize::from(port)].2),
+            |port| {
+                Interval::from_nanos(rows[usize::from(port)].2)
+                    .saturating_add(Interval::from_nanos(rows[usize::from(port)].3))
+            },
         );
         assert_eq!(awaited.begin_time(tag(0, 0), max_wait), START);
         assert_eq!(awaited.pause(tag(0, 0), patience), Some(Pause { level: 3, until: Instant::FOREVER }));
@@ -117,8 +120,8 @@ mod tests {
         assert_eq!(awaited.pause(tag(0, 1), patience).map(|pause| pause.level), Some(3));
         assert_eq!(awaited.begin_time(tag(2, 0), max_wait), Instant::FOREVER);
         awaited.learn(0, Tag::FOREVER);
-        assert_eq!(awaited.begin_time(tag(10, 0), max_wait), START + Interval(10));
-        assert_eq!(awaited.begin_time(tag(11, 0), max_wait), START + Interval(16));
+        assert_eq!(awaited.begin_time(tag(10, 0), max_wait), START + Interval::from_nanos(10));
+        assert_eq!(awaited.begin_time(tag(11, 0), max_wait), START + Interval::from_nanos(16));
     }
 
     proptest! {
@@ -133,19 +136,19 @@ mod tests {
         ) {
             let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
             let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
-            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
             for (port, time, microstep) in &words {
                 awaited.learn(*port, tag(*time, *microstep));
             }
             let at = tag(at, step);
-            let begin = awaited.begin_time(at, |port| Interval(rows[usize::from(port)].2));
+            let begin = awaited.begin_time(at, |port| Interval::from_nanos(rows[usize::from(port)].2));
             let mut expected = at.time;
             for (port, row) in (0..).zip(&rows) {
-                let first = tag(0, 0).delayed(row.1.map(Interval));
+                let first = tag(0, 0).delayed(row.1.map(Interval::from_nanos));
                 let told = words.iter().filter(|word| word.0 == port).map(|word| tag(word.1, word.2));
                 let is_known = at <= first || told.max().is_some_and(|told| told.next_microstep() >= at);
                 if !is_known {
-                    expected = expected.max(at.time.saturating_add(Interval(row.2)));
+                    expected = expected.max(at.time.saturating_add(Interval::from_nanos(row.2)));
                 }
             }
             prop_assert_eq!(begin, expected);
@@ -158,10 +161,10 @@ mod tests {
         fn time_lets_a_tag_go_on(rows in rows(), at in 0..60i64) {
             let (inputs, mut known) = (inputs(&rows), [Tag::NEVER; 5]);
             let mut awaited = Awaited::new(&inputs, &mut known).expect("there is memory");
-            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval));
+            awaited.start(tag(0, 0), |port| rows[usize::from(port)].1.map(Interval::from_nanos));
             let patience = |port| {
                 let row = rows[usize::from(port)];
-                Interval(row.2).saturating_add(Interval(row.3))
+                Interval::from_nanos(row.2).saturating_add(Interval::from_nanos(row.3))
             };
             let current = tag(at, 0);
             let mut levels = Vec::new();
@@ -171,7 +174,7 @@ mod tests {
                     prop_assert!(rows.iter().any(|row| row.2 == i64::MAX));
                     return Ok(());
                 }
-                awaited.assume_absent(current, pause.until - Interval(1), patience);
+                awaited.assume_absent(current, pause.until - Interval::from_nanos(1), patience);
                 prop_assert_eq!(awaited.pause(current, patience), Some(pause));
                 awaited.assume_absent(current, pause.until, patience);
             }

@@ -37,9 +37,11 @@ impl PhysicalActions {
     pub(super) fn renewal(&self, clock: &ClockCorrection, now: Instant, time: Instant) -> Instant {
         let renewal = now + self.interval;
         match self.delay {
-            Some(delay) => {
-                renewal.min(clock.local(time + Interval(delay.as_nanos().saturating_neg())).max(now + Interval(1)))
-            }
+            Some(delay) => renewal.min(
+                clock
+                    .local(time + Interval::from_nanos(delay.as_nanos().saturating_neg()))
+                    .max(now + Interval::from_nanos(1)),
+            ),
             None => renewal,
         }
     }

@@ -131,12 +131,12 @@ impl Session {
                 self.accepted(config, clock, now);
                 Ok(Event::Accepted)
             }
-            (Phase::Synchronizing, Message::T1(t1)) if clock.initial.begin(Instant(t1), now) => {
+            (Phase::Synchronizing, Message::T1(t1)) if clock.initial.begin(Instant::from_nanos(t1), now) => {
                 self.outbox.t3 = true;
                 self.expect_clock_sync(config, now);
                 Ok(Event::None)
             }
-            (Phase::Synchronizing, Message::T4(t4)) => match clock.initial.complete(Instant(t4)) {
+            (Phase::Synchronizing, Message::T4(t4)) => match clock.initial.complete(Instant::from_nanos(t4)) {
                 None => Err(FederateError::unexpected(message, self.phase)),
                 Some(seen) => Ok(self.exchanged(config, clock, now, seen)),
             },
@@ -146,7 +146,7 @@ impl Session {
             }),
             (Phase::Starting, Message::Timestamp(start)) if self.outbox.timestamp.is_none() => {
                 self.phase = Phase::Running;
-                Ok(Event::Started(Instant(start)))
+                Ok(Event::Started(Instant::from_nanos(start)))
             }
             _ => Err(FederateError::unexpected(message, self.phase)),
         }

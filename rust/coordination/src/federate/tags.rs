@@ -246,7 +246,7 @@ impl<N: Needs> Tags<N> {
         if earliest >= tag.time {
             return None;
         }
-        let bound = Tag::at(earliest + Interval(-1)).max(self.earliest());
+        let bound = Tag::at(earliest + Interval::from_nanos(-1)).max(self.earliest());
         (bound < tag).then_some(bound)
     }
 

@@ -103,7 +103,7 @@ pub(super) fn start_time(latest_clock: Instant, multiple: Option<Interval>) -> I
     let Some(multiple) = multiple else { return earliest };
     match earliest.as_nanos().checked_rem_euclid(multiple.as_nanos()) {
         None | Some(0) => earliest,
-        Some(past) => earliest + Interval(multiple.as_nanos() - past),
+        Some(past) => earliest + Interval::from_nanos(multiple.as_nanos() - past),
     }
 }
 
@@ -114,10 +114,19 @@ mod tests {
 
     #[test]
     fn the_start_is_a_second_later_and_rounded_up() {
-        assert_eq!(start_time(Instant(5), None), Instant(1_000_000_005));
-        assert_eq!(start_time(Instant(5), Some(Interval(10))), Instant(1_000_000_010));
-        assert_eq!(start_time(Instant(0), Some(Interval(10))), Instant(1_000_000_000));
-        assert_eq!(start_time(Instant(-2_000_000_005), Some(Interval(10))), Instant(-1_000_000_000));
+        assert_eq!(start_time(Instant::from_nanos(5), None), Instant::from_nanos(1_000_000_005));
+        assert_eq!(
+            start_time(Instant::from_nanos(5), Some(Interval::from_nanos(10))),
+            Instant::from_nanos(1_000_000_010)
+        );
+        assert_eq!(
+            start_time(Instant::from_nanos(0), Some(Interval::from_nanos(10))),
+            Instant::from_nanos(1_000_000_000)
+        );
+        assert_eq!(
+            start_time(Instant::from_nanos(-2_000_000_005), Some(Interval::from_nanos(10))),
+            Instant::from_nanos(-1_000_000_000)
+        );
     }
 
     #[test]
@@ -125,24 +134,27 @@ mod tests {
         let there = Slot { membership: Membership::Joined(ConnectionId(0)), ..Slot::EMPTY };
         let mut slots = [there, there, Slot::EMPTY];
         assert_eq!(take_clock(&mut slots, 0, CLOCK_MAX), Err(Violation::Clock(CLOCK_MAX)));
-        assert_eq!([(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant(clock))), [Ok(None); 2]);
-        let again = take_clock(&mut slots, 1, Instant(6));
+        assert_eq!(
+            [(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant::from_nanos(clock))),
+            [Ok(None); 2]
+        );
+        let again = take_clock(&mut slots, 1, Instant::from_nanos(6));
         assert_eq!(again, Err(Violation::Unexpected(MessageType::Timestamp)));
         slots[2] = there;
-        assert_eq!(take_clock(&mut slots, 2, Instant(7)), Ok(Some(Instant(9))));
+        assert_eq!(take_clock(&mut slots, 2, Instant::from_nanos(7)), Ok(Some(Instant::from_nanos(9))));
     }
 
     #[test]
     fn whoever_has_left_has_a_time_to_come_back_from_the_first_loss_on() {
         let (mut barrier, mut slots) = (Barrier::default(), [Slot::EMPTY; 2]);
-        barrier.limit(Some(Instant(1)));
+        barrier.limit(Some(Instant::from_nanos(1)));
         assert_eq!(barrier.deadline(), None);
         for (place, now) in [(0, 2), (1, 3)] {
             barrier.vacate(&mut slots[place]);
-            barrier.limit(Some(Instant(now)));
-            assert_eq!(barrier.deadline(), Some(Instant(2)));
+            barrier.limit(Some(Instant::from_nanos(now)));
+            assert_eq!(barrier.deadline(), Some(Instant::from_nanos(2)));
         }
-        for (place, left) in [(0, Some(Instant(2))), (1, None)] {
+        for (place, left) in [(0, Some(Instant::from_nanos(2))), (1, None)] {
             barrier.occupy(&mut slots, place);
             assert_eq!(barrier.deadline(), left);
         }
@@ -150,6 +162,9 @@ mod tests {
 
     #[test]
     fn a_clock_at_the_end_of_time_is_no_overflow() {
-        assert_eq!(start_time(Instant(i64::MAX - 1), Some(Interval(1000))), Instant(i64::MAX));
+        assert_eq!(
+            start_time(Instant::from_nanos(i64::MAX - 1), Some(Interval::from_nanos(1000))),
+            Instant::from_nanos(i64::MAX)
+        );
     }
 }

@@ -46,7 +46,7 @@ impl Rounds {
     /// The T1 that is to be sent at `now`, when it is time for it. At most one; looks at every federate at most once.
     pub(super) fn poll(&mut self, now: Instant, period: Interval, slots: &mut [Slot]) -> Option<Datagram> {
         let federate = self.next_to_poll(slots);
-        let step = Interval(period.as_nanos() / i64::from(self.count.max(1))).max(Interval(1));
+        let step = Interval::from_nanos(period.as_nanos() / i64::from(self.count.max(1))).max(Interval::from_nanos(1));
         let due = self.next.unwrap_or(now) + step;
         // Rounds that were missed are not made up for: that would only be a burst.
         self.next = Some(if due > now { due } else { now + step });

@@ -68,7 +68,7 @@ impl PathDelay {
         if tag.time == Instant::FOREVER || !self.is_path() {
             return Tag::FOREVER;
         }
-        match tag.time.saturating_add(Interval(self.time)) {
+        match tag.time.saturating_add(Interval::from_nanos(self.time)) {
             Instant::FOREVER => Tag::FOREVER,
             time if self.time > 0 => Tag::new(time, Microstep(self.microsteps)),
             time => Tag::new(time, Microstep(tag.microstep.0.saturating_add(self.microsteps))),
@@ -85,13 +85,13 @@ impl PathDelay {
 
     /// The latest tag of a sender that can matter for what a receiver does at `tag`. NEVER if there is none.
     pub(super) fn before(self, tag: Tag) -> Tag {
-        if tag.time == Instant::NEVER || tag < Tag::new(Instant(self.time), Microstep(self.microsteps)) {
+        if tag.time == Instant::NEVER || tag < Tag::new(Instant::from_nanos(self.time), Microstep(self.microsteps)) {
             return Tag::NEVER;
         }
         if tag.time == Instant::FOREVER {
             return Tag::FOREVER;
         }
-        let time = Instant(tag.time.as_nanos().saturating_sub(self.time));
+        let time = Instant::from_nanos(tag.time.as_nanos().saturating_sub(self.time));
         match tag.microstep.0.checked_sub(self.microsteps) {
             None => Tag::at(time).before(),
             Some(_) if self.time > 0 => Tag::new(time, Microstep(u32::MAX)),
@@ -117,7 +117,7 @@ mod tests {
     use std::vec::Vec;
 
     fn tag_at(time: i64, microstep: u32) -> Tag {
-        Tag::new(Instant(time), Microstep(microstep))
+        Tag::new(Instant::from_nanos(time), Microstep(microstep))
     }
 
     fn delay() -> impl Strategy<Value = PathDelay> {

@@ -14,7 +14,7 @@ use crate::FederateId;
 
 /// The first time that no clock shows: the beginning of the year 2200. What comes after it in what 64 bits can count is
 /// left for the programs to run.
-pub const CLOCK_MAX: Instant = Instant(7_258_118_400_000_000_000);
+pub const CLOCK_MAX: Instant = Instant::from_nanos(7_258_118_400_000_000_000);
 
 /// What is doubtful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

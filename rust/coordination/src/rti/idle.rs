@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn all_are_told_when_nobody_has_had_an_event_for_a_while() {
-        let (now, mut idle) = (Instant(5), Idle::default());
+        let (now, mut idle) = (Instant::from_nanos(5), Idle::default());
         idle.note(Tag::FOREVER, || false);
         assert_eq!(idle.deadline(), Deadline::Never);
         idle.note(Tag::FOREVER, || true);
@@ -77,11 +77,11 @@ mod tests {
 
     #[test]
     fn whoever_has_an_event_meanwhile_ends_it() {
-        let mut idle = Idle::Until(Instant(5));
-        idle.note(Tag::at(Instant(7)), || false);
+        let mut idle = Idle::Until(Instant::from_nanos(5));
+        idle.note(Tag::at(Instant::from_nanos(7)), || false);
         assert_eq!(idle, Idle::No);
-        let mut idle = Idle::Until(Instant(5));
-        assert!(!idle.handle_timeout(Instant(5), || false));
+        let mut idle = Idle::Until(Instant::from_nanos(5));
+        assert!(!idle.handle_timeout(Instant::from_nanos(5), || false));
         assert_eq!(idle, Idle::No);
     }
 }

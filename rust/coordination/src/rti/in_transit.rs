@@ -206,7 +206,7 @@ mod tests {
     use std::collections::{BTreeSet, VecDeque};
 
     fn at(time: i64) -> Tag {
-        Tag::at(Instant(time))
+        Tag::at(Instant::from_nanos(time))
     }
 
     #[derive(Clone, Debug)]

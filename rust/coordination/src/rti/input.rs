@@ -100,7 +100,9 @@ impl Rti<'_> {
         let has_started = self.tags.start.is_some();
         let slot = &mut self.members.slots[federate];
         match *message {
-            Message::Timestamp(clock) if !has_started => self.take_clock(federate, Instant(clock), outlet)?,
+            Message::Timestamp(clock) if !has_started => {
+                self.take_clock(federate, Instant::from_nanos(clock), outlet)?
+            }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
             Message::AddressAdvertisement { port } => slot.port = port,
             Message::AddressQuery { federate: asked } => return self.answer_address_query(connection, asked, outlet),

@@ -117,7 +117,7 @@ mod tests {
                 if ends {
                     prop_assert_eq!(members.release(ConnectionId(connection)), None);
                 } else {
-                    members.set_deadline(ConnectionId(connection), deadline.map(Instant));
+                    members.set_deadline(ConnectionId(connection), deadline.map(Instant::from_nanos));
                 }
                 prop_assert_eq!(members.patience(), patience(members.connections));
             }

@@ -59,7 +59,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn tag() -> impl Strategy<Value = Tag> {
-        (0..9i64, 0..3u32).prop_map(|(time, microstep)| Tag::new(Instant(time), Microstep(microstep)))
+        (0..9i64, 0..3u32).prop_map(|(time, microstep)| Tag::new(Instant::from_nanos(time), Microstep(microstep)))
     }
 
     proptest! {

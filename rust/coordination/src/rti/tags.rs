@@ -204,11 +204,11 @@ mod tests {
     use super::super::path::PathWords;
     use super::*;
 
-    const START: Instant = Instant(1_000);
+    const START: Instant = Instant::from_nanos(1_000);
     const FEDERATES: usize = 3;
 
     fn at(time: i64) -> Tag {
-        Tag::at(START + Interval(time))
+        Tag::at(START + Interval::from_nanos(time))
     }
 
     /// Looks at the tags of three federates with these connections, after the start.

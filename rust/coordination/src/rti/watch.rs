@@ -57,7 +57,7 @@ impl Watch {
             interval
         } else {
             report_start(members, outlet);
-            Interval(self.pause.as_nanos().saturating_mul(2)).min(START_REPORT_PAUSE_MAX)
+            Interval::from_nanos(self.pause.as_nanos().saturating_mul(2)).min(START_REPORT_PAUSE_MAX)
         };
         self.due = Deadline::At(now + self.pause);
     }
@@ -73,7 +73,7 @@ impl Watch {
         outlet: &mut impl Outlet,
     ) {
         look_for_waits(now, interval, members, tags, stop, outlet);
-        self.pause = Interval((interval.as_nanos() / LOOKS).max(1));
+        self.pause = Interval::from_nanos((interval.as_nanos() / LOOKS).max(1));
         self.due = Deadline::At(now + self.pause);
     }
 }

@@ -6,8 +6,8 @@ use lf_coordination::{FederateId, to_wire};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::{DELAY_NONE, Message};
 
-pub const NOW: Instant = Instant(1_000_000);
-pub const START: Instant = Instant(10_000_000_000);
+pub const NOW: Instant = Instant::from_nanos(1_000_000);
+pub const START: Instant = Instant::from_nanos(10_000_000_000);
 pub const UPSTREAM: &[(u16, i64)] = &[(0, DELAY_NONE)];
 pub const DOWNSTREAM: &[u16] = &[2];
 

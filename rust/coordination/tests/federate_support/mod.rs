@@ -88,7 +88,7 @@ impl<'a> Driver<'a> {
         let start = self.federate.start_time().unwrap();
         let stop = Tag::at(start + self.time_out).min(self.federate.stop_tag().unwrap_or(Tag::FOREVER));
         let next = match self.program {
-            Program::Source { .. } => Tag::at(start + Interval(i64::from(self.fired) * PERIOD_NS)),
+            Program::Source { .. } => Tag::at(start + Interval::from_nanos(i64::from(self.fired) * PERIOD_NS)),
             Program::Sink => {
                 // The start is an event of every program.
                 let first = (self.federate.current() == Tag::NEVER).then_some(Tag::at(start));
@@ -128,7 +128,7 @@ impl<'a> Driver<'a> {
     fn fire(&mut self, tag: Tag) {
         let Program::Source { sends, stops } = self.program else { return };
         let start = self.federate.start_time().unwrap();
-        if tag != Tag::at(start + Interval(i64::from(self.fired) * PERIOD_NS)) {
+        if tag != Tag::at(start + Interval::from_nanos(i64::from(self.fired) * PERIOD_NS)) {
             return;
         }
         self.fired += 1;

@@ -40,7 +40,7 @@ pub(crate) fn any_graph() -> impl Strategy<Value = Graph> {
             let delay = match kind {
                 0 if from < to && !cycles => Some(Interval::ZERO),
                 1 | 2 if from < to || (cycles && from != to) => None,
-                _ => Some(Interval(ns)),
+                _ => Some(Interval::from_nanos(ns)),
             };
             Edge { from, to, delay }
         });
@@ -90,17 +90,17 @@ impl Graph {
     /// When the timer fires next after it has fired at this tag; all fire at the start.
     pub(crate) fn next_timer(&self, federate: u16, tag: Tag) -> Option<Tag> {
         let period = self.periods[usize::from(federate)];
-        (period > 0).then(|| Tag::at(tag.time + Interval(period)))
+        (period > 0).then(|| Tag::at(tag.time + Interval::from_nanos(period)))
     }
 
     /// What each federate sees: the whole federation as one program, tag by tag.
     pub(crate) fn expected(&self) -> Vec<Trace> {
-        let end = Tag::at(Instant(END_NS));
+        let end = Tag::at(Instant::from_nanos(END_NS));
         let mut traces = vec![Trace::new(); self.periods.len()];
         // By tag and federate, whether its timer fires, and what comes.
         let mut pending: BTreeMap<Tag, BTreeMap<u16, (bool, Inputs)>> = BTreeMap::new();
         for federate in (0..).take(self.periods.len()) {
-            pending.entry(Tag::at(Instant(0))).or_default().entry(federate).or_default().0 = true;
+            pending.entry(Tag::at(Instant::from_nanos(0))).or_default().entry(federate).or_default().0 = true;
             pending.entry(end).or_default().entry(federate).or_default();
         }
         while let Some((tag, mut events)) = pending.pop_first().filter(|(tag, _)| *tag <= end) {

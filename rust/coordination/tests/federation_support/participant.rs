@@ -98,7 +98,7 @@ impl Participant {
         while let Decoded::Complete { message, len } = decode(rest, &Limits::NONE).unwrap() {
             match self.federate.handle_message(now, message).unwrap() {
                 Event::Started(start) => {
-                    self.federate.limit_stop(Tag::at(start + Interval(END_NS)));
+                    self.federate.limit_stop(Tag::at(start + Interval::from_nanos(END_NS)));
                     self.timer = Some(Tag::at(start));
                 }
                 Event::Message { port, tag, payload } => {
@@ -147,7 +147,8 @@ impl Participant {
     }
 
     fn last(&self) -> Tag {
-        let end = self.federate.start_time().map_or(Tag::FOREVER, |start| Tag::at(start + Interval(END_NS)));
+        let end =
+            self.federate.start_time().map_or(Tag::FOREVER, |start| Tag::at(start + Interval::from_nanos(END_NS)));
         end.min(self.federate.stop_tag().unwrap_or(Tag::FOREVER))
     }
 
@@ -212,7 +213,7 @@ impl Participant {
         self.federate.complete(!inputs.is_empty());
         // Without an event the tag has only told others that there is none.
         if fires || !inputs.is_empty() || tag == self.last() {
-            self.trace.insert(Tag::new(Instant(offset), tag.microstep), inputs);
+            self.trace.insert(Tag::new(Instant::from_nanos(offset), tag.microstep), inputs);
         }
         if stop_at.is_some_and(|at| at <= offset) {
             self.federate.request_stop(tag.next_microstep());

@@ -125,7 +125,15 @@ impl World {
         let rti = Rti::new(config, Box::leak(Box::new(memory)).storage()).expect("the storage fits");
         let list = (0..connections).map(|_| Wire::default()).collect();
         let outlet = Wires { list, capacity: output, notices: Vec::new() };
-        Self { rti, outlet, now: Instant(1_000), piece: usize::MAX, stopping: false, tells_times: true, nonces: 0 }
+        Self {
+            rti,
+            outlet,
+            now: Instant::from_nanos(1_000),
+            piece: usize::MAX,
+            stopping: false,
+            tells_times: true,
+            nonces: 0,
+        }
     }
 
     pub fn connect(&mut self) -> ConnectionId {
@@ -337,7 +345,8 @@ pub fn config(setup: &RtiSetup) -> Config<'static> {
                 other => panic!("-c {other:?}"),
             },
             ("period", ClockSync::On { period, .. }) => {
-                *period = Interval(options.next().and_then(|text| text.parse().ok()).expect("a number follows"));
+                *period =
+                    Interval::from_nanos(options.next().and_then(|text| text.parse().ok()).expect("a number follows"));
             }
             ("exchanges-per-interval", ClockSync::Init { trials } | ClockSync::On { trials, .. }) => {
                 *trials = options.next().and_then(|text| text.parse().ok()).expect("a number follows");

@@ -116,7 +116,7 @@ mod tests {
     const START: i64 = 1_700_000_000_000_000_000;
 
     fn line(direction: Direction, kind: MessageType, federate: Option<u16>, tag: Option<Tag>) -> Line {
-        Line { now: Instant(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
+        Line { now: Instant::from_nanos(START + 5), direction, federate, kind, tag, to: None, bytes: 0 }
     }
 
     fn written(lines: &[Line]) -> Vec<u8> {

@@ -62,9 +62,9 @@ macro_rules! times {
     )+};
 }
 times!(
-    Instant, |instant| instant.0, Instant;
-    Interval, |interval| interval.0, Interval;
-    Duration, |duration| Interval::from_duration(duration).0, |ns| Interval(ns).to_duration()
+    Instant, |instant| instant.as_nanos(), Instant::from_nanos;
+    Interval, |interval| interval.as_nanos(), Interval::from_nanos;
+    Duration, |duration| Interval::from_duration(duration).as_nanos(), |ns| Interval::from_nanos(ns).to_duration()
 );
 
 /// As C's `char32_t`.

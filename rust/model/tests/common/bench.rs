@@ -14,7 +14,7 @@ use lf_model::{
 use super::{Clock, Host};
 
 pub const MS: i64 = 1_000_000;
-pub const START: Instant = Instant(5_000 * MS);
+pub const START: Instant = Instant::from_nanos(5_000 * MS);
 
 /// The tag so many milliseconds and microsteps after the start.
 pub fn at(ms: i64, microstep: u32) -> Tag {
@@ -316,7 +316,8 @@ impl Builder {
 impl Builder {
     fn leak_modes(&self, reactions: &[Reaction]) -> &'static Modes {
         let of_reactions = leak(reactions.iter().map(|reaction| reaction.mode));
-        let offset = |trigger: usize| (2..4).contains(&trigger).then(|| Interval(self.timers[trigger - 2].0));
+        let offset =
+            |trigger: usize| (2..4).contains(&trigger).then(|| Interval::from_nanos(self.timers[trigger - 2].0));
         let id = |trigger: usize| TriggerId(u16::try_from(trigger).unwrap());
         let triggers = self.trigger_modes.iter().enumerate().filter_map(|(trigger, mode)| {
             Some(ModeTrigger { trigger: id(trigger), mode: (*mode)?, offset: offset(trigger) })
@@ -356,8 +357,10 @@ fn triggered_by(reactions: &[Reaction], by: By) -> &'static [ReactionId] {
 
 fn triggers(bench: &Builder, reactions: &[Reaction], delayed: TriggerKind) -> &'static [TriggerInfo] {
     let Builder { timers, actions, physical, watchdog, .. } = bench;
-    let timer =
-        |index: usize| TriggerKind::Timer { offset: Interval(timers[index].0), period: Interval(timers[index].1) };
+    let timer = |index: usize| TriggerKind::Timer {
+        offset: Interval::from_nanos(timers[index].0),
+        period: Interval::from_nanos(timers[index].1),
+    };
     let info = |name, kind, by: Option<By>| TriggerInfo {
         name,
         kind,

@@ -34,7 +34,7 @@ impl Clock {
 
 impl Outside for Clock {
     fn physical_time(&self) -> Instant {
-        Instant(self.now.load(Ordering::SeqCst))
+        Instant::from_nanos(self.now.load(Ordering::SeqCst))
     }
     fn wake(&self) {
         self.wakes.fetch_add(1, Ordering::SeqCst);

@@ -47,19 +47,22 @@ fn tables(plan: &Plan) -> Tables {
     });
     let mut triggers = vec![trigger(TriggerKind::Startup, 0)];
     triggers.extend(plan.timers.iter().enumerate().map(|(index, &(offset, period))| {
-        trigger(TriggerKind::Timer { offset: Interval(offset), period: Interval(period) }, AT_TIMERS + index)
+        trigger(
+            TriggerKind::Timer { offset: Interval::from_nanos(offset), period: Interval::from_nanos(period) },
+            AT_TIMERS + index,
+        )
     }));
     triggers.extend(plan.actions.iter().enumerate().map(|(index, action)| {
         let policy = [Policy::Defer, Policy::Drop, Policy::Replace, Policy::Update][action.policy];
-        let min_spacing = action.spacing.map(Interval);
-        let timing = ActionTiming { min_delay: Interval(action.min_delay), min_spacing, policy };
+        let min_spacing = action.spacing.map(Interval::from_nanos);
+        let timing = ActionTiming { min_delay: Interval::from_nanos(action.min_delay), min_spacing, policy };
         trigger(TriggerKind::Logical(timing), AT_ACTIONS + index)
     }));
     triggers.extend(
         (0..INPUTS).map(|index| trigger(TriggerKind::NetworkInput { fills: PortId(id(2 * PORTS + index)) }, 0)),
     );
     triggers.extend(plan.delays.iter().enumerate().map(|(index, &delay)| {
-        trigger(TriggerKind::Delay { fills: PortId(id(PORTS + index)), delay: Interval(delay) }, 0)
+        trigger(TriggerKind::Delay { fills: PortId(id(PORTS + index)), delay: Interval::from_nanos(delay) }, 0)
     }));
     triggers.push(trigger(TriggerKind::Shutdown, SHUTDOWN));
     let port = |reactions: &[usize], delays| PortInfo {
@@ -144,14 +147,14 @@ impl Program for RandomProgram {
         for effect in effects(self.plan.seed, tag, reaction) {
             match effect {
                 Effect::Schedule { action, offset, value } => {
-                    let offset = Offset::After(Interval(offset).to_duration());
+                    let offset = Offset::After(Interval::from_nanos(offset).to_duration());
                     ctx.schedule_with_v(&mut self.actions[action], value, offset);
                 }
                 Effect::Set { port, value } => ctx.set(&mut self.ports[port], value),
                 Effect::Stop => ctx.request_stop(Offset::Asap),
             }
         }
-        assert_eq!(ctx.get_start_time(), Instant(START));
+        assert_eq!(ctx.get_start_time(), Instant::from_nanos(START));
     }
 
     fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}

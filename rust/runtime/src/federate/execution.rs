@@ -475,10 +475,10 @@ mod tests {
     #[test]
     fn what_comes_after_the_last_tag_needs_no_room() {
         with_execution(|execution| {
-            execution.start(Instant(100));
-            let tag = |time| Some(Tag::at(Instant(time)));
+            execution.start(Instant::from_nanos(100));
+            let tag = |time| Some(Tag::at(Instant::from_nanos(time)));
             assert!(execution.lacks_room(InputId(0), tag(200)) && execution.lacks_room(InputId(0), None));
-            execution.engine.set_stop_tag(Tag::at(Instant(150)));
+            execution.engine.set_stop_tag(Tag::at(Instant::from_nanos(150)));
             assert!(execution.lacks_room(InputId(0), tag(150)) && !execution.lacks_room(InputId(0), tag(200)));
         });
     }
@@ -487,16 +487,19 @@ mod tests {
     #[test]
     fn a_federate_starves_for_an_input_until_its_sender_has_ended_and_nothing_is_held_for_it() {
         with_execution(|execution| {
-            execution.start(Instant(100));
-            execution.engine.set_stop_tag(Tag::at(Instant(150)));
+            execution.start(Instant::from_nanos(100));
+            execution.engine.set_stop_tag(Tag::at(Instant::from_nanos(150)));
             assert_eq!([1, 2].map(|from| execution.starves_for(from)), [true, false]);
             let tag = execution.tag_in_question().expect("the last tag is to come");
-            assert_eq!(execution.begin_time(Instant(150), tag), (Instant::FOREVER, false, Some(Advance::NotGranted)));
+            assert_eq!(
+                execution.begin_time(Instant::from_nanos(150), tag),
+                (Instant::FOREVER, false, Some(Advance::NotGranted))
+            );
             execution.end_inputs(1, |port| port == 0);
             assert!(execution.starves_for(1));
             execution.end_inputs(1, |_| false);
             assert!(!execution.starves_for(1));
-            assert_eq!(execution.begin_time(Instant(150), tag).0, tag.time);
+            assert_eq!(execution.begin_time(Instant::from_nanos(150), tag).0, tag.time);
         });
     }
 }

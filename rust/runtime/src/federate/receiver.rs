@@ -182,7 +182,7 @@ mod tests {
     }
 
     fn message(port: u16, time: i64) -> Message<'static> {
-        Message::P2pTaggedMessage { port, federate: 0, tag: to_wire(Tag::at(Instant(time))), payload: &[7] }
+        Message::P2pTaggedMessage { port, federate: 0, tag: to_wire(Tag::at(Instant::from_nanos(time))), payload: &[7] }
     }
 
     /// What these messages are taken and held by a receiver for inputs with so much room.

@@ -93,7 +93,7 @@ mod tests {
     use crate::error::PeerFault;
 
     const fn s(seconds: i64) -> Instant {
-        Instant(seconds * 1_000_000_000)
+        Instant::from_nanos(seconds * 1_000_000_000)
     }
 
     fn note(waiting: &mut Waiting, now: i64, reason: Option<Reason>, log_waits: Option<i64>) -> Deadline {

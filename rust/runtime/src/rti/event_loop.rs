@@ -365,7 +365,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
     /// Says whose messages have been waiting for too long, and for whom, if it is time to look.
     fn look_for_waits(&mut self, now: Instant) {
         let Some((interval, due)) = self.log_waits.filter(|(_, due)| *due <= now) else { return };
-        self.log_waits = Some((interval, due.max(now) + Interval((interval.as_nanos() / 4).max(1))));
+        self.log_waits = Some((interval, due.max(now) + Interval::from_nanos((interval.as_nanos() / 4).max(1))));
         for index in 0..self.table.len() {
             let inlet = &self.table.inlets[index];
             let (Some(awaited), Some(since)) = (inlet.awaits, inlet.awaits_since) else { continue };

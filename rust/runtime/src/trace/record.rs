@@ -144,7 +144,7 @@ impl Fields {
     /// With a tag, or zeros.
     fn tag(self, tag: impl Into<Option<Tag>>) -> Self {
         let tag = tag.into();
-        let (time, microstep) = tag.map_or((0, 0), |tag| (tag.time.0, tag.microstep.0));
+        let (time, microstep) = tag.map_or((0, 0), |tag| (tag.time.as_nanos(), tag.microstep.0));
         Self { time, microstep, ..self }
     }
 
@@ -183,7 +183,7 @@ impl Fields {
     }
 
     fn to_tag(&self) -> Tag {
-        Tag { time: Instant(self.time), microstep: Microstep(self.microstep) }
+        Tag { time: Instant::from_nanos(self.time), microstep: Microstep(self.microstep) }
     }
 
     fn to_word(&self) -> Option<Word> {
@@ -194,8 +194,8 @@ impl Fields {
 
     fn of(event: Event) -> Self {
         match event {
-            Event::Clock(time) => Self { time: time.0, ..Self::new(1) },
-            Event::Starts(time, fast) => Self { time: time.0, detail: fast.into(), ..Self::new(2) },
+            Event::Clock(time) => Self { time: time.as_nanos(), ..Self::new(1) },
+            Event::Starts(time, fast) => Self { time: time.as_nanos(), detail: fast.into(), ..Self::new(2) },
             Event::TagBegins(tag) => Self::new(3).tag(tag),
             Event::TagEnds(tag) => Self::new(4).tag(tag),
             Event::ReactionBegins(reaction, part, lane) => {
@@ -218,8 +218,8 @@ impl Fields {
 
     fn to_event(&self) -> Option<Event> {
         Some(match self.kind {
-            1 => Event::Clock(Instant(self.time)),
-            2 => Event::Starts(Instant(self.time), self.detail != 0),
+            1 => Event::Clock(Instant::from_nanos(self.time)),
+            2 => Event::Starts(Instant::from_nanos(self.time), self.detail != 0),
             3 => Event::TagBegins(self.to_tag()),
             4 => Event::TagEnds(self.to_tag()),
             5 => {
@@ -248,7 +248,7 @@ impl Record {
     pub fn to_bytes(self) -> [u8; RECORD_BYTES] {
         let fields = Fields::of(self.event);
         let mut bytes = Bytes([0; RECORD_BYTES]);
-        bytes.put(0, self.at.0.to_le_bytes());
+        bytes.put(0, self.at.as_nanos().to_le_bytes());
         bytes.put(8, fields.time.to_le_bytes());
         bytes.put(16, fields.microstep.to_le_bytes());
         bytes.put(20, fields.bytes.to_le_bytes());
@@ -277,7 +277,7 @@ impl Record {
             lane: number(30),
         };
         let event = fields.to_event().ok_or(Damage::Kind(fields.kind))?;
-        Ok(Self { at: Instant(i64::from_le_bytes(bytes.get(0))), event })
+        Ok(Self { at: Instant::from_nanos(i64::from_le_bytes(bytes.get(0))), event })
     }
 }
 

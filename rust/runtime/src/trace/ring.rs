@@ -60,13 +60,14 @@ mod tests {
     #[test]
     fn the_newest_are_kept_with_the_start_and_the_number_of_the_others() {
         let mut ring = Ring::<3>::new();
-        ring.push(Instant(1), Event::Starts(Instant(5), false));
-        let events = |ring: &Ring<3>| ring.records().map(|record| (record.at.0, record.event)).collect::<Vec<_>>();
-        let start = (1, Event::Starts(Instant(5), false));
+        ring.push(Instant::from_nanos(1), Event::Starts(Instant::from_nanos(5), false));
+        let events =
+            |ring: &Ring<3>| ring.records().map(|record| (record.at.as_nanos(), record.event)).collect::<Vec<_>>();
+        let start = (1, Event::Starts(Instant::from_nanos(5), false));
         assert_eq!(events(&ring), [start]);
-        (2..=4).for_each(|at| ring.push(Instant(at), Event::WaitEnds));
+        (2..=4).for_each(|at| ring.push(Instant::from_nanos(at), Event::WaitEnds));
         assert_eq!(events(&ring), [start, (2, Event::WaitEnds), (3, Event::WaitEnds), (4, Event::WaitEnds)]);
-        (5..=6).for_each(|at| ring.push(Instant(at), Event::WaitEnds));
+        (5..=6).for_each(|at| ring.push(Instant::from_nanos(at), Event::WaitEnds));
         let (lost, kept) = ((4, Event::Lost(2)), [4, 5, 6].map(|at| (at, Event::WaitEnds)));
         assert_eq!(events(&ring), [&[lost, start], &kept[..]].concat());
     }

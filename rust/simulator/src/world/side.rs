@@ -162,7 +162,7 @@ impl Side {
     fn local_at(&self, time: u64) -> Instant {
         let time = i64::try_from(time).unwrap_or(i64::MAX);
         let drift = i128::from(time) * i128::from(self.clock_drift_ppb) / 1_000_000_000;
-        Instant(EPOCH_NS + self.clock_offset + time + i64::try_from(drift).unwrap_or(0))
+        Instant::from_nanos(EPOCH_NS + self.clock_offset + time + i64::try_from(drift).unwrap_or(0))
     }
 
     /// The virtual time at which its clock shows a deadline; `None` for never.

@@ -9,10 +9,10 @@ use proptest::prelude::*;
 use super::*;
 use crate::federate::All;
 
-const START: Instant = Instant(1_000);
+const START: Instant = Instant::from_nanos(1_000);
 
 fn tag(time: i64, microstep: u32) -> Tag {
-    Tag::new(START + Interval(time), Microstep(microstep))
+    Tag::new(START + Interval::from_nanos(time), Microstep(microstep))
 }
 
 fn started() -> Tags<All> {
@@ -80,7 +80,7 @@ fn what_is_left_out_is_told_after_a_while() {
     announce(&mut tags, tag(7, 0));
     let due = Deadline::At(START + SILENCE);
     assert_eq!((tags.net(), tags.poll_timeout()), (None, due));
-    tags.handle_timeout(START + SILENCE + Interval(-1));
+    tags.handle_timeout(START + SILENCE + Interval::from_nanos(-1));
     assert_eq!((tags.net(), tags.poll_timeout()), (None, due));
     tags.handle_timeout(START + SILENCE);
     assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(7, 0)), Deadline::Never));
@@ -90,7 +90,7 @@ fn what_is_left_out_is_told_after_a_while() {
 fn a_bound_is_told_once_until_it_is_renewed() {
     let mut tags = started();
     assert!(tags.next_event(Tag::FOREVER));
-    let at = |time: i64| START + Interval(time);
+    let at = |time: i64| START + Interval::from_nanos(time);
     let bound = |tags: &mut Tags<All>, now: i64| tags.announce(at(now), Some(at(now + 2)), |_| at(now + 10));
     bound(&mut tags, 0);
     assert_eq!((tags.net(), tags.poll_timeout()), (Some(tag(1, 0)), Deadline::At(at(10))));
@@ -180,8 +180,8 @@ proptest! {
                     if !was_open && tag > before {
                         next = tag;
                         physical_min = physical.unwrap_or_default().max(physical_min);
-                        let physical = physical.map(|_| START + Interval(physical_min));
-                        tags.announce(now, physical, |_| now + Interval(5));
+                        let physical = physical.map(|_| START + Interval::from_nanos(physical_min));
+                        tags.announce(now, physical, |_| now + Interval::from_nanos(5));
                     }
                 }
                 Step::Begin(tag) => {
@@ -210,7 +210,7 @@ proptest! {
                     }
                 }
                 Step::Pass(time) => {
-                    now = now + Interval(time);
+                    now = now + Interval::from_nanos(time);
                     tags.handle_timeout(now);
                 }
             }
