@@ -27,10 +27,9 @@ set(flags [=['--cfg', 'sha2_backend="soft"', '--cfg', 'sha2_backend_soft="compac
 if(profile STREQUAL release)
   # A panic says where it happened: the image carries that text, so it had better be short, and the same everywhere.
   string(APPEND flags ", '--remap-path-prefix=${repository}/='")
-  if(target MATCHES "thumb")
-    # What several functions have in common becomes one.
-    string(APPEND flags ", '-Cllvm-args=--enable-machine-outliner=always'")
-  endif()
+  foreach(option IN LISTS llvm_options)
+    string(APPEND flags ", '-Cllvm-args=${option}'")
+  endforeach()
 endif()
 list(APPEND arguments --config "build.rustflags=[${flags}]")
 # What Kconfig leaves out, such as messages of more detail than it lets through, is not even compiled.

@@ -10,10 +10,12 @@
 #
 # As a module:  lf_find_rust_toolchain(TARGET [PREFER_SOURCES]) sets in the caller's scope
 #   LF_CARGO                the cargo program
+#   LF_RUSTC                the rustc program beside it
 #   LF_CARGO_ENVIRONMENT    VARIABLE=VALUE entries to run it with
 #   LF_RUST_TOOLCHAIN       one line that describes the choice
 #   LF_RUST_SOURCES         the version of the toolchain if it compiles `core` with the program, else nothing
 #              lf_rust_target_without_frame_pointers(FILE TARGET) writes the description of a target to FILE
+#              lf_rust_llvm_options(OUT OPTION...) sets OUT to the options that its LLVM knows
 # As a script:  cmake -DLF_RUST_TARGET=thumbv7m-none-eabi -P lf_rust_toolchain.cmake
 #   prints the choice, or fails with what to install.
 
@@ -90,6 +92,7 @@ function(lf_find_rust_toolchain target)
   if(with_target AND NOT (with_sources AND arg_PREFER_SOURCES))
     set(LF_RUST_SOURCES "" PARENT_SCOPE)
     set(LF_CARGO "${with_target}/cargo" PARENT_SCOPE)
+    set(LF_RUSTC "${with_target}/rustc" PARENT_SCOPE)
     set(LF_CARGO_ENVIRONMENT "RUSTC=${with_target}/rustc" PARENT_SCOPE)
     set(LF_RUST_TOOLCHAIN "${description}" PARENT_SCOPE)
   elseif(with_sources)
@@ -112,6 +115,22 @@ function(lf_find_rust_toolchain target)
       "Looked at:\n  ${seen}\n"
     )
   endif()
+endfunction()
+
+# Sets `out` to those of these options that the LLVM of the toolchain that was found knows: they come and go with its
+# versions, and one that it does not know ends the compilation.
+function(lf_rust_llvm_options out)
+  set(known)
+  foreach(option IN LISTS ARGN)
+    execute_process(
+      COMMAND ${CMAKE_COMMAND} -E env ${LF_CARGO_ENVIRONMENT} ${LF_RUSTC} -Cllvm-args=${option} --print sysroot
+      OUTPUT_QUIET ERROR_QUIET RESULT_VARIABLE result
+    )
+    if(result EQUAL 0)
+      list(APPEND known ${option})
+    endif()
+  endforeach()
+  set(${out} "${known}" PARENT_SCOPE)
 endfunction()
 
 # Writes the description of `target` to `file`, but without frame pointers, which Rust keeps on Arm in each function and

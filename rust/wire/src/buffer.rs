@@ -66,6 +66,7 @@ impl<B: AsRef<[u8]> + AsMut<[u8]>> Span<B> {
     }
 
     /// Takes `n` bytes of the tail to the bytes; no more than the tail has.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn extend(&mut self, n: usize) {
         self.end += n.min(self.capacity().saturating_sub(self.end));
     }

@@ -59,6 +59,7 @@ impl ClockCorrection {
     ///
     /// Later readings of the own clock give later or equal physical times, as long as they are not before the last
     /// change of rate.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn physical(&self, local: Instant) -> Instant {
         let elapsed = local.as_nanos().saturating_sub(self.local);
         if !DATAGRAMS {

@@ -58,6 +58,7 @@ impl Tags<'_> {
     }
 
     /// What a federate can be granted now beyond what it has been granted already.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn grant(&mut self, federate: usize) -> Option<Grant> {
         let start = self.start?;
         let TagState { granted, provisional, .. } = *self.state(federate);

@@ -240,6 +240,7 @@ impl Handshake<'_, '_> {
     }
 
     /// Only the upstream half is kept: who is downstream follows from the others' halves.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn on_neighbors<'m>(
         &mut self,
         connection: ConnectionId,

@@ -74,6 +74,7 @@ impl<'s> Rti<'s> {
     }
 
     /// Whether the federation is over, and how it ended.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn status(&self) -> Status {
         self.end.status(self.members.all_departed(), self.barrier.outcome())
     }
@@ -84,6 +85,7 @@ impl<'s> Rti<'s> {
     }
 
     /// The tag at which all stop, once they have agreed on it.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn stop_tag(&self) -> Option<Tag> {
         self.stop.granted()
     }

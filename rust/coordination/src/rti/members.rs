@@ -44,6 +44,7 @@ impl<'s> Members<'s> {
     }
 
     /// What is expected on a connection next.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn phase(&self, connection: ConnectionId) -> Phase {
         self.connections.get(connection.0).map_or(Phase::Vacant, |known| known.phase)
     }
