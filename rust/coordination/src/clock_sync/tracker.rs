@@ -332,7 +332,7 @@ impl Stretch {
     }
 }
 
-/// The median of the slopes between any two points, in parts per thousand million; `None` if all are too close together.
+/// The median of the slopes between any two points, in parts per thousand million; `None` if none are far enough apart.
 fn slope_ppb(points: &[Point]) -> Option<i32> {
     let mut slopes: heapless::Vec<i64, PAIRS> = heapless::Vec::new();
     for (index, one) in points.iter().enumerate() {
