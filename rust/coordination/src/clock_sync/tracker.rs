@@ -26,7 +26,7 @@
 use lf_model::time::{Instant, Interval};
 
 use super::estimator::Exchange;
-use super::line::{BILLION, Line, scale};
+use super::line::{Line, scale};
 use super::responder::Round;
 use super::trouble::Trouble;
 
@@ -276,11 +276,9 @@ impl Tracker {
             all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
         let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
         if let Some(found) = slope_ppb(&near) {
-            let widest = near.iter().map(|point| point.width.saturating_abs()).max().unwrap_or(0);
-            let doubt = widest.saturating_mul(BILLION) / last.at.saturating_sub(first.at).max(1);
-            self.doubt_ppb = i32::try_from(doubt).unwrap_or(ANY_DRIFT_PPB).min(ANY_DRIFT_PPB);
+            self.doubt_ppb = rate_ppb(width, last.at.saturating_sub(first.at));
             let is_settled = near.len() >= 3 && self.doubt_ppb <= DOUBT_SMALL_PPB;
-            if is_settled || i64::from(found.abs_diff(self.drift_ppb)) > i64::from(self.doubt_ppb) {
+            if is_settled || found.abs_diff(self.drift_ppb) > self.doubt_ppb.unsigned_abs() {
                 self.drift_ppb = found;
             }
         }
@@ -339,16 +337,21 @@ fn slope_ppb(points: &[Point]) -> Option<i32> {
         for other in &points[index + 1..] {
             let run = other.at.saturating_sub(one.at);
             if run >= PAIR_MIN_NS {
-                let rise = other.offset.saturating_sub(one.offset);
                 // There are no more pairs than that.
-                let _ = slopes.push(rise.saturating_mul(1_000_000) / (run / 1_000));
+                let _ = slopes.push(rate_ppb(other.offset.saturating_sub(one.offset), run).into());
             }
         }
     }
-    let limit = i64::from(ANY_DRIFT_PPB);
     slopes.sort_unstable();
-    let slope = slopes.get(slopes.len() / 2)?;
-    i32::try_from((*slope).clamp(-limit, limit)).ok()
+    slopes.get(slopes.len() / 2).and_then(|slope| i32::try_from(*slope).ok())
+}
+
+/// So much in so long, in parts per thousand million and no more than [`ANY_DRIFT_PPB`]; exact to a part per million.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+fn rate_ppb(rise: i64, run: i64) -> i32 {
+    let limit = i64::from(ANY_DRIFT_PPB);
+    let ppb = rise.saturating_mul(1_000_000) / (run / 1_000).max(1);
+    i32::try_from(ppb.clamp(-limit, limit)).unwrap_or(ANY_DRIFT_PPB)
 }
 
 fn sorted(values: impl Iterator<Item = i64>) -> heapless::Vec<i64, { STRETCHES + 1 }> {
