@@ -135,7 +135,7 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let watched = Board { gains, wanders, period, jitter, is_busy, seed }.watch();
-        let bound = wanders * (4 * period + 2 * SEC) / SEC + 10 * jitter + if is_busy { 20 * MS } else { MS };
+        let bound = wanders * (6 * period + 3 * SEC) / SEC + 10 * jitter + if is_busy { 20 * MS } else { MS };
         prop_assert!(watched.worst_from(20) <= bound, "off by {} ns", watched.worst_from(20));
     }
 
@@ -167,6 +167,21 @@ proptest! {
         let watched = Board { gains, wanders: 0, period, jitter, is_busy, seed }.watch();
         prop_assert_eq!(watched.tracker.trouble(), None);
     }
+}
+
+/// An exchange that says that there are centuries between the clocks spoils nothing for good.
+#[test]
+fn an_absurd_beginning_is_forgotten() {
+    let mut tracker = Tracker::new();
+    let own = SEC * SEC;
+    let absurd = Exchange { t1: Instant(i64::MAX), t2: Instant(own), t3: Instant(own), t4: Instant(i64::MAX) };
+    tracker.record(Round { exchange: absurd, gap: Some(Interval(0)) });
+    for round in 1..1_000 {
+        let (rti, own) = (Instant(round * 5 * MS), Instant(own + round * 5 * MS));
+        tracker.record(Round { exchange: Exchange { t1: rti, t2: own, t3: own, t4: rti }, gap: Some(Interval(0)) });
+    }
+    let found = tracker.line().map(|line| line.offset_at(Instant(own)));
+    assert_eq!(found, Some(Interval(-own)));
 }
 
 /// Each kind of trouble is a sentence that says what is to be done.

@@ -252,18 +252,18 @@ impl Tracker {
         self.contradictions += 1;
         let is_long = upper.at.saturating_sub(self.agreed) >= STRETCH.as_nanos();
         if self.contradictions >= CONTRADICTIONS_MAX || is_long && self.contradictions >= CONTRADICTIONS_LONG {
-            self.begin_anew(upper.at, off);
+            self.begin_anew(off);
         }
         true
     }
 
-    /// Forgets all but the slope, at this time, because the line is so far off.
-    fn begin_anew(&mut self, now: i64, off: i64) {
+    /// Forgets all but the slope, because the line is so far off.
+    fn begin_anew(&mut self, off: i64) {
         self.points.clear();
-        (self.open, self.line) = (None, None);
+        (self.origin, self.open, self.line) = (None, None, None);
         self.doubt_ppb = ANY_DRIFT_PPB;
         (self.haste, self.calm) = ((self.haste + 1).min(HASTE_MAX), 0);
-        (self.contradictions, self.agreed, self.astray) = (0, now, off);
+        (self.contradictions, self.agreed, self.astray) = (0, 0, off);
     }
 
     /// Lays the line through the points, and that of the stretch under way.
