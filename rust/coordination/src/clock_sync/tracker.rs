@@ -276,7 +276,8 @@ impl Tracker {
             all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
         let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
         if let Some(found) = slope_ppb(&near) {
-            self.doubt_ppb = rate_ppb(width, last.at.saturating_sub(first.at));
+            let widest = near.iter().fold(width, |widest, point| widest.max(point.width.saturating_abs()));
+            self.doubt_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
             let is_settled = near.len() >= 3 && self.doubt_ppb <= DOUBT_SMALL_PPB;
             if is_settled || found.abs_diff(self.drift_ppb) > self.doubt_ppb.unsigned_abs() {
                 self.drift_ppb = found;
