@@ -14,7 +14,7 @@ use lf_model::time::{EventTag, Instant, Interval, Microstep, Tag};
 use lf_model::{DeliverError, ModelError, PayloadError};
 use lf_wire::{DecodeError, MessageType, RejectCode};
 
-use crate::clock_sync::Line;
+use crate::clock_sync::{Line, Trouble};
 use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
 use crate::rti::{Cause, Doubt, Notice, Outcome, Progress, SetupError, Violation, Waits};
 use crate::{FederateId, Times};
@@ -316,6 +316,7 @@ coded!(Phase {
     Ended,
     Failed,
 });
+coded!(Trouble { Drift(ppb), Unsteady(off) });
 coded!(ConfigError { FederationIdTooLong { bytes }, NoTrials, AdvanceInterval });
 coded!(FederateError {
     Rejected(code), RtiNotAuthentic, NoAnswer, NoClockSync, TrialsDiffer { trials }, PeerUnreachable { federate },

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the clock synchronization promises, whatever the network and the clocks do.
 
-use lf_coordination::clock_sync::{ClockCorrection, Estimator, Exchange, SLEW_PPB_MAX};
+use lf_coordination::clock_sync::{ClockCorrection, DRIFT_PPB_MAX, Estimator, Exchange};
 use lf_model::time::{Instant, Interval};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -103,11 +103,11 @@ fn roundings_of_drift_and_slew_do_not_add_up() {
     assert_exact(-49_487_626, -46_416_304, 894_324_223);
     assert_exact(-732_180_099, -42_106_208, 13_294_784_598);
     // Both would go one back at once.
-    assert_exact(-1_000_000_000, -SLEW_PPB_MAX, 18);
+    assert_exact(-1_000_000_000, -DRIFT_PPB_MAX, 18);
     // The error comes to be made up for.
     for ahead in 0..100 {
-        assert_exact(2, SLEW_PPB_MAX, ahead);
-        assert_exact(-2, SLEW_PPB_MAX, ahead);
+        assert_exact(2, DRIFT_PPB_MAX, ahead);
+        assert_exact(-2, DRIFT_PPB_MAX, ahead);
     }
 }
 
@@ -152,7 +152,7 @@ proptest! {
         for (elapsed, change) in changes {
             local = local + Interval::from_nanos(elapsed);
             let physical = clock.physical(local);
-            prop_assert!(physical.since(last).as_nanos() >= elapsed * 9 / 10 - 1, "{:?} -> {:?}", last, physical);
+            prop_assert!(physical.since(last).as_nanos() >= elapsed * 85 / 100 - 1, "{:?} -> {:?}", last, physical);
             prop_assert!(clock.physical(local + Interval::from_nanos(1)) >= physical, "backwards from {:?}", physical);
             match change {
                 Change::Slew(error) => clock.slew(local, Interval::from_nanos(error)),
@@ -167,7 +167,7 @@ proptest! {
     /// Nothing is to be waited for longer than it takes, and nobody is to be woken too early.
     #[test]
     fn a_physical_time_is_reached_at_its_local_time_and_not_before(
-        (error, drift) in (any_error(), -SLEW_PPB_MAX..=SLEW_PPB_MAX),
+        (error, drift) in (any_error(), -DRIFT_PPB_MAX..=DRIFT_PPB_MAX),
         ahead in any_elapsed(),
     ) {
         prop_assert_eq!(is_exact(error, drift, ahead), Ok(()));

@@ -5,7 +5,8 @@
 use std::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::clock_sync::{
-    ClockCorrection, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX, Tracker,
+    ClockCorrection, DRIFT_PPB_MAX, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX,
+    Tracker,
 };
 use lf_model::time::{Instant, Interval};
 use lf_wire::Message;
@@ -296,7 +297,7 @@ proptest! {
         attenuation in 1..20u16,
         spacing in MS..200 * MS,
     ) {
-        let fastest = |elapsed: i64| elapsed + elapsed / 1_000_000_000 * 80_000_000 + elapsed / 12 + 2;
+        let fastest = |elapsed: i64| elapsed + elapsed * 3 / 20 + 2;
         let mut tracker = Tracker::new();
         let mut clock = ClockCorrection::with_offset(Interval::from_nanos(AHEAD));
         let mut now = 0_i64;
@@ -329,6 +330,6 @@ proptest! {
                 prop_assert_eq!(clock.physical(Instant::from_nanos(now)), before, "a correction is no step");
             }
         }
-        prop_assert!(SLEW_PPB_MAX < 80_000_000);
+        prop_assert_eq!(DRIFT_PPB_MAX + SLEW_PPB_MAX, 150_000_000);
     }
 }

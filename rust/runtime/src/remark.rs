@@ -6,6 +6,7 @@ use core::fmt::{self, Write};
 use core::net::{Ipv4Addr, SocketAddrV4};
 use core::time::Duration;
 
+use lf_coordination::clock_sync::Trouble;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
 use lf_coordination::rti::Notice;
@@ -79,13 +80,15 @@ pub enum Remark {
     ClockSync(ClockSyncReport),
     /// The system has no buffers for what is to be sent.
     NoBuffers,
+    /// Something is wrong with its clock.
+    ClockTrouble(Trouble),
 }
 
 impl fmt::Display for Remark {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // There are no rounds over UDP, and the sentences are long.
-            Self::Stranger(_) | Self::ClockSync(_) if !cfg!(feature = "datagrams") => Ok(()),
+            Self::Stranger(_) | Self::ClockSync(_) | Self::ClockTrouble(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Waits { reason, start, lasts } => {
                 say!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
             }
@@ -101,6 +104,7 @@ impl fmt::Display for Remark {
                 say!(f, "datagrams from {}:{}, which is not the RTI, are ignored", Dotted(*from.ip()), from.port())
             }
             Self::ClockSync(report) => say!(f, "clock synchronization: {report}"),
+            Self::ClockTrouble(trouble) => trouble.fmt(f),
             Self::NoBuffers => say!(
                 f,
                 "out of network buffers: what is to be sent waits for them; more of them make it quicker \
@@ -112,6 +116,7 @@ impl fmt::Display for Remark {
 
 coded!(Remark {
     Waits { reason, start, lasts }, GuessableKey, NoDatagrams, Stranger(from), ClockSync(report), NoBuffers,
+    ClockTrouble(trouble),
 });
 
 /// What a program says of its devices.

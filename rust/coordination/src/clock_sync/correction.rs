@@ -11,6 +11,12 @@ use super::line::{BILLION, Line, scale};
 /// Far below 1, so that time goes on while it is slowed down, and far above the drift of any quartz.
 pub const SLEW_PPB_MAX: i32 = 50_000_000;
 
+/// The largest drift that a [`ClockCorrection`] corrects: 100 ms in a second, in parts per thousand million.
+///
+/// Quartzes drift by less than a thousandth of it, oscillators without one by a tenth, and a clock whose frequency is
+/// configured wrong by anything.
+pub const DRIFT_PPB_MAX: i32 = 100_000_000;
+
 /// One second, in the type of a rate.
 const PPB: i32 = 1_000_000_000;
 
@@ -94,16 +100,18 @@ impl ClockCorrection {
         Instant::from_nanos(self.local.saturating_add(elapsed))
     }
 
-    /// From `now` of the own clock on, goes as fast as the line says, and makes up for a part of what it is off from
-    /// it: one of `attenuation` parts.
+    /// From `now` of the own clock on, goes as fast as the line says, and makes up for what it is off from it: for what
+    /// is more than the line's bounds leave open, and one of `attenuation` parts of the rest.
     ///
-    /// The part is made up for at the rate [`SLEW_PPB_MAX`]. Called after each exchange, what is left of the error
-    /// becomes less and less, and that a line changes a little with each exchange is hardly seen.
+    /// It does so at the rate [`SLEW_PPB_MAX`]. Called after each exchange, what is left of the error becomes less and
+    /// less, and that a line changes a little with each exchange is hardly seen.
     pub fn steer(&mut self, now: Instant, line: &Line, attenuation: u16) {
         self.set_drift(now, line.drift_ppb);
         let offset = self.physical(now).as_nanos().saturating_sub(now.as_nanos());
         let error = line.offset_at(now).as_nanos().saturating_sub(offset);
-        self.slew(now, Interval::from_nanos(error / i64::from(attenuation.max(1))));
+        let width = line.width.as_nanos().saturating_abs();
+        let small = error.clamp(width.saturating_neg(), width);
+        self.slew(now, Interval::from_nanos(error - small + small / i64::from(attenuation.max(1))));
     }
 
     /// From `now` of the own clock on, makes up for `error`: positive when physical time is behind the RTI's.
@@ -116,10 +124,10 @@ impl ClockCorrection {
 
     /// From `now` of the own clock on, physical time is faster than the own clock by `ppb` parts per thousand million.
     ///
-    /// Rates beyond ±[`SLEW_PPB_MAX`], which no clock has, are taken as that.
+    /// Rates beyond ±[`DRIFT_PPB_MAX`] are taken as that.
     pub fn set_drift(&mut self, now: Instant, ppb: i32) {
         self.begin_stretch(now);
-        self.drift_ppb = ppb.clamp(-SLEW_PPB_MAX, SLEW_PPB_MAX);
+        self.drift_ppb = ppb.clamp(-DRIFT_PPB_MAX, DRIFT_PPB_MAX);
     }
 
     /// Moves the beginning of the stretch to `now` without a change of physical time there.

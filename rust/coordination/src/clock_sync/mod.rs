@@ -18,15 +18,17 @@ mod line;
 mod poll;
 mod responder;
 mod tracker;
+mod trouble;
 
 use lf_model::time::Interval;
 
-pub use correction::{ClockCorrection, SLEW_PPB_MAX};
+pub use correction::{ClockCorrection, DRIFT_PPB_MAX, SLEW_PPB_MAX};
 pub use estimator::{Estimate, Estimator, Exchange};
 pub use line::Line;
 pub use poll::Poll;
 pub use responder::{Heard, Responder, Round};
 pub use tracker::Tracker;
+pub use trouble::Trouble;
 
 /// Whether a correction can change while the federation runs. Otherwise it is an offset, and small.
 pub(crate) const DATAGRAMS: bool = cfg!(feature = "datagrams");

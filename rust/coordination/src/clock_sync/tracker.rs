@@ -12,27 +12,38 @@
 //! Through the points of the last stretches goes a line, of which the slope is the drift: the median of the slopes
 //! between any two of them, so that a few wrong ones change nothing. Stretches whose bounds are far apart do not count.
 //!
+//! How far the bounds of the points are apart, and how long the points, says how much of the drift is still in *doubt*.
+//! At the beginning it can be anything. A stretch is over when the doubt makes more of a difference within it than its
+//! bounds leave open: where the drift is unknown, each exchange is a point, and two of them tell a large drift. A slope
+//! that differs from the line's by less than the doubt is taken only when there is hardly any doubt.
+//!
 //! A clock that stood still for a moment, as that of a simulated board does while its computer is busy, makes bounds
 //! that exclude each other. Then the stretch's quickest exchange counts by itself. An exchange that contradicts the
-//! line is left out; when most do, the line is wrong, and all begins anew.
+//! line is left out. When many do, or all do for some time, the line is wrong: all begins anew but for the slope, which
+//! is in doubt again. The more often this happens, the shorter stretches become, for where a rate changes quickly, what
+//! was long ago says nothing about now.
 
 use lf_model::time::{Instant, Interval};
 
-use super::correction::SLEW_PPB_MAX;
 use super::estimator::Exchange;
 use super::line::{Line, scale};
 use super::responder::Round;
+use super::trouble::Trouble;
 
 /// How many stretches the line goes through.
 const STRETCHES: usize = 16;
 /// Pairs of as many points, with that of the stretch under way.
 const PAIRS: usize = (STRETCHES + 1) * STRETCHES / 2;
-/// How long a stretch lasts at least.
+/// How long a stretch lasts.
 const STRETCH: Interval = Interval::from_secs(1);
-/// The same until the drift is known: more points sooner, so that a wrong one among them changes nothing.
-const FIRST_STRETCH: Interval = Interval::from_millis(125);
-/// How many exchanges a stretch has at least, for only among several can a quick one be told from a slow one.
-const EXCHANGES_MIN: u16 = 8;
+/// The same at least, where it is over because of the doubt.
+const STRETCH_MIN: Interval = Interval::from_millis(125);
+/// How many exchanges a stretch has, for only among several can a quick one be told from a slow one.
+const EXCHANGES: u16 = 8;
+/// How often both are halved at most.
+const HASTE_MAX: u8 = 3;
+/// So many stretches without a new beginning take back one of these.
+const CALM: u8 = 32;
 /// T4 and the coded probe of a calm network come as far apart as they were sent, but for this: the stock federate's
 /// guard band. Such an exchange is known to be good without others to compare it with.
 const GUARD_BAND: Interval = Interval::from_micros(100);
@@ -44,12 +55,20 @@ const CONTRADICTION_NS: i64 = 100_000;
 const DRIFT_SLACK_PPB: i32 = 50_000;
 /// So many more exchanges contradict the line than agree with it: it is wrong.
 const CONTRADICTIONS_MAX: u8 = 16;
-/// Points within less than this say nothing about the drift.
-const SPAN_MIN_NS: i64 = 1_900_000_000;
+/// The same, where none has agreed for as long as a stretch lasts.
+const CONTRADICTIONS_LONG: u8 = 4;
+/// Where nothing is known, the clock may as well stand still.
+const ANY_DRIFT_PPB: i32 = 1_000_000_000;
+/// Hardly any doubt: a slope is taken whatever it is.
+const DOUBT_SMALL_PPB: i32 = 100_000;
+/// More drift than that of any oscillator: 10 ms in a second.
+const DRIFT_LARGE_PPB: i32 = 10_000_000;
+/// Times that are off by less are no trouble.
+const ASTRAY_NS: i64 = 1_000_000;
+/// So many points tell a drift for sure, though the clock stood still between some of them.
+const POINTS_SURE: usize = STRETCHES / 2;
 /// Points closer together than this are not compared.
 const PAIR_MIN_NS: i64 = 400_000_000;
-/// More drift than any two clocks have.
-const DRIFT_PPB_MAX: i32 = SLEW_PPB_MAX / 2;
 
 /// A bound of the offset, and when it held. Relative to the first exchange.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +100,7 @@ struct Point {
 }
 
 /// Collects exchanges; see the module's description for what it makes of them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Tracker {
     /// Where own clock and offset are counted from: offsets between a clock since boot and one since 1970 do not leave
     /// room for sums of them.
@@ -89,12 +108,28 @@ pub struct Tracker {
     points: heapless::Deque<Point, STRETCHES>,
     open: Option<Stretch>,
     line: Option<Line>,
-    /// The line's slope is one that was found; until then it is 0, and any drift is possible.
-    knows_drift: bool,
+    /// The line's slope, which outlives it.
+    drift_ppb: i32,
+    /// How far from the truth that may be, by the points that it was found from.
+    doubt_ppb: i32,
+    /// How often the length of a stretch is halved.
+    haste: u8,
+    /// How many stretches are over since that changed.
+    calm: u8,
     contradictions: u8,
+    /// When an exchange last agreed with the line.
+    agreed: i64,
+    /// How far the line was off when all began anew.
+    astray: i64,
     seen: u32,
     unused: u32,
     pure: u32,
+}
+
+impl Default for Tracker {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Tracker {
@@ -105,8 +140,13 @@ impl Tracker {
             points: heapless::Deque::new(),
             open: None,
             line: None,
-            knows_drift: false,
+            drift_ppb: 0,
+            doubt_ppb: ANY_DRIFT_PPB,
+            haste: 0,
+            calm: 0,
             contradictions: 0,
+            agreed: 0,
+            astray: 0,
             seen: 0,
             unused: 0,
             pure: 0,
@@ -124,6 +164,16 @@ impl Tracker {
         (self.seen, self.unused, self.pure)
     }
 
+    /// What is wrong with the federate's clock, as far as that is known.
+    pub fn trouble(&self) -> Option<Trouble> {
+        let is_sure = self.points.len() >= POINTS_SURE && self.doubt_ppb <= DRIFT_LARGE_PPB;
+        if is_sure && self.drift_ppb.saturating_abs() > DRIFT_LARGE_PPB {
+            return Some(Trouble::Drift(self.drift_ppb));
+        }
+        let is_unsteady = self.haste == HASTE_MAX && self.astray >= ASTRAY_NS;
+        is_unsteady.then_some(Trouble::Unsteady(Interval::from_nanos(self.astray)))
+    }
+
     /// Takes one exchange into account. Takes a bounded number of steps.
     pub fn record(&mut self, round: Round) {
         let Round { exchange, gap } = round;
@@ -135,26 +185,39 @@ impl Tracker {
             self.unused = self.unused.saturating_add(1);
             return;
         }
-        let drift_ppb = self.line.map_or(0, |line| line.drift_ppb);
+        let drift_ppb = self.drift_ppb;
+        if let Some(stretch) = self.open {
+            let (lasts, point) = (lower.at.saturating_sub(stretch.begun), stretch.point(drift_ppb));
+            if lasts >= STRETCH_MIN.as_nanos() && scale(lasts, self.doubt_ppb) > point.width.saturating_abs() {
+                self.close(point);
+            }
+        }
         let fresh = Stretch { begun: lower.at, lower, upper, best: (lower, upper), count: 0, pure: 0 };
         let stretch = self.open.get_or_insert(fresh);
         stretch.add(lower, upper, pure, drift_ppb);
-        let Stretch { begun, count, pure, .. } = *stretch;
-        let length = if self.knows_drift { STRETCH } else { FIRST_STRETCH };
-        let over = upper.at.saturating_sub(begun) >= length.as_nanos() && count >= EXCHANGES_MIN;
-        if over {
-            let point = stretch.point(drift_ppb);
-            self.open = None;
-            if self.points.is_full() {
-                self.points.pop_front();
-            }
-            // There is a place now.
-            let _ = self.points.push_back(point);
-            self.fit(None);
-        } else if count.is_power_of_two() && (count >= EXCHANGES_MIN || pure > 0) {
-            let point = stretch.point(drift_ppb);
+        let (Stretch { begun, count, pure, .. }, point) = (*stretch, stretch.point(drift_ppb));
+        let enough = EXCHANGES >> self.haste;
+        if upper.at.saturating_sub(begun) >= STRETCH.as_nanos() >> self.haste && count >= enough {
+            self.close(point);
+        } else if count.is_power_of_two() && (count >= enough || pure > 0) {
             self.fit(Some(point));
         }
+    }
+
+    /// The stretch under way is over, and this is its point.
+    fn close(&mut self, point: Point) {
+        self.open = None;
+        if self.points.is_full() {
+            self.points.pop_front();
+        }
+        // There is a place now.
+        let _ = self.points.push_back(point);
+        self.calm = self.calm.saturating_add(1);
+        if self.calm >= CALM {
+            self.calm = 0;
+            self.haste = self.haste.saturating_sub(1);
+        }
+        self.fit(None);
     }
 
     fn bounds(&mut self, exchange: &Exchange) -> (Bound, Bound) {
@@ -171,25 +234,36 @@ impl Tracker {
     fn contradicts(&mut self, lower: Bound, upper: Bound) -> bool {
         let (Some(line), Some((own, offset))) = (self.line, self.origin) else { return false };
         let since = own.saturating_add(lower.at).saturating_sub(line.at.as_nanos());
-        let slack_ppb = if self.knows_drift { DRIFT_SLACK_PPB } else { DRIFT_PPB_MAX };
+        let slack_ppb = DRIFT_SLACK_PPB.saturating_add(self.doubt_ppb);
         let margin = line.width.as_nanos().saturating_mul(2).saturating_add(CONTRADICTION_NS);
         let margin = margin.saturating_add(scale(since.saturating_abs(), slack_ppb));
         let on_line = |bound: Bound| {
             let at = Instant::from_nanos(own.saturating_add(bound.at));
             line.offset_at(at).as_nanos().saturating_sub(offset)
         };
-        let above = lower.offset.saturating_sub(on_line(lower)) > margin;
-        let below = on_line(upper).saturating_sub(upper.offset) > margin;
-        if !above && !below {
+        let above = lower.offset.saturating_sub(on_line(lower));
+        let below = on_line(upper).saturating_sub(upper.offset);
+        let off = above.max(below);
+        if off <= margin {
             self.contradictions = self.contradictions.saturating_sub(1);
+            self.agreed = upper.at;
             return false;
         }
         self.contradictions += 1;
-        if self.contradictions >= CONTRADICTIONS_MAX {
-            let Self { seen, unused, pure, .. } = *self;
-            *self = Self { seen, unused, pure, ..Self::new() };
+        let is_long = upper.at.saturating_sub(self.agreed) >= STRETCH.as_nanos();
+        if self.contradictions >= CONTRADICTIONS_MAX || is_long && self.contradictions >= CONTRADICTIONS_LONG {
+            self.begin_anew(off);
         }
         true
+    }
+
+    /// Forgets all but the slope, because the line is so far off.
+    fn begin_anew(&mut self, off: i64) {
+        self.points.clear();
+        (self.origin, self.open, self.line) = (None, None, None);
+        self.doubt_ppb = ANY_DRIFT_PPB;
+        (self.haste, self.calm) = ((self.haste + 1).min(HASTE_MAX), 0);
+        (self.contradictions, self.agreed, self.astray) = (0, 0, off);
     }
 
     /// Lays the line through the points, and that of the stretch under way.
@@ -200,17 +274,23 @@ impl Tracker {
         let limit = width.saturating_mul(2).saturating_add(TOLERANCE_NS);
         let near: heapless::Vec<Point, { STRETCHES + 1 }> =
             all.iter().copied().filter(|point| point.width.saturating_abs() <= limit).collect();
-        let Some(last) = near.last().copied() else { return };
-        let slope_ppb = slope_ppb(&near);
-        self.knows_drift |= slope_ppb.is_some();
-        let drift_ppb = slope_ppb.or(self.line.map(|line| line.drift_ppb)).unwrap_or(0);
-        let levels = near.iter().map(|point| {
+        let (Some(first), Some(last)) = (near.first(), near.last()) else { return };
+        if let Some(found) = slope_ppb(&near) {
+            let widest = near.iter().fold(width, |widest, point| widest.max(point.width.saturating_abs()));
+            self.doubt_ppb = rate_ppb(widest, last.at.saturating_sub(first.at));
+            let is_settled = near.len() >= 3 && self.doubt_ppb <= DOUBT_SMALL_PPB;
+            if is_settled || found.abs_diff(self.drift_ppb) > self.doubt_ppb.unsigned_abs() {
+                self.drift_ppb = found;
+            }
+        }
+        let (drift_ppb, doubt_ppb) = (self.drift_ppb, self.doubt_ppb);
+        let levels = near.iter().filter_map(|point| {
             let since = last.at.saturating_sub(point.at);
-            point.offset.saturating_add(scale(since, drift_ppb))
+            // What the doubt moves by more than the bounds leave open says nothing of where the clock is now.
+            let counts = scale(since, doubt_ppb) <= width;
+            counts.then(|| point.offset.saturating_add(scale(since, drift_ppb)))
         });
-        // As long as any drift is possible, only the last point says where the clock is now.
-        let level = if self.knows_drift { middle_mean(levels) } else { Some(last.offset) };
-        let Some(level) = level else { return };
+        let Some(level) = middle_mean(levels) else { return };
         self.line = Some(Line {
             at: Instant::from_nanos(own.saturating_add(last.at)),
             offset: Interval::from_nanos(offset.saturating_add(level)),
@@ -251,28 +331,28 @@ impl Stretch {
     }
 }
 
-/// The median of the slopes between any two points, in parts per thousand million; `None` if the points are too few or
-/// too close together.
+/// The median of the slopes between any two points, in parts per thousand million; `None` if none are far enough apart.
 fn slope_ppb(points: &[Point]) -> Option<i32> {
-    let (first, last) = (points.first()?, points.last()?);
-    if points.len() < 3 || last.at.saturating_sub(first.at) < SPAN_MIN_NS {
-        return None;
-    }
     let mut slopes: heapless::Vec<i64, PAIRS> = heapless::Vec::new();
     for (index, one) in points.iter().enumerate() {
         for other in &points[index + 1..] {
             let run = other.at.saturating_sub(one.at);
             if run >= PAIR_MIN_NS {
-                let rise = other.offset.saturating_sub(one.offset);
                 // There are no more pairs than that.
-                let _ = slopes.push(rise.saturating_mul(1_000_000_000) / run);
+                let _ = slopes.push(rate_ppb(other.offset.saturating_sub(one.offset), run).into());
             }
         }
     }
-    let limit = i64::from(DRIFT_PPB_MAX);
     slopes.sort_unstable();
-    let slope = slopes.get(slopes.len() / 2)?;
-    i32::try_from((*slope).clamp(-limit, limit)).ok()
+    slopes.get(slopes.len() / 2).and_then(|slope| i32::try_from(*slope).ok())
+}
+
+/// So much in so long, in parts per thousand million and no more than [`ANY_DRIFT_PPB`]; exact to a part per million.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+fn rate_ppb(rise: i64, run: i64) -> i32 {
+    let limit = i64::from(ANY_DRIFT_PPB);
+    let ppb = rise.saturating_mul(1_000_000) / (run / 1_000).max(1);
+    i32::try_from(ppb.clamp(-limit, limit)).unwrap_or(ANY_DRIFT_PPB)
 }
 
 fn sorted(values: impl Iterator<Item = i64>) -> heapless::Vec<i64, { STRETCHES + 1 }> {

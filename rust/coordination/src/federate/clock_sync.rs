@@ -11,7 +11,7 @@ use lf_wire::Message;
 
 use super::config::{ClockSync, Config};
 use super::needs::Needs;
-use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker};
+use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker, Trouble};
 
 /// What a datagram led to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -24,6 +24,8 @@ pub struct Received {
     pub corrected: bool,
     /// It came from somebody else than the RTI, and was ignored.
     pub stranger: bool,
+    /// What is wrong with the own clock.
+    pub trouble: Option<Trouble>,
 }
 
 /// What clock synchronization has found out.
@@ -106,16 +108,17 @@ impl Clock {
         }
         let Some(Rounds { responder, tracker }) = self.rounds.first_mut() else { return Received::default() };
         let heard = responder.handle(now, from, datagram);
-        let mut corrected = false;
+        let (mut corrected, mut trouble) = (false, None);
         if let Some(round) = heard.round {
             tracker.record(round);
+            trouble = tracker.trouble();
             if let Some(line) = tracker.line() {
                 self.correction.steer(now, &line, attenuation);
                 corrected = true;
             }
         }
         let answer = heard.answer.then_some(Message::T3 { federate: config.id.0 });
-        Received { answer, corrected, stranger: false }
+        Received { answer, corrected, stranger: false, trouble }
     }
 
     /// The answer to a datagram is being sent; `now` is the time right before.

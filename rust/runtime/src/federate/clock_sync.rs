@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Clock synchronization of a federate over UDP. Before the start it is among the messages of the session.
 
+use core::mem::replace;
+
+use lf_coordination::clock_sync::Trouble;
 use lf_coordination::federate::{ClockSync, Federate, Needs};
 
 use crate::datagram::{DatagramPort, send};
@@ -14,7 +17,11 @@ use log::Level;
 pub(super) struct ClockSyncPort {
     pub(super) port: DatagramPort,
     /// Strangers have been reported.
-    told: bool,
+    stranger: bool,
+    /// Its drift has.
+    drift: bool,
+    /// That its rate changes too quickly has.
+    unsteady: bool,
 }
 
 impl ClockSyncPort {
@@ -27,7 +34,7 @@ impl ClockSyncPort {
         }
         let socket = platform.bind(0)?;
         let number = platform.local_port(socket)?;
-        Ok((Self { port: DatagramPort::new(platform, Some(socket)), told: false }, Some(number)))
+        Ok((Self { port: DatagramPort::new(platform, Some(socket)), ..Self::default() }, Some(number)))
     }
 
     /// Reads the datagrams that have come, a bounded number of them, and answers them.
@@ -35,8 +42,8 @@ impl ClockSyncPort {
         if !P::DATAGRAMS {
             return;
         }
-        let told = &mut self.told;
-        self.port.receive(platform, |platform, socket, now, from, datagram| {
+        let Self { port, stranger, drift, unsteady } = self;
+        port.receive(platform, |platform, socket, now, from, datagram| {
             let heard = machine.handle_datagram(now, from, datagram);
             if let Some(answer) = heard.answer {
                 let now = platform.now();
@@ -46,8 +53,17 @@ impl ClockSyncPort {
             if heard.corrected {
                 set_correction(platform, machine.clock());
             }
-            if heard.stranger && !core::mem::replace(told, true) {
+            if heard.stranger && !replace(stranger, true) {
                 tell(Level::Warn, &Remark::Stranger(from));
+            }
+            if let Some(trouble) = heard.trouble {
+                let told = match trouble {
+                    Trouble::Drift(_) => &mut *drift,
+                    Trouble::Unsteady(_) => &mut *unsteady,
+                };
+                if !replace(told, true) {
+                    tell(Level::Warn, &Remark::ClockTrouble(trouble));
+                }
             }
         });
     }

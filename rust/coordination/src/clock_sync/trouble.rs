@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What can be wrong with a federate's clock, in words.
+
+use core::fmt;
+
+use lf_model::time::Interval;
+use lf_texts::say;
+
+use super::correction::DRIFT_PPB_MAX;
+
+/// Why times of a federate are worse than those of others.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Trouble {
+    /// Its clock has a rate that no oscillator has: so much faster is the RTI's, in parts per thousand million.
+    Drift(i32),
+    /// The rate of its clock changes so quickly that times were off by this much.
+    Unsteady(Interval),
+}
+
+impl fmt::Display for Trouble {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Drift(ppb) => {
+                let verb = if ppb > 0 { "loses" } else { "gains" };
+                say!(f, "the own clock {verb} {} us in a second, ", ppb.unsigned_abs() / 1_000)?;
+                if ppb.unsigned_abs() > DRIFT_PPB_MAX.unsigned_abs() {
+                    say!(f, "more than can be corrected, so times of this federate are wrong")?;
+                } else {
+                    say!(f, "more than any oscillator; it is corrected as long as this federate runs")?;
+                }
+                say!(f, ": check the frequency that it is configured with (CONFIG_SYS_CLOCK_HW_CYCLES_PER_SEC)")
+            }
+            Self::Unsteady(off) => say!(
+                f,
+                "the rate of the own clock changes so quickly that times were off by {} us, as on a simulated board \
+                 whose computer is busy: give that less to do, or compare clocks more often (the `period` of \
+                 clock-sync-options)",
+                off.as_nanos() / 1_000
+            ),
+        }
+    }
+}
