@@ -83,7 +83,7 @@ fn scope(lfz: &Path, recording: &Path, words: &[&str]) -> Result<String> {
     if output.status.success() {
         Ok(String::from_utf8(output.stdout)?)
     } else {
-        Err(String::from_utf8_lossy(&output.stderr).trim().into())
+        Err(String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("error: ").into())
     }
 }
 

@@ -333,7 +333,7 @@ mod tests {
             let without_expectation = attention.plan(begin, Some(begin + second));
             [plan.first.is_some(), plan.second.is_some(), without_expectation.second.is_some()]
         };
-        assert_eq!([begin, until - LEAD_MIN].map(&mut looks), [[false; 3]; 2]);
+        assert_eq!([begin, begin + lost].map(&mut looks), [[false; 3]; 2]);
         assert_eq!(looks(until), [true; 3]);
     }
 
