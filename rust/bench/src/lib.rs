@@ -24,7 +24,7 @@ pub use graph::{Graph, Shape};
 pub use initial::{InitialExchanges, SPREAD_MAX};
 pub use latency::{Latency, forwarder_latency, program_latency, rti_latency};
 pub use peer::{Load, Peer};
-pub use pins::{offsets, read_pins, trend};
+pub use pins::{Pins, read_pins};
 pub use process::{Program, RunningRti, Usage};
 pub use samples::{Samples, micros};
 pub use swarm::{Swarm, Traffic};

@@ -1,55 +1,114 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an oscilloscope at two pins shows: how far apart the clocks are that toggle them (thesis, figure 6.3).
+//! What an oscilloscope at two pins shows, as `lfz scope` tells it: how far apart the clocks are that toggle them
+//! (thesis, figure 6.3).
 
-use std::io::BufRead;
+use std::path::Path;
+use std::process::Command;
 
-use lf_linux::devices::recording::{Recording, Signal};
+use serde::Deserialize;
 
 use crate::Result;
 
-/// The moments in ns at which the first pin of each participant changes, in a recording as `lfz` writes it: a VCD file
-/// with one scope for each.
+/// The edges of a pin beside those of another one.
+#[derive(Debug, PartialEq)]
+pub struct Pins {
+    /// The pin that the other one is compared with.
+    pub reference: String,
+    /// The other one.
+    pub compared: String,
+    /// For each edge that both have: seconds after the first one, and how much later the other pin's is, in µs.
+    pub points: Vec<[f64; 2]>,
+    /// The line through them: its value in µs at the first edge, and its slope in µs/s.
+    pub line: (f64, f64),
+    /// The most that an edge is early or late, in µs.
+    pub worst_us: f64,
+}
+
+#[derive(Deserialize)]
+struct Recording {
+    signals: Vec<Signal>,
+}
+
+#[derive(Deserialize)]
+struct Signal {
+    signal: String,
+}
+
+#[derive(Deserialize)]
+struct Report {
+    reference: String,
+    compared: Vec<Comparison>,
+}
+
+#[derive(Deserialize)]
+struct Comparison {
+    signal: String,
+    delay: Option<Delay>,
+    drift: Option<Drift>,
+    pairs: Vec<Pair>,
+}
+
+#[derive(Deserialize)]
+struct Delay {
+    min_us: f64,
+    max_us: f64,
+}
+
+#[derive(Deserialize)]
+struct Drift {
+    slope_us_per_s: f64,
+    offset_us: f64,
+}
+
+#[derive(Deserialize)]
+struct Pair {
+    time_ns: f64,
+    delay_ns: f64,
+}
+
+/// Compares the first pin of a recording with the first one of another participant, or with the next one.
 ///
 /// # Errors
-/// When it cannot be read, or does not have pins of two participants.
-pub fn read_pins(from: impl BufRead) -> Result<[(String, Vec<i64>); 2]> {
-    let recording = Recording::read("", from)?;
-    let mut pins = recording.pins.into_iter().map(|(name, changes)| {
-        let levels = changes.into_iter().filter(|(_, signal)| matches!(signal, Signal::Level(_)));
-        // What a pin is at first is no edge.
-        (name, levels.skip(1).map(|(at, _)| at.as_nanos()).collect())
-    });
-    match (pins.next(), pins.next()) {
-        (Some(one), Some(other)) => Ok([one, other]),
-        _ => Err("the recording has fewer than two pins; record a program that toggles one in each federate".into()),
+/// When `lfz` cannot read it, or it does not have two pins with edges in common.
+pub fn read_pins(lfz: &Path, recording: &Path) -> Result<Pins> {
+    let Recording { signals } = serde_json::from_str(&scope(lfz, recording, &[])?)?;
+    let (one, other) = two_of(&signals)
+        .ok_or("the recording has fewer than two pins; record a program that toggles one in each federate")?;
+    pins_in(&scope(lfz, recording, &["--reference", one, "--compare", other])?)
+}
+
+/// What `lfz scope` says of a recording.
+fn scope(lfz: &Path, recording: &Path, words: &[&str]) -> Result<String> {
+    let output = Command::new(lfz).arg("scope").arg(recording).args(words).arg("--json").output()?;
+    if output.status.success() {
+        Ok(String::from_utf8(output.stdout)?)
+    } else {
+        Err(String::from_utf8_lossy(&output.stderr).trim().trim_start_matches("error: ").into())
     }
 }
 
-/// How far the edges of one pin come after those of another one that should come at the same time: when, in seconds
-/// after the first one, and by how much, in µs. An edge without one of the other pin within `reach_ns` is left out.
-#[expect(clippy::cast_precision_loss, reason = "recordings are far shorter than 2^53 ns")]
-pub fn offsets(one: &[i64], other: &[i64], reach_ns: i64) -> Vec<[f64; 2]> {
-    let Some(first) = one.first() else { return Vec::new() };
-    let nearest = |edge: &i64| {
-        let place = other.partition_point(|candidate| candidate < edge);
-        let around = &other[place.saturating_sub(1)..(place + 1).min(other.len())];
-        let nearest = around.iter().min_by_key(|candidate| (**candidate - edge).abs())?;
-        let offset = nearest - edge;
-        (offset.abs() <= reach_ns).then(|| [(edge - first) as f64 / 1e9, offset as f64 / 1e3])
-    };
-    one.iter().filter_map(nearest).collect()
+fn two_of(signals: &[Signal]) -> Option<(&str, &str)> {
+    let (one, others) = signals.split_first()?;
+    let participant = |signal: &Signal| signal.signal.split('.').next().map(str::to_owned);
+    let other = others.iter().find(|other| participant(other) != participant(one)).or(others.first())?;
+    Some((&one.signal, &other.signal))
 }
 
-/// The line through points with the least squares, as its value at 0 and its slope; none for fewer than two values of
-/// x.
-#[expect(clippy::cast_precision_loss, reason = "there are few points")]
-pub fn trend(points: &[[f64; 2]]) -> Option<(f64, f64)> {
-    let count = points.len() as f64;
-    let mean = |of: fn(&[f64; 2]) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(|point| point[0]), mean(|point| point[1]));
-    let spread: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
-    let slope = points.iter().map(|point| (point[0] - x) * (point[1] - y)).sum::<f64>() / spread;
-    slope.is_finite().then_some((y - slope * x, slope))
+fn pins_in(report: &str) -> Result<Pins> {
+    let Report { reference, mut compared } = serde_json::from_str(report)?;
+    let Comparison { signal, delay, drift, pairs } = compared.pop().ok_or("lfz scope has compared nothing")?;
+    let (Some(delay), Some(drift), Some(first)) = (delay, drift, pairs.first()) else {
+        return Err("the pins have too few edges in common; record the program for longer".into());
+    };
+    let first_ns = first.time_ns;
+    let begin_us = drift.offset_us + drift.slope_us_per_s * first_ns / 1e9;
+    Ok(Pins {
+        reference,
+        compared: signal,
+        points: pairs.iter().map(|pair| [(pair.time_ns - first_ns) / 1e9, pair.delay_ns / 1e3]).collect(),
+        line: (begin_us, drift.slope_us_per_s),
+        worst_us: delay.min_us.abs().max(delay.max_us.abs()),
+    })
 }
 
 #[cfg(test)]
@@ -57,27 +116,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drifting_clock_is_a_line() {
-        let one: Vec<i64> = (0..60).map(|second| 1_000_000_000 * second).collect();
-        // 26 µs/s, from 100 µs on; one edge is missing.
-        let mut other: Vec<i64> = one.iter().map(|at| at + 100_000 + at / 1_000_000 * 26).collect();
-        other.remove(7);
-        let points = offsets(&one, &other, 250_000_000);
-        assert_eq!(points.len(), 59);
-        let (begin, slope) = trend(&points).expect("there are points");
-        assert!((begin - 100.0).abs() < 1e-6 && (slope - 26.0).abs() < 1e-6, "{begin} {slope}");
-        assert_eq!(trend(&points[..1]), None);
-        assert_eq!(offsets(&[], &other, 1), Vec::<[f64; 2]>::new());
+    fn pins_of_two_participants_are_compared() {
+        let two = |names: &[&str]| {
+            let signals: Vec<_> = names.iter().map(|name| Signal { signal: (*name).to_owned() }).collect();
+            two_of(&signals).map(|(one, other)| format!("{one} {other}"))
+        };
+        assert_eq!(two(&["a.led0", "a.led1", "b.led0"]).as_deref(), Some("a.led0 b.led0"));
+        assert_eq!(two(&["logic.D0", "logic.D1"]).as_deref(), Some("logic.D0 logic.D1"));
+        assert_eq!(two(&["a.led0"]), None);
     }
 
     #[test]
-    fn edges_are_read_from_a_recording() {
-        let text = "$timescale 1 ns $end\n$scope module a $end\n$var wire 1 ! led0 $end\n$upscope $end\n\
-                    $scope module b $end\n$var wire 1 \" led0 $end\n$upscope $end\n$enddefinitions $end\n\
-                    #0\n0!\n0\"\n#20\n1\"\n#30\n1!\n#70\n0!\n";
-        let [(_, one), (_, other)] = read_pins(text.as_bytes()).expect("it is sound");
-        assert_eq!((one, other), (vec![30, 70], vec![20]));
-        let error = read_pins("$enddefinitions $end\n".as_bytes()).expect_err("there is no pin");
-        assert!(error.to_string().contains("fewer than two pins"), "{error}");
+    fn times_count_from_the_first_edge() {
+        let report = r#"{
+            "reference": "a.led0", "edges": 3, "window_us": 500.0,
+            "compared": [{
+                "signal": "b.led0", "edges": 3, "missing": 0, "extra": 0, "histogram": null,
+                "delay": { "count": 3, "min_us": -30.0, "max_us": 22.0 },
+                "drift": { "slope_us_per_s": 26.0, "offset_us": -56.0, "residual_us": 0.0 },
+                "pairs": [{ "time_ns": 1e9, "delay_ns": -3e4 }, { "time_ns": 2e9, "delay_ns": -4e3 },
+                          { "time_ns": 3e9, "delay_ns": 2.2e4 }]
+            }]
+        }"#;
+        let pins = pins_in(report).expect("it has all");
+        let points = vec![[0.0, -30.0], [1.0, -4.0], [2.0, 22.0]];
+        let (reference, compared) = ("a.led0".to_owned(), "b.led0".to_owned());
+        assert_eq!(pins, Pins { reference, compared, points, line: (-30.0, 26.0), worst_us: 30.0 });
+        let error = pins_in(r#"{ "reference": "a", "compared": [{ "signal": "b", "pairs": [] }] }"#);
+        assert!(error.is_err_and(|error| error.to_string().contains("too few edges in common")));
     }
 }

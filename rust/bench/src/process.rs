@@ -138,6 +138,8 @@ pub struct Usage {
     pub cpu: Duration,
     /// Resident memory in bytes.
     pub resident: u64,
+    /// What of it is the process's own, and not of files whose memory processes share.
+    pub own: u64,
 }
 
 /// What a process has used, as Linux tells; nothing where it does not.
@@ -148,10 +150,14 @@ fn usage(process: u32) -> Usage {
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
     let ticks = |index: usize| fields.get(index).and_then(|field| field.parse::<u64>().ok()).unwrap_or(0);
     let nanoseconds = (ticks(11) + ticks(12)) * 1_000_000_000 / rustix::param::clock_ticks_per_second().max(1);
-    let resident = read("status").lines().find_map(|line| line.strip_prefix("VmRSS:").map(kibibytes)).unwrap_or(0);
-    Usage { cpu: Duration::from_nanos(nanoseconds), resident: resident * 1024 }
+    let status = read("status");
+    let memory = |name: &str| status.lines().find_map(|line| line.strip_prefix(name).map(bytes)).unwrap_or(0);
+    Usage { cpu: Duration::from_nanos(nanoseconds), resident: memory("VmRSS:"), own: memory("RssAnon:") }
 }
 
-fn kibibytes(text: &str) -> u64 {
-    text.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or(0)
+fn bytes(text: &str) -> u64 {
+    text.split_whitespace()
+        .next()
+        .and_then(|kibibytes| kibibytes.parse().ok())
+        .map_or(0, |kibibytes: u64| kibibytes * 1024)
 }

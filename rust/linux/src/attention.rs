@@ -14,6 +14,10 @@
 //! Looking has to pay. Each look in vain makes the next ones rarer, down to one in 2⁶ waits, and one that found
 //! something, or would have, brings them back. So a loop to which nothing comes sleeps; one that is busy looks for no
 //! more than [`SPAN`] at a time; and one whose processor is wanted by somebody else gives it up at once.
+//!
+//! Who gives a processor up while he is awake has it back when all others have had their turns, which are of
+//! milliseconds; who sleeps has it when something comes. So after each such loss the loop only sleeps for
+//! [`WAITS_PER_LOSS`] times as long as the loss was: where the processors are wanted, it soon never looks.
 
 use std::time::{Duration, Instant};
 
@@ -29,6 +33,8 @@ const LEADS_PER_WAIT: u32 = 10;
 const WINDOW: Duration = Duration::from_micros(150);
 /// A yield that takes longer than this was somebody else's turn on the processor.
 const CROWDED: Duration = Duration::from_micros(20);
+/// How many times as long as such a turn there is no look; so looking loses half a percent of the time at most.
+const WAITS_PER_LOSS: u32 = 200;
 /// After so many looks in vain they do not become rarer.
 const IN_VAIN_MAX: u32 = 6;
 
@@ -88,6 +94,8 @@ pub(crate) struct Attention {
     rhythm: Rhythm,
     /// How late timers are, on average.
     lateness: Duration,
+    /// Before this time there is no look: others want the processor.
+    crowded_until: Option<Instant>,
 }
 
 /// One wait: when to look, and when to sleep.
@@ -112,6 +120,7 @@ impl Attention {
     pub(crate) fn plan(&mut self, begin: Instant, end: Option<Instant>) -> Plan {
         let before_end = |time: Instant| end.map_or(time, |end| time.min(end));
         let lead = self.lead();
+        let is_crowded = self.crowded_until.is_some_and(|until| begin < until);
         let is_ahead = |expected: &Instant| *expected > begin && end.is_none_or(|end| *expected < end);
         let beat = self.rhythm.next.filter(|next| next.duration_since(begin) >= LEADS_PER_WAIT * lead);
         let expected = self.expected.take().filter(is_ahead).or(beat.filter(is_ahead));
@@ -122,7 +131,13 @@ impl Attention {
         let is_long = |end: &Instant| end.duration_since(begin) >= LEADS_PER_WAIT * lead;
         let before = end.filter(is_long).and_then(|end| Some((end.checked_sub(lead)?, end)));
         let first = self.after.looks().then(|| before_end(begin + SPAN));
-        Plan { begin, first, second: around.or(before), expected, lead }
+        Plan {
+            begin,
+            first: first.filter(|_| !is_crowded),
+            second: around.or(before).filter(|_| !is_crowded),
+            expected,
+            lead,
+        }
     }
 
     /// How long before a time the loop has to be woken to be awake at that time.
@@ -133,6 +148,11 @@ impl Attention {
     /// A timer for this time has woken the loop now.
     pub(crate) fn learn_lateness(&mut self, time: Instant, now: Instant) {
         self.lateness = (self.lateness * 7 + now.duration_since(time).min(LEAD_MAX)) / 8;
+    }
+
+    /// A look that ends now has lost the processor for so long.
+    pub(crate) fn learn_loss(&mut self, now: Instant, lost: Duration) {
+        self.crowded_until = Some(now + WAITS_PER_LOSS * lost);
     }
 
     /// The wait is over, at this time; `came`: because something has come.
@@ -152,20 +172,28 @@ impl Attention {
     }
 }
 
-/// Looks with `look` until it finds something (`true`), or the time has come, or somebody else wants the processor.
-pub(crate) fn look_until(end: Instant, mut look: impl FnMut() -> bool) -> bool {
+/// How a look has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Looked {
+    /// It has found something.
+    pub(crate) came: bool,
+    /// For how long somebody else had the processor, if it ended for that.
+    pub(crate) lost: Option<Duration>,
+}
+
+/// Looks with `look` until it finds something, or the time has come, or somebody else wants the processor.
+pub(crate) fn look_until(end: Instant, mut look: impl FnMut() -> bool) -> Looked {
     let mut now = Instant::now();
     loop {
-        if look() {
-            return true;
-        }
-        if now >= end {
-            return false;
+        let came = look();
+        if came || now >= end {
+            return Looked { came, lost: None };
         }
         std::thread::yield_now();
         let before = std::mem::replace(&mut now, Instant::now());
-        if now.duration_since(before) > CROWDED {
-            return look();
+        let lost = Some(now.duration_since(before)).filter(|lost| *lost > CROWDED);
+        if lost.is_some() {
+            return Looked { came: look(), lost };
         }
     }
 }
@@ -291,6 +319,24 @@ mod tests {
         assert!(looks(100, expected + WINDOW / 2, true) >= 99);
     }
 
+    /// Where others want the processor, the loop sleeps for many times as long as they have had it; so it does before
+    /// the end of a wait and around expected times. Then it looks again.
+    #[test]
+    fn a_loop_that_has_lost_its_processor_sleeps() {
+        let (mut attention, begin) = (Attention::default(), Instant::now());
+        let (second, lost) = (Duration::from_secs(1), Duration::from_millis(3));
+        attention.learn_loss(begin, lost);
+        let until = begin + WAITS_PER_LOSS * lost;
+        let mut looks = |begin| {
+            attention.expect(Some(begin + second / 2));
+            let plan = attention.plan(begin, Some(begin + second));
+            let without_expectation = attention.plan(begin, Some(begin + second));
+            [plan.first.is_some(), plan.second.is_some(), without_expectation.second.is_some()]
+        };
+        assert_eq!([begin, begin + lost].map(&mut looks), [[false; 3]; 2]);
+        assert_eq!(looks(until), [true; 3]);
+    }
+
     /// A look ends with what it finds, and at its end.
     #[test]
     fn a_look_ends_with_what_it_finds() {
@@ -300,7 +346,7 @@ mod tests {
             count += 1;
             true
         });
-        assert!(found && count == 1);
-        assert!(!look_until(begin, || false));
+        assert_eq!((found, count), (Looked { came: true, lost: None }, 1));
+        assert!(!look_until(begin, || false).came);
     }
 }

@@ -13,7 +13,7 @@ use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Header};
 
-use crate::attention::{Attention, look_until};
+use crate::attention::{Attention, Looked, look_until};
 use crate::clock::Clock;
 use crate::devices;
 use crate::observations::Observations;
@@ -71,7 +71,11 @@ impl Linux {
     }
 
     fn look_until(&mut self, end: std::time::Instant, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {
-        look_until(end, || self.wait_for(Some(Duration::ZERO), ready))
+        let Looked { came, lost } = look_until(end, || self.wait_for(Some(Duration::ZERO), ready));
+        if let Some(lost) = lost {
+            self.attention.learn_loss(std::time::Instant::now(), lost);
+        }
+        came
     }
 
     fn sleep_until(&mut self, end: Option<std::time::Instant>, ready: &mut dyn FnMut(SocketId, Interest)) -> bool {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Clock synchronization: the algorithms in virtual time, the exchanges before the start, and what an oscilloscope saw.
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
 use lf_bench::results::{Axis, Cell, Comparison, Curve, Figure, Finding, Line, Mark, Plot, Row, Table, Who};
-use lf_bench::{InitialExchanges, Program, Result, SPREAD_MAX, clock, micros, offsets, read_pins, trend};
+use lf_bench::{InitialExchanges, Pins, Program, Result, SPREAD_MAX, clock, micros, read_pins};
 
 use crate::arguments::Arguments;
 
@@ -14,8 +12,6 @@ use crate::arguments::Arguments;
 const INITIAL_RUNS: u32 = 10;
 /// The thesis's drift after the exchanges before the start, in µs/s.
 const THESIS_DRIFT: f64 = 26.0;
-/// Edges further apart do not belong together: half of the period of the thesis's timer.
-const REACH_NS: i64 = 250_000_000;
 
 pub(super) fn clocks(arguments: &Arguments) -> Finding {
     let headings =
@@ -81,15 +77,21 @@ fn in_virtual_time() -> Figure {
         #[expect(clippy::cast_precision_loss, reason = "a minute is far below 2^53 ns")]
         seconds.map(|(at, offset)| [at as f64 / 1e9, offset as f64 / 1e3]).collect()
     };
-    let mut curves = with_trend("init", Who::Ours, seen(false));
+    let points = seen(false);
+    // The clock gains evenly, so all of its looks are on the line from the first to the last one.
+    let line = match points[..] {
+        [[begin, first], .., [end, last]] => Some((first, (last - first) / (end - begin))),
+        _ => None,
+    };
+    let mut curves = with_line("init", Who::Ours, points, line);
     curves.push(Curve { label: "on".to_owned(), who: Who::OursToo, line: Line::Points, points: seen(true) });
     offset_figure("Offset of a drifting clock, in virtual time", curves)
 }
 
-/// A curve of points, and the line through them.
-fn with_trend(name: &str, who: Who, points: Vec<[f64; 2]>) -> Vec<Curve> {
+/// A curve of points, and the line through them by its value at 0 and its slope.
+fn with_line(name: &str, who: Who, points: Vec<[f64; 2]>, line: Option<(f64, f64)>) -> Vec<Curve> {
     let end = points.last().map_or(0.0, |point| point[0]);
-    let line = trend(&points).map(|(begin, slope)| Curve {
+    let line = line.map(|(begin, slope)| Curve {
         label: format!("{name}: {slope:.1} µs/s"),
         who,
         line: Line::Solid,
@@ -122,26 +124,21 @@ fn offset_figure(title: &str, mut curves: Vec<Curve>) -> Figure {
 }
 
 /// What was recorded at two pins that two participants toggle at the same logical times.
-pub(super) fn pins(file: &Path) -> Result<Finding> {
-    let open = File::open(file).map_err(|error| format!("{}: {error}", file.display()))?;
-    let [(one, edges), (other, others)] =
-        read_pins(BufReader::new(open)).map_err(|error| format!("{}: {error}", file.display()))?;
-    let points = offsets(&edges, &others, REACH_NS);
-    let (begin, drift) = trend(&points).ok_or("the pins have no two edges in common; record the program for longer")?;
-    let mut worst = points.iter().map(|point| point[1].abs()).collect::<Vec<_>>();
-    worst.sort_by(f64::total_cmp);
+pub(super) fn pins(lfz: &Path, file: &Path) -> Result<Finding> {
+    let Pins { reference, compared, points, line, worst_us } = read_pins(lfz, file)?;
+    let (begin, drift) = line;
     let mut table = Table::new("", ["edges", "at the start µs", "drift µs/s", "worst µs"]);
     table.row(vec![
         Cell::count(points.len() as u64),
         Cell::number(begin, 1),
         Cell::number(drift, 2),
-        worst.last().map_or(Cell::NONE, |worst| Cell::number(*worst, 1)),
+        Cell::number(worst_us, 1),
     ]);
     Ok(Finding {
         title: "Clocks at two pins".to_owned(),
         question: "How far apart do two participants toggle their pins at the same logical times?".to_owned(),
         method: vec![format!(
-            "The edges of the second pin, {other}, after those of the first one, {one}, as recorded in {}.",
+            "The edges of the second pin, {compared}, after those of the first one, {reference}, as recorded in {}.",
             file.display()
         )],
         compared: vec![Comparison {
@@ -153,7 +150,7 @@ pub(super) fn pins(file: &Path) -> Result<Finding> {
             theirs: Cell::number(THESIS_DRIFT, 0),
         }],
         tables: vec![table],
-        figures: vec![offset_figure("Offset of two pins", with_trend("recorded", Who::Ours, points))],
+        figures: vec![offset_figure("Offset of two pins", with_line("recorded", Who::Ours, points, Some(line)))],
         limits: vec![
             "A recording by lfz run --vcd has the time that each participant takes for the federation's: it shows how \
              late its reactions were. How far clocks were off as well is only in one with a time that both share."

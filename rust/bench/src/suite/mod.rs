@@ -111,7 +111,10 @@ impl<'a> Setting<'a> {
             Part::Large => Ok(rti::large(arguments, programs)),
             Part::Clock => Ok(clocks::clocks(arguments)),
             Part::Initial => clocks::initial(arguments, programs),
-            Part::Pins => arguments.recording.as_deref().map_or_else(|| Err("no recording".into()), clocks::pins),
+            Part::Pins => match &arguments.recording {
+                Some(recording) => clocks::pins(&applications.lfz, recording),
+                None => Err("no recording".into()),
+            },
             Part::Delay => applications::delay(applications, arguments.rounds),
             Part::Rate => applications::rate(applications, arguments.rounds),
             Part::Grid => applications::grid(applications, arguments.iterations),

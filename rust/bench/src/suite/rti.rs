@@ -34,13 +34,14 @@ pub(super) fn throughput(arguments: &Arguments, programs: &[Program]) -> Finding
         method: vec![
             format!("Pairs of federates, {} s each, best of {} rounds.", arguments.seconds, arguments.rounds),
             "A sender has up to 8 tags under way; each tag costs NET, TAG, LTC and NET beside its messages.".to_owned(),
+            "Own memory is that part of the resident memory that is not of files, such as the program's.".to_owned(),
         ],
         ..Finding::default()
     };
     let mut table = side_by_side(
         "federates, messages per tag",
         programs,
-        &["messages/s", "CPU µs/message", "resident MB"],
+        &["messages/s", "CPU µs/message", "resident MB", "own MB"],
         "throughput, ours / stock",
     );
     let mut rows = Vec::new();
@@ -56,8 +57,9 @@ pub(super) fn throughput(arguments: &Arguments, programs: &[Program]) -> Finding
                     Cell::greatest(&each(runs, rate), 0),
                     Cell::least(&each(runs, |run| per(run.cpu, run.traffic.messages)), 2),
                     Cell::least(&each(runs, |run| megabytes(run.usage.resident)), 1),
+                    Cell::least(&each(runs, |run| megabytes(run.usage.own)), 1),
                 ],
-                Err(error) => [error.to_string().into(), Cell::NONE, Cell::NONE],
+                Err(error) => [error.to_string().into(), Cell::NONE, Cell::NONE, Cell::NONE],
             });
         }
         let what = format!("messages through the RTI, {federates} federates, {messages} per tag");
@@ -145,7 +147,8 @@ pub(super) fn growth(arguments: &Arguments, programs: &[Program]) -> Finding {
 pub(super) fn large(arguments: &Arguments, programs: &[Program]) -> Finding {
     let graph = Graph::new(Shape::Random, arguments.large, PERIOD_NS);
     let load = Load { period_ns: PERIOD_NS, messages: 1, rounds_ahead: 8 };
-    let headings = ["", "start s", "messages", "grants", "messages/s", "CPU s", "resident MB", "stop ms", "ended"];
+    let headings =
+        ["", "start s", "messages", "grants", "messages/s", "CPU s", "resident MB", "own MB", "stop ms", "ended"];
     let mut table = Table::new("", headings);
     for program in programs {
         let mut cells = vec![Cell::from(program.name())];
@@ -157,6 +160,7 @@ pub(super) fn large(arguments: &Arguments, programs: &[Program]) -> Finding {
                 Cell::number(run.traffic.messages_per_second(), 0),
                 Cell::number(run.cpu.as_secs_f64(), 2),
                 Cell::number(megabytes(run.usage.resident), 1),
+                Cell::number(megabytes(run.usage.own), 1),
                 Cell::number(run.stop.as_secs_f64() * 1e3, 0),
                 if run.succeeded { "in order" } else { "with an error" }.into(),
             ]),

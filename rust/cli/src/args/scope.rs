@@ -34,7 +34,7 @@ pub struct ScopeArgs {
     #[arg(long, value_name = "FILE", requires = "reference")]
     pub svg: Option<PathBuf>,
     /// As JSON, for other programs.
-    #[arg(long, requires = "reference")]
+    #[arg(long)]
     pub json: bool,
 }
 

@@ -9,12 +9,14 @@ mod table;
 
 use std::process::ExitCode;
 
+use serde::Serialize;
+
 use crate::args::{EdgeKind, ScopeArgs};
 use crate::failure::Failure;
 use crate::terminal;
 use analysis::{Histogram, Line, Pair, Statistics};
 use file::Signal;
-use report::{Comparison, Report};
+use report::{Comparison, Listing, Report};
 
 /// Compares signals with a reference, or says which there are.
 pub(crate) fn scope(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
@@ -27,8 +29,7 @@ pub(crate) fn scope(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
         });
     }
     let Some(name) = &arguments.reference else {
-        terminal::print(table::signals(&signals))?;
-        return Ok(ExitCode::SUCCESS);
+        return if arguments.json { print_json(&Listing::of(&signals)) } else { print(table::signals(&signals)) };
     };
     let reference = find(&signals, name)?;
     let compared = match arguments.compare.as_slice() {
@@ -50,12 +51,16 @@ pub(crate) fn scope(arguments: &ScopeArgs) -> Result<ExitCode, Failure> {
         plot::write(file, &report, &shown)
             .map_err(|error| Failure::message(format!("cannot draw {}: {error}", file.display())))?;
     }
-    if arguments.json {
-        terminal::print(serde_json::to_string_pretty(&report).map_err(|error| Failure::message(error.to_string()))?)?;
-    } else {
-        terminal::print(table::report(&report))?;
-    }
+    if arguments.json { print_json(&report) } else { print(table::report(&report)) }
+}
+
+fn print(text: String) -> Result<ExitCode, Failure> {
+    terminal::print(text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn print_json(value: &impl Serialize) -> Result<ExitCode, Failure> {
+    print(serde_json::to_string_pretty(value).map_err(|error| Failure::message(error.to_string()))?)
 }
 
 fn find<'s>(signals: &'s [Signal], name: &str) -> Result<&'s Signal, Failure> {
@@ -109,6 +114,20 @@ mod tests {
     #[test]
     fn delays_and_drift_are_told() {
         insta::assert_snapshot!(table::report(&report()));
+    }
+
+    /// Other programs read this: what is added to it does no harm, and what is renamed does.
+    #[test]
+    fn programs_are_told_signals_and_comparisons() {
+        let [mut a, mut b] = boards();
+        let listing = serde_json::to_string_pretty(&Listing::of(&[a, b])).expect("it has no maps");
+        [a, b] = boards();
+        a.edges.truncate(4);
+        b.edges.truncate(4);
+        let compared = vec![compare(&a, &b, 1e7, 2)];
+        let report = Report { reference: a.name, edges: a.edges.len(), window_us: 1e4, compared };
+        let report = serde_json::to_string_pretty(&report).expect("it has no maps");
+        insta::assert_snapshot!(format!("{listing}\n\n{report}"));
     }
 
     #[test]

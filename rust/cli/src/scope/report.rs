@@ -4,6 +4,27 @@
 use serde::Serialize;
 
 use super::analysis::{Histogram, Line, Pair, Statistics};
+use super::file::Signal;
+
+/// Which signals there are.
+#[derive(Debug, Serialize)]
+pub(super) struct Listing<'s> {
+    pub(super) signals: Vec<Listed<'s>>,
+}
+
+/// A signal that can be compared.
+#[derive(Debug, Serialize)]
+pub(super) struct Listed<'s> {
+    pub(super) signal: &'s str,
+    pub(super) edges: usize,
+}
+
+impl<'s> Listing<'s> {
+    pub(super) fn of(signals: &'s [Signal]) -> Self {
+        let listed = |Signal { name, edges }: &'s Signal| Listed { signal: name, edges: edges.len() };
+        Self { signals: signals.iter().map(listed).collect() }
+    }
+}
 
 /// One signal beside the reference.
 #[derive(Debug, Serialize)]

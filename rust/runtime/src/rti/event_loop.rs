@@ -22,8 +22,10 @@ use crate::tracing::{begin, note};
 use crate::turn::Turn;
 use log::Level;
 
-/// How many messages of one connection are handled before the next connection has its turn.
-const MESSAGES_PER_TURN: u32 = 64;
+/// How many messages of one connection are handled before the next connection has its turn: about as many as one read
+/// brings. Where one federate sends to many, what stands behind its messages grants them their tags, so both go out
+/// with one write; it is writes that take an RTI's time.
+const MESSAGES_PER_TURN: u32 = 8192;
 
 /// All that an RTI needs: the machine's memory, and as many inlets and outgoings as that has connections, whose buffers
 /// are in slices or in [`Storage`] that grows.
