@@ -99,6 +99,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     }
 
     /// A message after the start.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn handle_running<'m>(&mut self, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let is_decentralized = self.config.coordination == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));

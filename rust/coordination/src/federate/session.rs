@@ -105,6 +105,7 @@ impl Session {
     }
 
     /// A message before the start.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn handle_message<'m>(
         &mut self,
         config: &Config<'_, impl Needs>,

@@ -215,6 +215,7 @@ impl<'s> Graph<'s> {
 }
 
 /// A federate, or a place in a row, of which there are no more than federates.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(super) fn number(index: usize) -> u16 {
     let Ok(id) = u16::try_from(index) else { panic!("`Rti::new` checks that an id can name each federate") };
     id

@@ -95,6 +95,7 @@ pub(super) struct InTransit<'a> {
 }
 
 impl InTransit<'_> {
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn at(&mut self, index: usize) -> &mut Tag {
         let position = (self.ring.head + index) % self.storage.len();
         &mut self.storage[position]

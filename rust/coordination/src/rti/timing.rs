@@ -29,6 +29,7 @@ impl Rti<'_> {
     /// Gives up on connections that have been silent for too long, on federates that do not answer a stop request, and
     /// on a start for which some have been missing for too long.
     /// Looks at every connection and every federate once.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn handle_timeout(&mut self, now: Instant, outlet: &mut impl Outlet) {
         if self.members.patience().is_due(now) {
             for index in 0..self.members.connections.len() {

@@ -141,6 +141,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
 
     /// Does what can be done now. Bounded by the number of connections with something to do times
     /// [`MESSAGES_PER_TURN`].
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub fn turn(&mut self) -> Turn<Outcome> {
         self.synchronize();
         if !self.aborted && self.platform.interrupted() {

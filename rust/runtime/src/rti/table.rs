@@ -59,6 +59,7 @@ impl<'a, B: Storage> Table<'a, B> {
     }
 
     /// The receiving sides, and the sending sides as the machine sees them.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn outlet<'x, P, N>(
         &'x mut self,
         platform: &'x mut P,

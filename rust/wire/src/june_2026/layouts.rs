@@ -7,6 +7,7 @@ use crate::MessageType;
 macro_rules! layouts {
     ($($variant:ident = $byte:literal, $fixed:literal;)*) => {
         /// The type with this byte, or `None` if this dialect has none.
+        #[cfg_attr(target_pointer_width = "32", inline(never))]
         pub(crate) const fn message_type(byte: u8) -> Option<MessageType> {
             match byte {
                 $($byte => Some(MessageType::$variant),)*
@@ -21,12 +22,12 @@ macro_rules! layouts {
             }
         }
 
-        /// Bytes of a message of a type, type byte included, without what its lengths and counts announce.
-        pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
-            match message_type {
-                $(MessageType::$variant => $fixed,)*
-            }
-        }
+        /// Bytes of a message of each type in the order of [`MessageType`], and no more than a byte for each.
+        const FIXED_BYTES: [u8; MessageType::ALL.len()] = {
+            let mut bytes = [0; MessageType::ALL.len()];
+            $(bytes[MessageType::$variant as usize] = $fixed;)*
+            bytes
+        };
     };
 }
 
@@ -62,6 +63,12 @@ layouts! {
     FedResponse = 102, 33;
     UdpPort = 254, 3;
     Ack = 255, 1;
+}
+
+/// Bytes of a message of a type, type byte included, without what its lengths and counts announce.
+#[cfg_attr(target_pointer_width = "32", inline(never))]
+pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
+    FIXED_BYTES[message_type as usize] as usize
 }
 
 /// Bytes of an upstream entry: federate id and delay.
