@@ -10,7 +10,7 @@ use super::rustc::Diagnostic;
 pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = Vec::new();
     for line in log.lines() {
-        let Some(said) = Said::read(line) else { continue };
+        let Some(said) = NativeDiagnostic::read(line) else { continue };
         match said.level {
             "note" => {
                 if let Some(last) = all.last_mut() {
