@@ -4,8 +4,7 @@
 use lf_federations::{Finished, Lfz, programs};
 
 fn run(name: &str) -> Finished {
-    let finished = Lfz::run(&format!("flow-{name}"), &programs().join(format!("flow/{name}.lf")), &[]).succeed();
-    finished
+    Lfz::run(&format!("flow-{name}"), &programs().join(format!("flow/{name}.lf")), &[]).succeed()
 }
 
 fn last_words(finished: &Finished, federate: &str) -> String {

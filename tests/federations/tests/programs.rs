@@ -241,12 +241,14 @@ fn bodies_can_be_cpp() {
 fn command_lines_set_parameters_of_bodies_in_c() {
     let run = |arguments: &[&str]| {
         let file = programs().join("ParametersInC.lf");
-        Lfz::run("parameters_in_c", &file, &[&["--"], arguments].concat()).succeed()
+        Lfz::run("parameters_in_c", &file, &[&["--"], arguments].concat()).finish()
     };
     let finished = run(&[]);
+    assert_eq!(finished.code(), 0, "{finished}");
     finished.line(&["3, 1, 0.50, 0, 10000000, nobody, 4, 6, 2"]);
     let texts = ["--small", "255", "--really", "true", "--name", "some body", "--twice", "9"];
     let finished = run(&[&["--n", "-5", "--real=-1.25", "--wait", "20", "msec"], &texts[..]].concat());
+    assert_eq!(finished.code(), 0, "{finished}");
     finished.line(&["-5, 255, -1.25, 1, 20000000, some body, 9, -10, 2"]);
     finished.line(&["child: -5, 20000000"]);
     for (argument, value, told) in [
