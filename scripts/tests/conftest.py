@@ -83,6 +83,8 @@ print("[2/2] linking")
 LF = REPOSITORY / "scripts" / "lf"
 # Where the tests that need Zephyr build. Kept, so that only what has changed is built the next time.
 BUILD = REPOSITORY / "target" / "west-tests"
+# What stand-ins for programs and images do.
+SAY = "print(*sys.argv[1:], flush=True)"
 
 
 def is_gone(pid: int) -> bool:
@@ -258,3 +260,12 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lfz_itself: Path) -> 
         monkeypatch.setenv(name, value)
     monkeypatch.chdir(top)
     yield made
+
+
+@pytest.fixture
+def grid(world: World) -> World:
+    """A federation of a program and an image that print their arguments."""
+    world.touch("deployment.yaml")
+    world.program("grid-a", SAY)
+    world.set("STAND_IN_IMAGE", f"import sys\n{SAY}")
+    return world

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from conftest import World
-from test_runs import BOARD, SAY
+from test_runs import BOARD
 from test_zephyr import run
 
 from lf_west.workspace import REPOSITORY
@@ -18,14 +18,11 @@ CLOCKS = "clock_sync/src/ClockSyncPins.lf"
 
 
 @pytest.fixture
-def grid(world: World) -> World:
+def grid(grid: World) -> World:
     """A program and an image with pins, which print their arguments."""
-    world.touch("deployment.yaml")
-    world.program("grid-a", SAY)
-    world.set("STAND_IN_IMAGE", f"import sys\n{SAY}")
-    world.set("STAND_IN_CONFIG", "CONFIG_LF_OSCILLOSCOPE=y")
-    world.set("STAND_IN_MOVES", "1000 any sw0 1")
-    return world
+    grid.set("STAND_IN_CONFIG", "CONFIG_LF_OSCILLOSCOPE=y")
+    grid.set("STAND_IN_MOVES", "1000 any sw0 1")
+    return grid
 
 
 def test_each_participant_records_into_a_file_of_its_own(grid: World, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from ipaddress import IPv4Address, IPv4Interface
 from pathlib import Path
 
 import pytest
-from conftest import LF, World
+from conftest import LF, SAY, World
 from test_runs import BOARD, planned
 
 from lf_west import private_network, qemu
@@ -30,16 +30,13 @@ def addresses(network: PrivateNetwork) -> list[str]:
 
 
 @pytest.fixture
-def grid(world: World) -> World:
+def grid(grid: World) -> World:
     """A program, an image with an interface of its own, and an image for a board of QEMU; all print what they get."""
-    world.describe(a="host", b=BOARD, c="qemu_cortex_m3@A", d=BOARD)
-    world.attach("10.0.0.1", b="10.0.0.2/24", c="10.0.0.3/24")
-    world.touch("deployment.yaml")
-    say = "print(*sys.argv[1:], flush=True)\n"
-    world.program("grid-a", say)
-    world.set("STAND_IN_IMAGE", f"import sys\n{say}")
-    world.program("qemu-system-arm", f"{say}print('lf: the program ended with status 0', flush=True)\nsignal.pause()\n")
-    return world
+    grid.describe(a="host", b=BOARD, c="qemu_cortex_m3@A", d=BOARD)
+    grid.attach("10.0.0.1", b="10.0.0.2/24", c="10.0.0.3/24")
+    ended = "print('lf: the program ended with status 0', flush=True)"
+    grid.program("qemu-system-arm", f"{SAY}\n{ended}\nsignal.pause()\n")
+    return grid
 
 
 def test_a_bridge_has_an_interface_per_board_and_the_rtis_address() -> None:

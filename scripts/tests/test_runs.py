@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from conftest import LF, World, is_gone
+from conftest import LF, SAY, World, is_gone
 
 from lf_west import description
 from lf_west.application import open_application
@@ -21,16 +21,6 @@ from lf_west.federation import Federation, image_file, plan_federation
 from lf_west.main import main
 
 BOARD = "native_sim/native/64"
-SAY = "print(*sys.argv[1:], flush=True)"
-
-
-@pytest.fixture
-def grid(world: World) -> World:
-    """A federation of a program and an image that print their arguments."""
-    world.touch("deployment.yaml")
-    world.program("grid-a", SAY)
-    world.set("STAND_IN_IMAGE", f"import sys\n{SAY}")
-    return world
 
 
 def planned(

@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     pub(crate) recording: Option<PathBuf>,
     /// Measure only this; may be repeated.
     #[arg(long, value_enum, value_name = "PART")]
-    pub(crate) only: Vec<Part>,
+    pub(crate) only: Vec<PartName>,
     /// How often each measurement is made, in turns; the best one counts.
     #[arg(long, value_name = "N", default_value = "3", default_value_if("quick", "true", "2"))]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
@@ -84,7 +84,7 @@ pub(crate) enum Command {
 
 /// What can be measured. The last seven run applications, on `native_sim` too where there is a Zephyr workspace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Part {
+pub(crate) enum PartName {
     /// How long grants and messages are on their way.
     Latency,
     /// Messages per second, processor time for each, and memory.
@@ -116,7 +116,7 @@ pub(crate) enum Part {
     Sizes,
 }
 
-impl Part {
+impl PartName {
     /// Whether it cannot be measured without a Zephyr workspace.
     pub(crate) fn needs_zephyr(self) -> bool {
         matches!(self, Self::Drift | Self::Boards | Self::Sizes)

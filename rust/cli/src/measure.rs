@@ -18,7 +18,7 @@ use crate::failure::Failure;
 type Tag = (i64, u32);
 
 /// A message: the receiver, its input and the tag.
-type Message = (u16, u16, Tag);
+type MessageKey = (u16, u16, Tag);
 
 /// What came of a run.
 #[derive(Debug, PartialEq, Eq)]
@@ -67,9 +67,9 @@ pub(crate) fn read(plan: &Plan, folder: &Path) -> Result<Measured, Failure> {
 #[derive(Debug, Default)]
 struct Observations {
     /// When messages went out.
-    sent: BTreeMap<Message, i64>,
+    sent: BTreeMap<MessageKey, i64>,
     /// When messages came.
-    received: BTreeMap<Message, i64>,
+    received: BTreeMap<MessageKey, i64>,
     /// The longest time from where a tag could begin to a message of it.
     lag_ns: Option<i64>,
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs in Rust with C beside them: what is wrong there is said of its place, and what has changed is compiled.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+mod support;
+
+use support::{folder, lfz, said, text, write};
 
 const PROGRAM: &str = r#"
 target Rust {
@@ -66,60 +66,41 @@ void fan_set(struct fan *fan, uint32_t speed) {
 void fan_on_change(fan_callback callback, void *data) { on_change = callback; its_data = data; }
 "#;
 
-/// A folder with the program.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::create_dir(folder.path().join("driver")).expect("it can be made");
-    write(folder.path(), "P.lf", PROGRAM);
-    write(folder.path(), "driver/fan.h", HEADER);
-    write(folder.path(), "driver/fan.c", SOURCE);
-    write(folder.path(), "driver/private.h", "#include <stdint.h>\n#define MORE 0\n");
-    folder
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    fs::write(folder.join(name), text).expect("it can be written");
-}
-
-fn lfz(folder: &Path, command: &str, variables: &[(&str, &str)]) -> Output {
-    let mut lfz = Command::new(env!("CARGO_BIN_EXE_lfz"));
-    lfz.current_dir(folder).args([command, "P.lf", "--out"]).arg(folder.join("out")).envs(variables.iter().copied());
-    lfz.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env("CARGO_NET_OFFLINE", "true");
-    lfz.output().expect("lfz can be started")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+const FILES: [(&str, &str); 4] = [
+    ("P.lf", PROGRAM),
+    ("driver/fan.h", HEADER),
+    ("driver/fan.c", SOURCE),
+    ("driver/private.h", "#include <stdint.h>\n#define MORE 0\n"),
+];
 
 #[test]
 fn bodies_call_c_which_calls_back_and_is_compiled_again_when_a_header_changes() {
-    let folder = folder();
-    let output = lfz(folder.path(), "run", &[]);
+    let folder = folder(&FILES);
+    let output = said(&mut lfz(folder.path(), &["run"]));
     assert_eq!(text(&output.stdout), "\"a fan\" 30 true true\n30\n", "{}", text(&output.stderr));
 
     write(folder.path(), "driver/private.h", "#include <stdint.h>\n#define MORE 1\n");
-    let output = lfz(folder.path(), "run", &[]);
+    let output = said(&mut lfz(folder.path(), &["run"]));
     assert_eq!(text(&output.stdout), "\"a fan\" 31 true true\n31\n", "{}", text(&output.stderr));
 }
 
 #[test]
 fn errors_in_c_are_at_their_places_in_it() {
-    let folder = folder();
+    let folder = folder(&FILES);
     write(folder.path(), "driver/fan.c", &SOURCE.replace("speed / STEP", "sped / STEP"));
-    let errors = text(&lfz(folder.path(), "build", &[]).stderr);
+    let errors = text(&said(&mut lfz(folder.path(), &["build"])).stderr);
     assert!(errors.contains("\ndriver/fan.c:6:18: error: "), "{errors}");
     assert!(errors.contains("6 |     fan->speed = sped / STEP"), "{errors}");
 
     write(folder.path(), "driver/fan.h", &HEADER.replace("uint8_t", "uint9_t"));
-    let errors = text(&lfz(folder.path(), "build", &[]).stderr);
+    let errors = text(&said(&mut lfz(folder.path(), &["build"])).stderr);
     assert!(errors.contains("\ndriver/fan.h:6:14: error: unknown type name 'uint9_t'"), "{errors}");
 }
 
 #[test]
 fn who_has_no_libclang_is_told_where_to_get_it() {
-    let folder = folder();
-    let output = lfz(folder.path(), "build", &[("LIBCLANG_PATH", "/dev/null")]);
+    let folder = folder(&FILES);
+    let output = said(lfz(folder.path(), &["build"]).env("LIBCLANG_PATH", "/dev/null"));
     let errors = text(&output.stderr);
     assert!(!output.status.success());
     assert!(errors.contains("P.lf:4:17: error: libclang, which reads headers, cannot be loaded: "), "{errors}");

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Programs with crates and modules of their own.
 
+mod support;
+
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+
+use support::{folder, lfz, said, text, write};
 
 const PROGRAM: &str = r#"
 target Rust {
@@ -45,36 +47,10 @@ const FILES: [(&str, &str); 6] = [
     ),
 ];
 
-/// A folder with the program.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    for (name, text) in FILES {
-        write(folder.path(), name, text);
-    }
-    folder
-}
-
-fn write(folder: &Path, name: &str, text: &str) {
-    let path = folder.join(name);
-    fs::create_dir_all(path.parent().expect("it is in the folder")).expect("it can be made");
-    fs::write(path, text).expect("it can be written");
-}
-
-fn lfz(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_lfz"));
-    command.current_dir(folder).args(arguments).args(["P.lf", "--out"]).arg(folder.join("out"));
-    command.env("CARGO_PROFILE_DEV_DEBUG", "0").env("CARGO_INCREMENTAL", "0").env("CARGO_NET_OFFLINE", "true");
-    command.output().expect("lfz can be started")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
 #[test]
 fn bodies_use_crates_and_modules_beside_the_program() {
-    let folder = folder();
-    let output = lfz(folder.path(), &["run"]);
+    let folder = folder(&FILES);
+    let output = said(&mut lfz(folder.path(), &["run"]));
     let errors = text(&output.stderr);
     assert_eq!(text(&output.stdout), "2 1000\n[true, true, false] true\n", "{errors}");
     let lock = fs::read_to_string(folder.path().join("P.lf.lock")).expect("the versions are kept");
@@ -82,16 +58,16 @@ fn bodies_use_crates_and_modules_beside_the_program() {
 
     // The same versions are taken elsewhere.
     fs::remove_dir_all(folder.path().join("out")).expect("it was generated");
-    let output = lfz(folder.path(), &["check", "--bodies"]);
+    let output = said(&mut lfz(folder.path(), &["check", "--bodies"]));
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert_eq!(fs::read_to_string(folder.path().join("P.lf.lock")).expect("it is there"), lock);
 }
 
 #[test]
 fn errors_in_included_files_are_at_their_places_in_them() {
-    let folder = folder();
+    let folder = folder(&FILES);
     write(folder.path(), "units/scale.rs", "pub const KILO: u32 = 1000;\npub const MEGA: u32 = \"1\";\n");
-    let output = lfz(folder.path(), &["check", "--bodies"]);
+    let output = said(&mut lfz(folder.path(), &["check", "--bodies"]));
     let errors = text(&output.stderr);
     assert!(errors.contains("units/scale.rs:2:23: error[E0308]: mismatched types\n"), "{errors}");
     assert!(errors.contains("2 | pub const MEGA: u32 = \"1\";"), "{errors}");
@@ -99,9 +75,9 @@ fn errors_in_included_files_are_at_their_places_in_them() {
 
 #[test]
 fn what_cargo_says_is_passed_on_once() {
-    let folder = folder();
+    let folder = folder(&FILES);
     write(folder.path(), "P.lf", &PROGRAM.replace("log: \"0.4\"", "log: \"999\""));
-    let output = lfz(folder.path(), &["check", "--bodies"]);
+    let output = said(&mut lfz(folder.path(), &["check", "--bodies"]));
     let errors = text(&output.stderr);
     assert!(!output.status.success());
     assert_eq!(errors.matches("error: ").count(), 1, "{errors}");

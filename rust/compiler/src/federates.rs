@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
-use crate::resolve::{Class, Reaction};
+use crate::resolve::{CheckedReaction, Class};
 use crate::syntax::ast::{Host, ReactorKind};
 
 /// One participant.
@@ -19,7 +19,7 @@ pub(crate) struct Part {
 
 /// The participants of a program, and to which of them each instance belongs.
 #[derive(Debug)]
-pub(crate) struct Parts {
+pub(crate) struct Participants {
     pub(crate) federated: bool,
     pub(crate) list: Vec<Part>,
     /// Per instance of the tree; nothing for the federated reactor itself.
@@ -27,12 +27,12 @@ pub(crate) struct Parts {
 }
 
 /// Cuts the tree. A main reactor is one part.
-pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Parts {
+pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diagnostics) -> Participants {
     let root = tree.instances[0].clone();
     let class = &classes[root.class.0];
     if class.ast.kind != ReactorKind::Federated {
         let part = Part { name: root.path.clone(), top: 0, host: None };
-        return Parts { federated: false, list: vec![part], of: vec![Some(0); tree.instances.len()] };
+        return Participants { federated: false, list: vec![part], of: vec![Some(0); tree.instances.len()] };
     }
     check_federated(class, diagnostics);
     let mut parts = Vec::new();
@@ -62,14 +62,14 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
     }
     for (position, part) in parts.iter().enumerate() {
         let child = tree.instances[part.top].child;
-        let mut reactions = class.reactions.iter().map(Reaction::children);
+        let mut reactions = class.reactions.iter().map(CheckedReaction::children);
         if let Some(reaction) = reactions.position(|children| children.keys().all(|it| Some(*it) == child)) {
             check_share(class, reaction, &classes[tree.instances[part.top].class.0], diagnostics);
             tree.add_share(part.top);
             of.push(Some(position));
         }
     }
-    Parts { federated: true, list: parts, of }
+    Participants { federated: true, list: parts, of }
 }
 
 /// Reports a reaction of the federated reactor that would be in a federate of another language.
@@ -131,7 +131,7 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
 }
 
 /// A reaction of the federated reactor runs in the federate whose ports it names, or in all where it names none.
-fn check_reaction(reaction: &Reaction<'_>, class: &Class<'_>, diagnostics: &mut Diagnostics) {
+fn check_reaction(reaction: &CheckedReaction<'_>, class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let children = reaction.children();
     let Some(((first, first_span), (last, last_span))) = children.first_key_value().zip(children.last_key_value())
     else {

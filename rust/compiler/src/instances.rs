@@ -21,7 +21,7 @@ const WIDTH_MAX: i64 = u16::MAX as i64;
 
 /// An instance of a reactor.
 #[derive(Clone, Debug)]
-pub(crate) struct Instance {
+pub(crate) struct ReactorInstance {
     /// Names from below the main reactor, joined by `.`; the main reactor's own name for the first. A member of a bank
     /// has its number behind its name: `sensors[2]`.
     pub(crate) path: String,
@@ -51,7 +51,7 @@ type Origins = BTreeSet<usize>;
 
 /// A mode of an instance.
 #[derive(Debug)]
-pub(crate) struct Mode {
+pub(crate) struct ModeInstance {
     pub(crate) instance: usize,
     /// Its position in the class.
     pub(crate) declared: usize,
@@ -62,9 +62,9 @@ pub(crate) struct Mode {
 /// all others come the [shares](Self::add_share) of federates.
 #[derive(Debug, Default)]
 pub(crate) struct Tree {
-    pub(crate) instances: Vec<Instance>,
+    pub(crate) instances: Vec<ReactorInstance>,
     /// The modes of all instances, in their order.
-    pub(crate) modes: Vec<Mode>,
+    pub(crate) modes: Vec<ModeInstance>,
     /// The parameters of the main reactor on which widths or times depend that have been asked for.
     fixed: RefCell<BTreeMap<usize, Fixed>>,
 }
@@ -108,7 +108,7 @@ struct Next {
 
 /// Builds the tree below the main reactor. The classes must not contain each other in a cycle.
 pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diagnostics) -> Option<Tree> {
-    let mut work = Builder { classes, diagnostics, tree: Tree::default() };
+    let mut work = TreeBuilder { classes, diagnostics, tree: Tree::default() };
     // What is to be added next stands last.
     let mut open = vec![Next { parent: None, child: None, bank_index: None, class: main }];
     while let Some(next) = open.pop() {
@@ -121,7 +121,7 @@ pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diag
         let instance = work.instance(&next);
         work.tree.instances.push(instance);
         let modes = classes[class.0].ast.body.modes.iter().enumerate();
-        let modes = modes.map(|(declared, mode)| Mode { instance: position, declared, initial: mode.initial });
+        let modes = modes.map(|(declared, mode)| ModeInstance { instance: position, declared, initial: mode.initial });
         work.tree.modes.extend(modes);
         if let (Some(parent), Some(child)) = (next.parent, next.child) {
             work.tree.instances[parent].children[child].push(position);
@@ -147,14 +147,14 @@ pub(crate) fn build(classes: &[Class<'_>], main: ClassId, diagnostics: &mut Diag
     (!diagnostics.has_errors()).then_some(tree)
 }
 
-struct Builder<'a> {
+struct TreeBuilder<'a> {
     classes: &'a [Class<'a>],
     diagnostics: &'a mut Diagnostics,
     tree: Tree,
 }
 
-impl Builder<'_> {
-    fn instance(&mut self, next: &Next) -> Instance {
+impl TreeBuilder<'_> {
+    fn instance(&mut self, next: &Next) -> ReactorInstance {
         let declared = &self.classes[next.class.0];
         let container = next.parent.map(|parent| &self.tree.instances[parent]);
         let child =
@@ -192,7 +192,7 @@ impl Builder<'_> {
             }
             origins.push(used);
         }
-        let mut instance = Instance {
+        let mut instance = ReactorInstance {
             path,
             class: next.class,
             parent: next.parent,
@@ -223,7 +223,7 @@ impl Builder<'_> {
     }
 
     /// A width in the scope of an instance; reports one that is not known, or too large.
-    fn sum(&mut self, instance: &Instance, width: &Width) -> Option<usize> {
+    fn sum(&mut self, instance: &ReactorInstance, width: &Width) -> Option<usize> {
         let class = &self.classes[instance.class.0];
         let scope = Scope::new(class, &instance.numbers, &instance.origins);
         let mut sum = 0_i64;

@@ -14,7 +14,7 @@ const HEADER_BYTES: usize = MessageType::P2pSendingFedId.fixed_bytes();
 
 /// What a federate that has connected is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrival {
+pub enum VisitorReply {
     /// Nothing yet: its introduction has at least this many bytes more.
     Incomplete(usize),
     /// It says that it is this federate: ACK if that one is awaited.
@@ -46,28 +46,28 @@ impl Introduction {
     }
 
     /// What is to be told.
-    pub fn judge(&self, federation_id: &[u8]) -> Arrival {
+    pub fn judge(&self, federation_id: &[u8]) -> VisitorReply {
         if self.taken < HEADER_BYTES {
-            return Arrival::Incomplete(HEADER_BYTES - self.taken);
+            return VisitorReply::Incomplete(HEADER_BYTES - self.taken);
         }
         let [message_type, low, high, length] = self.header;
         if message_type != MessageType::P2pSendingFedId.byte() {
-            return Arrival::Refuse(RejectCode::WrongServer);
+            return VisitorReply::Refuse(RejectCode::WrongServer);
         }
         let whole = HEADER_BYTES + usize::from(length);
         if self.taken < whole {
-            return Arrival::Incomplete(whole - self.taken);
+            return VisitorReply::Incomplete(whole - self.taken);
         }
         if self.differs || usize::from(length) != federation_id.len() {
-            return Arrival::Refuse(RejectCode::FederationIdMismatch);
+            return VisitorReply::Refuse(RejectCode::FederationIdMismatch);
         }
-        Arrival::Introduced(FederateId(u16::from_le_bytes([low, high])))
+        VisitorReply::Introduced(FederateId(u16::from_le_bytes([low, high])))
     }
 }
 
 /// What a federate to which this one has connected thinks of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum IntroductionReply {
     /// Nothing yet.
     Incomplete,
     /// It takes this federate's messages.
@@ -79,13 +79,13 @@ pub enum Answer {
 }
 
 /// Reads the answer to this federate's introduction.
-pub fn read_answer(bytes: &[u8]) -> Answer {
+pub fn read_answer(bytes: &[u8]) -> IntroductionReply {
     match decode(bytes, &Limits::NONE) {
-        Ok(Decoded::Incomplete { .. }) => Answer::Incomplete,
-        Ok(Decoded::Complete { message: Message::Ack, .. }) => Answer::Accepted,
-        Ok(Decoded::Complete { message: Message::Reject(code), .. }) => Answer::Rejected(code),
-        Ok(Decoded::Complete { .. }) => Answer::Rejected(RejectCode::UnexpectedMessage),
-        Err(error) => Answer::Wrong(error),
+        Ok(Decoded::Incomplete { .. }) => IntroductionReply::Incomplete,
+        Ok(Decoded::Complete { message: Message::Ack, .. }) => IntroductionReply::Accepted,
+        Ok(Decoded::Complete { message: Message::Reject(code), .. }) => IntroductionReply::Rejected(code),
+        Ok(Decoded::Complete { .. }) => IntroductionReply::Rejected(RejectCode::UnexpectedMessage),
+        Err(error) => IntroductionReply::Wrong(error),
     }
 }
 
@@ -96,12 +96,12 @@ mod tests {
     const ID: &[u8] = b"Unidentified Federation";
 
     /// Gives so many bytes at a time to a new introduction, never more than it says are missing.
-    fn judge(bytes: &[u8], piece: usize) -> Arrival {
+    fn judge(bytes: &[u8], piece: usize) -> VisitorReply {
         let mut introduction = Introduction::default();
         let mut rest = bytes;
         loop {
             let arrival = introduction.judge(ID);
-            let Arrival::Incomplete(missing) = arrival else { return arrival };
+            let VisitorReply::Incomplete(missing) = arrival else { return arrival };
             let next = &rest[..rest.len().min(missing).min(piece)];
             if next.is_empty() {
                 return arrival;
@@ -117,28 +117,27 @@ mod tests {
         let introduction = |id: &[u8]| [&[0x10, 0, 0, u8::try_from(id.len()).expect("it is short")][..], id].concat();
         for piece in [1, 3, 1000] {
             let judge = |bytes: &[u8]| judge(bytes, piece);
-            assert_eq!(judge(&[0x12, 0, 0, 1]), Arrival::Refuse(RejectCode::WrongServer));
-            let refused = Arrival::Refuse(RejectCode::FederationIdMismatch);
+            assert_eq!(judge(&[0x12, 0, 0, 1]), VisitorReply::Refuse(RejectCode::WrongServer));
+            let refused = VisitorReply::Refuse(RejectCode::FederationIdMismatch);
             for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], b"", &[ID, b"s"].concat()] {
                 assert_eq!(judge(&introduction(other)), refused);
             }
             let right = introduction(ID);
-            assert_eq!(judge(&right), Arrival::Introduced(FederateId(0)));
+            assert_eq!(judge(&right), VisitorReply::Introduced(FederateId(0)));
             for length in 0..right.len() {
-                assert!(
-                    matches!(judge(&right[..length]), Arrival::Incomplete(missing) if missing <= right.len() - length)
-                );
+                let VisitorReply::Incomplete(missing) = judge(&right[..length]) else { panic!("{length} bytes") };
+                assert!(missing <= right.len() - length);
             }
         }
     }
 
     #[test]
     fn answers_are_told_apart() {
-        assert_eq!(read_answer(&[]), Answer::Incomplete);
-        assert_eq!(read_answer(&[255]), Answer::Accepted);
-        assert_eq!(read_answer(&[0]), Answer::Incomplete);
-        assert_eq!(read_answer(&[0, 5]), Answer::Rejected(RejectCode::WrongServer));
-        assert_eq!(read_answer(&[4]), Answer::Rejected(RejectCode::UnexpectedMessage));
-        assert!(matches!(read_answer(&[99]), Answer::Wrong(_)));
+        assert_eq!(read_answer(&[]), IntroductionReply::Incomplete);
+        assert_eq!(read_answer(&[255]), IntroductionReply::Accepted);
+        assert_eq!(read_answer(&[0]), IntroductionReply::Incomplete);
+        assert_eq!(read_answer(&[0, 5]), IntroductionReply::Rejected(RejectCode::WrongServer));
+        assert_eq!(read_answer(&[4]), IntroductionReply::Rejected(RejectCode::UnexpectedMessage));
+        assert!(matches!(read_answer(&[99]), IntroductionReply::Wrong(_)));
     }
 }

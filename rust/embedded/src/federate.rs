@@ -57,9 +57,9 @@ macro_rules! buffers_of {
 /// The static memory of a program `P` with its engine's storage `S` and its connections' buffers `B`.
 ///
 /// It is a static and not on a thread's stack, so that the linker counts it.
-pub struct Memory<P, S, B>(Once<Parts<P, S, B>>);
+pub struct Memory<P, S, B>(Once<FederateParts<P, S, B>>);
 
-struct Parts<P, S, B> {
+struct FederateParts<P, S, B> {
     program: Place<P>,
     storage: Place<S>,
     buffers: B,
@@ -71,7 +71,7 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
     /// Memory that nothing is in yet.
     #[expect(clippy::new_without_default, reason = "it is for statics, which cannot use Default")]
     pub const fn new() -> Self {
-        Self(Once::new(Parts {
+        Self(Once::new(FederateParts {
             program: Place::EMPTY,
             storage: Place::EMPTY,
             buffers: B::EMPTY,

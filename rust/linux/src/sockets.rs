@@ -26,13 +26,13 @@ const EVENTS: usize = 256;
 /// All sockets of one program.
 pub(crate) struct Sockets {
     epoll: OwnedFd,
-    places: Vec<Place>,
+    places: Vec<SocketPlace>,
     events: Vec<epoll::Event>,
     silence: Silence,
 }
 
 #[derive(Debug)]
-struct Place {
+struct SocketPlace {
     generation: u16,
     socket: Option<Socket>,
 }
@@ -202,7 +202,7 @@ impl Sockets {
 
     /// See [`lf_runtime::platform::Platform::set_interest`].
     pub(crate) fn set_interest(&mut self, id: SocketId, interest: Interest) {
-        let Some(Place { generation, socket: Some(socket) }) = self.places.get_mut(usize::from(id.index)) else {
+        let Some(SocketPlace { generation, socket: Some(socket) }) = self.places.get_mut(usize::from(id.index)) else {
             return;
         };
         if *generation != id.generation || socket.interest == interest {
@@ -273,7 +273,9 @@ impl Sockets {
 
     fn descriptor(&self, id: SocketId) -> Result<&OwnedFd, NetError> {
         match self.places.get(usize::from(id.index)) {
-            Some(Place { generation, socket: Some(socket) }) if *generation == id.generation => Ok(&socket.descriptor),
+            Some(SocketPlace { generation, socket: Some(socket) }) if *generation == id.generation => {
+                Ok(&socket.descriptor)
+            }
             _ => Err(NetError::Stale),
         }
     }
@@ -283,7 +285,7 @@ impl Sockets {
         let index = free.unwrap_or(self.places.len());
         let id_index = u16::try_from(index).map_err(|_| NetError::NoSocketLeft)?;
         if free.is_none() {
-            self.places.push(Place { generation: 0, socket: None });
+            self.places.push(SocketPlace { generation: 0, socket: None });
         }
         let place = &mut self.places[index];
         let id = SocketId { index: id_index, generation: place.generation };

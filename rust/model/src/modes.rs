@@ -201,7 +201,7 @@ fn request(modes: &[ModeInfo], states: &mut [ModeState], transition: Transition)
 /// What the engine does for modes. The tables lead here, so that a program without modes does not carry it.
 pub(crate) struct Hooks {
     /// A moment at which modes change.
-    pub(crate) at: fn(&mut Change<'_>, Moment<'_>),
+    pub(crate) at: fn(&mut Change<'_>, ModeMoment<'_>),
     /// A reaction has asked for a mode.
     pub(crate) request: fn(&Modes, &mut [ModeState], Transition),
     /// Whether a reaction is in no mode, or in an active one; the last tag is told apart.
@@ -211,7 +211,7 @@ pub(crate) struct Hooks {
 }
 
 /// When something becomes of modes.
-pub(crate) enum Moment<'a> {
+pub(crate) enum ModeMoment<'a> {
     /// The start: the initial modes are active, and the timers of all others wait.
     Start(Instant),
     /// A tag is complete: what its reactions have asked for is carried out.
@@ -263,11 +263,11 @@ impl Change<'_> {
         parent.is_none_or(|parent| self.has(parent, ModeState::ACTIVE))
     }
 
-    fn at(&mut self, moment: Moment<'_>) {
+    fn at(&mut self, moment: ModeMoment<'_>) {
         match moment {
-            Moment::Start(start) => self.start(start),
-            Moment::Complete(cells) => self.change(cells),
-            Moment::Entry => self.enter(),
+            ModeMoment::Start(start) => self.start(start),
+            ModeMoment::Complete(cells) => self.change(cells),
+            ModeMoment::Entry => self.enter(),
         }
     }
 

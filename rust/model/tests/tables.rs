@@ -38,15 +38,9 @@ const GOOD: Tables = Tables {
         name: "i",
         trigger: TriggerId(2),
         federate: 1,
-        delay: None,
         max_len: 4,
-        level: u16::MAX,
         awaited: true,
-        physical: false,
-        tardy: false,
-        max_wait: Interval::ZERO,
-        absent_after: Interval::ZERO,
-        readers: &[],
+        ..NetworkInput::DEFAULT
     }],
     absence: &[ReactionId(1)],
     ..Tables::DEFAULT

@@ -10,7 +10,7 @@ use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
 use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
 use lf_testkit::network::address_of;
-use support::federation::{Edge, PORT, Plan, RTI, federation_of};
+use support::federation::{PORT, Plan, RTI, edge, federation_of};
 use support::network::Conditions;
 use support::node::{Behavior, Node, NodeStorage};
 use support::world::{Fate, Trouble, World};
@@ -76,7 +76,7 @@ fn an_interruption_still_runs_the_shutdown_reactions() {
 /// A federate whose buffers hold no message would wait for ever; it says so before it begins.
 #[test]
 fn a_buffer_without_room_for_a_message_is_an_error() {
-    let edges = vec![Edge { from: 0, to: 1, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }];
+    let edges = vec![edge(0, 1)];
     let plan = Plan::new(vec![timer(1), Behavior::default()], edges);
     let federation = federation_of(&plan, 0);
     for (input_bytes, output_bytes, which) in [(50, 500, "receive"), (500, 150, "send")] {

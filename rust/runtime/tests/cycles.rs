@@ -9,7 +9,7 @@ use lf_coordination::rti::Outcome;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
 use support::node::{Behavior, Log};
 use support::world::Fate;
@@ -28,10 +28,6 @@ fn asks(period: i64, first: usize, level: u16) -> Behavior {
 /// Answers what comes, at levels from this on.
 fn answers(level: u16) -> Behavior {
     Behavior { relay: true, level, ..Behavior::default() }
-}
-
-fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 fn any_conditions() -> impl Strategy<Value = Conditions> {

@@ -12,7 +12,7 @@ use lf_model::time::{Interval, Tag};
 use lf_model::{Instant, Microstep};
 use lf_runtime::{Coordination, RunError};
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{self, Edge, Plan, Report, run};
 use support::network::Conditions;
 use support::node::{Behavior, Log};
 use support::world::Fate;
@@ -20,7 +20,7 @@ use support::world::Fate;
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
 fn edge(from: u16, to: u16, delay: Option<Interval>) -> Edge {
-    Edge { from, to, delay, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
+    Edge { delay, ..federation::edge(from, to) }
 }
 
 fn timer(offset: i64, period: i64) -> Behavior {

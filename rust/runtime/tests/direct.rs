@@ -7,7 +7,7 @@ mod support;
 use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::Fate;
@@ -21,7 +21,7 @@ fn timer(period: i64) -> Behavior {
 }
 
 fn direct(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: true, waits: (Interval::ZERO, Interval::ZERO) }
+    Edge { physical: true, ..edge(from, to) }
 }
 
 fn assert_complete(report: &Report) {

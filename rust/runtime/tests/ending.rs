@@ -17,7 +17,7 @@ use lf_runtime::platform::NetError;
 use lf_testkit::network::address_of;
 use lf_wire::RejectCode;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, RTI, Report, run};
+use support::federation::{Edge, Plan, RTI, Report, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::Fate;
@@ -30,10 +30,6 @@ const LAST_WORDS: i64 = 3_000;
 
 fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
-}
-
-fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 /// A sender, a relay and a receiver, without an end of their own.

@@ -9,7 +9,7 @@ use lf_coordination::rti::{AfterLoss, Outcome};
 use lf_model::time::Interval;
 use lf_runtime::RunError;
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
 use support::node::{Behavior, Log};
 
@@ -17,10 +17,6 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 
 fn timer(period: i64) -> Behavior {
     Behavior { timer: Some((Interval::ZERO, MS(period))), ..Behavior::default() }
-}
-
-fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) }
 }
 
 fn assert_complete(report: &Report) {
@@ -50,8 +46,7 @@ fn pair() -> Plan {
 /// A fast sender, one whose reaction takes its time, and a receiver of both.
 fn fan_in(delay: Option<Interval>, work: Interval) -> Plan {
     let slow = Behavior { work, ..timer(25) };
-    let edges =
-        vec![Edge { from: 0, to: 2, delay, physical: false, waits: (Interval::ZERO, Interval::ZERO) }, edge(1, 2)];
+    let edges = vec![Edge { delay, ..edge(0, 2) }, edge(1, 2)];
     Plan { timeout: Some(MS(100)), ..Plan::new(vec![timer(1), slow, Behavior::default()], edges) }
 }
 

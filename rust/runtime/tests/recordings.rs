@@ -14,7 +14,7 @@ use lf_runtime::Coordination;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_testkit::golden::{Fill, Frame, Step};
 use lf_testkit::network::address_of;
-use support::federation::{Edge, PORT, Plan, RTI, Ran, run_node};
+use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::{VirtualPlatform, World};
@@ -183,7 +183,7 @@ fn replay(name: &str, id: u16, behavior: Behavior, timeout: Interval, seed: u64)
     let recording = lf_testkit::golden::load(name).unwrap();
     let mut nodes = vec![Behavior::default(); 2];
     nodes[usize::from(id)] = behavior;
-    let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (MS(50), Interval::ZERO) };
+    let edge = Edge { waits: (MS(50), Interval::ZERO), ..edge(0, 1) };
     let plan = Plan {
         coordination: Coordination::Decentralized,
         timeout: Some(timeout),

@@ -10,7 +10,7 @@ use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
 use lf_wire::{Message, RejectCode};
 use proptest::prelude::*;
-use support::federation::{Edge, INTRUSION, Intruder, Plan, run};
+use support::federation::{Edge, INTRUSION, Intruder, Plan, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 
@@ -20,7 +20,7 @@ const MS: fn(i64) -> Interval = Interval::from_millis;
 fn plan(intruders: Vec<Intruder>) -> Plan {
     let sender = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
     let waits = (Interval::FOREVER, Interval::ZERO);
-    let edge = |from| Edge { from, to: 2, delay: None, physical: false, waits };
+    let edge = |from| Edge { waits, ..edge(from, 2) };
     Plan {
         coordination: Coordination::Decentralized,
         timeout: Some(MS(95)),

@@ -11,7 +11,7 @@ use lf_model::time::{Interval, Tag};
 use lf_runtime::Coordination;
 use lf_runtime::trace::{Event, RTI, Record, Subject, Waits, Word};
 use proptest::prelude::*;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 
@@ -23,7 +23,7 @@ fn timer(period: i64) -> Behavior {
 
 /// A sender, one that passes on what comes from it, and a receiver of both.
 fn triangle(waits: Interval) -> Plan {
-    let edge = |from, to| Edge { from, to, delay: None, physical: false, waits: (waits, Interval::ZERO) };
+    let edge = |from, to| Edge { waits: (waits, Interval::ZERO), ..edge(from, to) };
     let relay = Behavior { relay: true, ..Behavior::default() };
     let edges = vec![edge(0, 1), edge(0, 2), edge(1, 2)];
     Plan { timeout: Some(MS(40)), ..Plan::new(vec![timer(5), relay, Behavior::default()], edges) }
@@ -130,7 +130,7 @@ proptest! {
 /// The receiver of a slow federate is recorded as waiting for a grant, and one without an RTI as waiting for the input.
 #[test]
 fn the_reason_of_a_wait_is_recorded() {
-    let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (MS(100), Interval::ZERO) };
+    let edge = Edge { waits: (MS(100), Interval::ZERO), ..edge(0, 1) };
     let plan = Plan { timeout: Some(MS(30)), ..Plan::new(vec![timer(10), timer(1)], vec![edge]) };
     let waits = |coordination| {
         let report = run(&Plan { coordination, ..plan.clone() }, Conditions::seeded(7));

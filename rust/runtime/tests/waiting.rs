@@ -7,21 +7,21 @@ mod support;
 use lf_coordination::rti::AfterLoss;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
-use support::federation::{Edge, Plan, Report, run};
+use support::federation::{Edge, Plan, Report, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::Fate;
 
 const MS: fn(i64) -> Interval = Interval::from_millis;
 
-fn edge(from: u16, to: u16) -> Edge {
-    Edge { from, to, delay: None, physical: false, waits: (Interval::FOREVER, Interval::ZERO) }
+fn awaited(from: u16, to: u16) -> Edge {
+    Edge { waits: (Interval::FOREVER, Interval::ZERO), ..edge(from, to) }
 }
 
 /// A sender and a receiver, which has a timer of its own.
 fn pair(sender: Behavior) -> Plan {
     let receiver = Behavior { timer: Some((Interval::ZERO, MS(10))), ..Behavior::default() };
-    Plan { timeout: Some(MS(3_000)), ..Plan::new(vec![sender, receiver], vec![edge(0, 1)]) }
+    Plan { timeout: Some(MS(3_000)), ..Plan::new(vec![sender, receiver], vec![awaited(0, 1)]) }
 }
 
 fn sender() -> Behavior {
@@ -103,7 +103,7 @@ fn messages_that_wait_for_their_receiver_are_told() {
         timeout: Some(MS(1_000)),
         after_loss: AfterLoss::StopAll,
         fates: vec![(Interval::from_secs(100), 1, Fate::Interrupt)],
-        ..Plan::new(vec![quick, slow], vec![edge(0, 1)])
+        ..Plan::new(vec![quick, slow], vec![awaited(0, 1)])
     };
     let report = run(&plan, Conditions { pipe_bytes: 100, ..Conditions::seeded(1) });
     assert_ends(&report);

@@ -9,7 +9,7 @@ use lf_model::time::Interval;
 use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
 use lf_testkit::messages::encoded;
 use lf_wire::{Message, MessageType, Tag};
-use support::federation::{Edge, PORT, Plan, run_node};
+use support::federation::{PORT, Plan, edge, run_node};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::{VirtualPlatform, World};
@@ -82,8 +82,7 @@ fn complaint(lie: impl FnOnce(&mut Liar) + Send) -> String {
 /// The same, where some numbers of ports are left out.
 fn complaint_with(own_ports: &'static [u16], lie: impl FnOnce(&mut Liar) + Send) -> String {
     let nodes = vec![Behavior::default(); 2];
-    let edge = Edge { from: 0, to: 1, delay: None, physical: false, waits: (Interval::ZERO, Interval::ZERO) };
-    let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge]) };
+    let plan = Plan { trials: TRIALS, keepalive: true, own_ports, ..Plan::new(nodes, vec![edge(0, 1)]) };
     let world = World::new(Conditions::seeded(1));
     let mut platform = world.join(Interval::ZERO, Interval::ZERO);
     let mut federate = world.join(Interval::from_millis(1), Interval::from_millis(1_700));

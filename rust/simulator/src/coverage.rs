@@ -7,7 +7,7 @@ use std::fmt;
 use lf_runtime::RunError;
 
 use crate::check::{self, LateCounts};
-use crate::run::{End, Report};
+use crate::run::{FederateEnd, Report};
 use crate::scenario::{FaultKind, Reactor, Scenario, has_cycle};
 
 /// How many runs had what.
@@ -21,7 +21,7 @@ impl Coverage {
         let counts = &report.counts;
         let asked = report.granted.iter().filter(|granted| granted.is_some()).count();
         let failed = |wanted: fn(&RunError) -> bool| {
-            report.ends.iter().any(|end| matches!(end, End::Ended(Err(error)) if wanted(error)))
+            report.ends.iter().any(|end| matches!(end, FederateEnd::Ended(Err(error)) if wanted(error)))
         };
         let struck = |kind| report.struck.iter().any(|(_, one)| *one == kind);
         let stop_all = scenario.conditions.rti.stop_all_after_loss;

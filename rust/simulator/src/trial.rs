@@ -9,7 +9,7 @@ use crate::check::{self, Expected, Violation};
 use crate::compile::compile_text;
 use crate::coverage::Coverage;
 use crate::program::{Record, Runs};
-use crate::run::{Decided, End, Report, run, run_alone};
+use crate::run::{Decided, FederateEnd, Report, run, run_alone};
 use crate::scenario::{Decentralized, RICH, Scenario, source};
 use crate::waits;
 
@@ -171,7 +171,7 @@ fn by_instance(trace: &[Record]) -> Vec<Record> {
 /// to the RTI; what came later may be missing everywhere. With decentralized coordination nothing is announced, and it
 /// may be missing where something can come from who was struck.
 fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
-    let lost = |federate: usize| !matches!(report.ends[federate], End::Ended(Ok(())));
+    let lost = |federate: usize| !matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
     let victims: Vec<_> = (0..report.ends.len()).filter(|it| lost(*it) || report.is_struck(*it)).collect();
     let announced = victims.iter().map(|federate| report.announced[*federate]).min().unwrap_or(Tag::FOREVER);
     let is_decentralized = scenario.decentralized.is_some();

@@ -1,32 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first seeds violate nothing, and one seed is one run. `cargo xtask simulate` runs many more.
 
+use std::ops::Range;
+
 use lf_simulator::{Coordination, RICH};
+
+/// The hash of each run.
+fn run(coordination: Coordination, seeds: Range<u64>) -> Vec<u64> {
+    lf_simulator::try_seeds(coordination, seeds).unwrap_or_else(|violation| panic!("{violation}"))
+}
 
 fn hold(coordination: Coordination, seeds: &[u64]) {
     for seed in seeds {
-        lf_simulator::try_seeds(coordination, *seed..*seed + 1).unwrap_or_else(|violation| panic!("{violation}"));
+        run(coordination, *seed..*seed + 1);
     }
 }
 
 /// Whatever the program, the network, the clocks and the faults.
 #[test]
 fn the_first_seeds_violate_nothing() {
-    lf_simulator::try_seeds(Coordination::Centralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));
+    run(Coordination::Centralized, 0..150);
 }
 
 /// The same with decentralized coordination: with waits that suffice nothing is late; else all that is late is
 /// reported.
 #[test]
 fn the_first_decentralized_seeds_violate_nothing() {
-    lf_simulator::try_seeds(Coordination::Decentralized, 0..150).unwrap_or_else(|violation| panic!("{violation}"));
+    run(Coordination::Decentralized, 0..150);
 }
 
 /// The same with banks, multiports, modes and watchdogs.
 #[test]
 fn the_first_rich_seeds_violate_nothing() {
     for coordination in [Coordination::Centralized, Coordination::Decentralized] {
-        lf_simulator::try_seeds(coordination, RICH..RICH + 150).unwrap_or_else(|violation| panic!("{violation}"));
+        run(coordination, RICH..RICH + 150);
     }
 }
 
@@ -127,11 +134,7 @@ fn the_rti_rests_while_it_waits_for_the_last_connections() {
 /// The hash of all that was written, when and where, and of all that reactions saw, is the same in a second run.
 #[test]
 fn a_seed_is_a_run_bit_for_bit() {
-    let first =
-        lf_simulator::try_seeds(Coordination::Centralized, 0..40).unwrap_or_else(|violation| panic!("{violation}"));
-    let second =
-        lf_simulator::try_seeds(Coordination::Centralized, 0..40).unwrap_or_else(|violation| panic!("{violation}"));
-    assert_eq!(first, second);
-    let decentralized = || lf_simulator::try_seeds(Coordination::Decentralized, 0..40);
-    assert_eq!(decentralized(), decentralized());
+    for coordination in [Coordination::Centralized, Coordination::Decentralized] {
+        assert_eq!(run(coordination, 0..40), run(coordination, 0..40));
+    }
 }

@@ -13,7 +13,3 @@ pub const NONCE_BYTES: usize = 8;
 pub const HMAC_BYTES: usize = 32;
 /// Longest federation id that the wire can carry, in bytes.
 pub const FEDERATION_ID_BYTES_MAX: usize = 255;
-/// TCP port on which an RTI listens unless told otherwise.
-pub const RTI_PORT_DEFAULT: u16 = 15045;
-/// UDP port from which an RTI synchronizes clocks unless told otherwise.
-pub const RTI_UDP_PORT_DEFAULT: u16 = 15061;

@@ -8,7 +8,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-use self::verdicts::{Counts, Verdict};
+use self::verdicts::{Verdict, Verdicts};
 
 use crate::process;
 use crate::zephyr;
@@ -51,7 +51,7 @@ pub(crate) fn run(repository: &Path, folder: &Path, only: Option<&str>, way: &Wa
             return ExitCode::FAILURE;
         }
     };
-    let mut counts = Counts::default();
+    let mut counts = Verdicts::default();
     for (name, path) in programs.iter().filter(|(name, _)| only.is_none_or(|only| name.contains(only))) {
         let mut command = Command::new(&lfz);
         counts.add(

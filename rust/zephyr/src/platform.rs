@@ -35,13 +35,13 @@ const BROKEN: u32 = raw::ZSOCK_POLLERR | raw::ZSOCK_POLLHUP | raw::ZSOCK_POLLNVA
 /// One program has one; a second one would share the wake-up. An RTI has one beside it that nobody wakes.
 #[derive(Debug)]
 pub struct ZephyrPlatform<const SOCKETS: usize = LF_SOCKETS> {
-    places: [Place; SOCKETS],
+    places: [SocketPlace; SOCKETS],
     /// The descriptor of the wake-up; negative where there is none, which a poll ignores.
     wake: c_int,
 }
 
 #[derive(Debug, Default)]
-struct Place {
+struct SocketPlace {
     generation: u16,
     socket: Option<Socket>,
 }
@@ -67,7 +67,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
 
     /// A platform without sockets that only its sockets and the time wake.
     pub(crate) const fn without_wake() -> Self {
-        Self { places: [const { Place { generation: 0, socket: None } }; SOCKETS], wake: -1 }
+        Self { places: [const { SocketPlace { generation: 0, socket: None } }; SOCKETS], wake: -1 }
     }
 
     /// Which participant of the image this is: only an RTI has no wake-up.
@@ -87,7 +87,7 @@ impl<const SOCKETS: usize> ZephyrPlatform<SOCKETS> {
         Ok(SocketId { index, generation: place.generation })
     }
 
-    fn place(&mut self, id: SocketId) -> Option<&mut Place> {
+    fn place(&mut self, id: SocketId) -> Option<&mut SocketPlace> {
         self.places.get_mut(usize::from(id.index)).filter(|place| place.generation == id.generation)
     }
 
@@ -297,7 +297,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         };
         // SAFETY: it has no precondition.
         let mut longest_ns = clock::longest_wait_ns().min(unsafe { raw::lf_watchdog_feed() });
-        let lacks_buffers = |place: &Place| place.socket.as_ref().is_some_and(|socket| socket.lacks_buffers);
+        let lacks_buffers = |place: &SocketPlace| place.socket.as_ref().is_some_and(|socket| socket.lacks_buffers);
         if self.places.iter().any(lacks_buffers) {
             longest_ns = longest_ns.min(RETRY_NS);
         }

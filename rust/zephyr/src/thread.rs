@@ -31,7 +31,7 @@ impl SpawnPhysicalThread for ReactionContext<'_> {
 type Room = MaybeUninit<[u64; LF_USER_THREAD_CLOSURE_SIZE.div_ceil(8)]>;
 
 /// A thread that is running, or could be.
-struct Place {
+struct ThreadPlace {
     taken: AtomicBool,
     /// How to run what is in the room; set before the thread starts.
     run: UnsafeCell<Option<unsafe fn(*mut Room)>>,
@@ -40,10 +40,14 @@ struct Place {
 
 // SAFETY: the cells are accessed only by the thread that has set `taken` to true, and by the thread that it starts
 // then, which sets `taken` to false after its last access.
-unsafe impl Sync for Place {}
+unsafe impl Sync for ThreadPlace {}
 
-static PLACES: [Place; LF_USER_THREADS] = [const {
-    Place { taken: AtomicBool::new(false), run: UnsafeCell::new(None), closure: UnsafeCell::new(MaybeUninit::uninit()) }
+static PLACES: [ThreadPlace; LF_USER_THREADS] = [const {
+    ThreadPlace {
+        taken: AtomicBool::new(false),
+        run: UnsafeCell::new(None),
+        closure: UnsafeCell::new(MaybeUninit::uninit()),
+    }
 }; LF_USER_THREADS];
 
 /// Starts a thread. A closure that captures more than `CONFIG_LF_USER_THREAD_CLOSURE_SIZE` bytes does not compile.
@@ -55,7 +59,7 @@ pub fn spawn<F: FnOnce() + Send + 'static>(body: F) -> Result<(), ModelError> {
         assert!(size_of::<F>() <= size_of::<Room>(), "the closure captures too much: see LF_USER_THREAD_CLOSURE_SIZE");
         assert!(align_of::<F>() <= align_of::<Room>(), "the closure captures something of unusual alignment");
     }
-    let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
+    let take = |place: &ThreadPlace| !place.taken.swap(true, Ordering::Acquire);
     let free = PLACES.iter().enumerate().find(|(_, place)| take(place));
     let (index, place) = free.ok_or(ModelError::NoThreadLeft { threads: LF_USER_THREADS })?;
     // SAFETY: this thread has just taken the place, so nobody else accesses the cells; the closure fits, as asserted.

@@ -30,11 +30,11 @@ struct Trace {
     ring: Ring<LF_TRACE_RECORDS>,
 }
 
-type Place = Mutex<RefCell<Trace>>;
+type TraceCell = Mutex<RefCell<Trace>>;
 
-static FEDERATE: Place = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
+static FEDERATE: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
 #[cfg(CONFIG_LF_RTI)]
-static RTI: Place = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
+static RTI: TraceCell = Mutex::new(RefCell::new(Trace { header: None, ring: Ring::new() }));
 
 /// Calls `with` for the trace of a participant, while nobody else uses it.
 fn with<T>(whose: Whose, then: impl FnOnce(&mut Trace) -> T) -> T {

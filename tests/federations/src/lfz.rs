@@ -8,7 +8,10 @@ use std::sync::OnceLock;
 
 use serde_json::Value;
 
-use crate::run::Run;
+use crate::run::{Finished, Run};
+
+/// Far longer than any of the programs takes.
+const TIME_LIMIT: &str = "--timeout=180s";
 
 static LFZ: OnceLock<PathBuf> = OnceLock::new();
 
@@ -49,6 +52,20 @@ impl Lfz {
         let mut command = Self::command(["run"]);
         command.arg(file).arg("--out").arg(Self::out(test)).args(arguments);
         Run::start(command)
+    }
+
+    /// Runs programs of a folder to their ends, which have to be good ones, all at the same time because they mostly
+    /// wait. What hangs is ended, and its output shown. `LF_TEST_RTI` in the environment is the RTI.
+    ///
+    /// # Panics
+    /// When one of them ends with an error.
+    pub fn run_all<'n>(folder: &str, names: &[&'n str]) -> Vec<(&'n str, Finished)> {
+        let rti = std::env::var("LF_TEST_RTI").map(|program| format!("--rti={program}"));
+        let arguments: Vec<&str> = std::iter::once(TIME_LIMIT).chain(rti.as_deref()).collect();
+        let file = |name: &str| programs().join(folder).join(format!("{name}.lf"));
+        let start = |name: &str| Self::run(&format!("{folder}-{name}"), &file(name), &arguments);
+        let runs: Vec<(&str, Run)> = names.iter().map(|name| (*name, start(name))).collect();
+        runs.into_iter().map(|(name, run)| (name, run.succeed())).collect()
     }
 
     /// Starts an RTI on a port that the system chooses, and gives it and the port.

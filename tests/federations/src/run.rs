@@ -75,6 +75,17 @@ impl Run {
         Finished { status, lines: std::mem::take(&mut self.seen) }
     }
 
+    /// Waits for its end, which has to be a good one.
+    ///
+    /// # Panics
+    /// When it does not end, or with an error.
+    #[track_caller]
+    pub fn succeed(self) -> Finished {
+        let finished = self.finish();
+        assert_eq!(finished.code(), 0, "{finished}");
+        finished
+    }
+
     /// Sends it a signal.
     ///
     /// # Panics

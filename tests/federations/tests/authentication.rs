@@ -25,8 +25,7 @@ fn meet(program: &Path, federation_id: &str, rti_options: &[&str]) -> (Finished,
 
 #[test]
 fn a_federation_with_authentication_runs() {
-    let finished = Lfz::run("authenticated", &programs().join("Authenticated.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("authenticated", &programs().join("Authenticated.lf"), &[]).succeed();
     assert_eq!(finished.of("sink").find(|line| line.contains("sum")), Some("the sum is 21"), "{finished}");
 }
 

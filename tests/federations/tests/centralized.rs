@@ -7,18 +7,9 @@
 
 use lf_federations::{Lfz, Run, programs};
 
-/// Far longer than any of the programs takes; what hangs is ended, and its output shown.
-const TIME_LIMIT: &str = "--timeout=180s";
-
-/// Runs these programs, all at the same time because they mostly wait, and compares what they print.
+/// Runs these programs, and compares what they print.
 fn check(names: &[&str]) {
-    let rti = std::env::var("LF_TEST_RTI").map(|program| format!("--rti={program}"));
-    let arguments: Vec<&str> = std::iter::once(TIME_LIMIT).chain(rti.as_deref()).collect();
-    let run = |name: &&str| Lfz::run(&format!("centralized-{name}"), &program(name), &arguments);
-    let runs: Vec<(&str, Run)> = names.iter().map(|name| (*name, run(name))).collect();
-    for (name, run) in runs {
-        let finished = run.finish();
-        assert_eq!(finished.code(), 0, "{name}: {finished}");
+    for (name, finished) in Lfz::run_all("centralized", names) {
         insta::with_settings!({
             snapshot_path => "../programs/centralized",
             prepend_module_to_snapshot => false,
@@ -129,8 +120,7 @@ fn the_shortest_way_from_a_physical_action_counts() {
     let file = program("PhysicalDelayPaths");
     let mut command = Lfz::command(["plan"]);
     command.arg(&file);
-    let plan = Run::start(command).finish();
-    assert_eq!(plan.code(), 0, "{plan}");
+    let plan = Run::start(command).succeed();
     let delays = plan.lines.iter().filter(|line| line.contains("least delay from a physical action"));
     let delays: Vec<&str> = delays.map(|line| line.trim()).collect();
     assert_eq!(delays, ["least delay from a physical action to another federate: 2 s"], "{plan}");

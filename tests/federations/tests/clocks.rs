@@ -18,8 +18,8 @@ fn clock_messages(test: &str, program: &str) -> Vec<(String, String)> {
         Run::start(command)
     };
     let runs: Vec<Run> = executables.values().map(start).collect();
-    for finished in runs.into_iter().map(Run::finish).chain([rti.finish()]) {
-        assert_eq!(finished.code(), 0, "{finished}");
+    for run in runs.into_iter().chain([rti]) {
+        run.succeed();
     }
     let trace = std::fs::read_to_string(folder.path().join("messages.csv")).expect("the RTI has written it");
     let columns = trace.lines().map(|line| line.split(',').collect::<Vec<_>>());

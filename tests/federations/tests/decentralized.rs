@@ -6,23 +6,10 @@
 //! `INSTA_UPDATE=always cargo test -p lf-federations --test decentralized` rewrites the traces. With `LF_TEST_RTI` in
 //! the environment the programs run with that RTI, which takes the stock RTI's options; the traces have to be the same.
 
-use lf_federations::{Finished, Lfz, Run, programs};
+use lf_federations::{Finished, Lfz};
 
-/// Far longer than any of the programs takes; what hangs is ended, and its output shown.
-const TIME_LIMIT: &str = "--timeout=180s";
-
-/// Runs these programs, all at the same time because they mostly wait.
-fn run(names: &[&'static str]) -> Vec<(&'static str, Finished)> {
-    let rti = std::env::var("LF_TEST_RTI").map(|program| format!("--rti={program}"));
-    let arguments: Vec<&str> = std::iter::once(TIME_LIMIT).chain(rti.as_deref()).collect();
-    let file = |name: &str| programs().join("decentralized").join(format!("{name}.lf"));
-    let start = |name: &str| Lfz::run(&format!("decentralized-{name}"), &file(name), &arguments);
-    let runs: Vec<(&str, Run)> = names.iter().map(|name| (*name, start(name))).collect();
-    let finished = runs.into_iter().map(|(name, run)| (name, run.finish())).collect::<Vec<_>>();
-    for (name, finished) in &finished {
-        assert_eq!(finished.code(), 0, "{name}: {finished}");
-    }
-    finished
+fn run<'n>(names: &[&'n str]) -> Vec<(&'n str, Finished)> {
+    Lfz::run_all("decentralized", names)
 }
 
 /// Runs programs whose federates wait long enough: no message is late, however busy the computer is.

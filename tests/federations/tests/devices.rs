@@ -31,8 +31,7 @@ fn a_scripted_button_changes_a_lamp_of_another_federate() {
     let folder = tempfile::tempdir().expect("there is room");
     let file = folder.path().join("pins.vcd");
     let vcd = file.to_str().expect("the folder's name is text");
-    let finished = Lfz::run("button", Path::new(PROGRAM), &["--devices", SCRIPT, "--vcd", vcd]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("button", Path::new(PROGRAM), &["--devices", SCRIPT, "--vcd", vcd]).succeed();
     let presses: Vec<&str> = finished.of("button").filter(|line| line.starts_with("press ")).collect();
     assert_eq!(presses.len(), 6, "{finished}");
     let lamp: Vec<&str> = finished.of("lamp").filter(|line| line.starts_with("the lamp is")).collect();
@@ -59,8 +58,7 @@ fn a_thermostat_finds_what_the_script_says_and_the_fan_is_recorded() {
     let vcd = file.to_str().expect("the folder's name is text");
     let program = Path::new("applications/thermostat/src/Thermostat.lf");
     let options = ["--devices", "applications/thermostat/src/room.txt", "--vcd", vcd];
-    let finished = Lfz::run("thermostat", program, &options).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("thermostat", program, &options).succeed();
     let shown: Vec<&str> = finished.of("display").filter(|line| line.contains("wanted")).collect();
     assert_eq!(shown.first(), Some(&"25.0 °C, 20.0 °C wanted, fan at 100 %"), "{finished}");
     assert_eq!(shown.last(), Some(&"22.5 °C, 22.0 °C wanted, fan at 12 %"), "{finished}");
@@ -133,8 +131,7 @@ fn a_program_uses_the_devices_that_the_script_names() {
     let mut answer = [0; 6];
     terminal.read_exact(&mut answer).expect("the program answers");
     assert_eq!(&answer, b"HELLO\n");
-    let finished = run.finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = run.succeed();
     for told in ["1250 mV", "21.500000 degrees", "sw0 is simulated"] {
         assert!(finished.lines.iter().any(|line| line == told), "{told}: {finished}");
     }

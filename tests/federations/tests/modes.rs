@@ -8,8 +8,7 @@ use lf_federations::{Lfz, programs};
 
 #[test]
 fn time_state_and_structure_of_modes() {
-    let finished = Lfz::run("modes", &programs().join("modes/Modes.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("modes", &programs().join("modes/Modes.lf"), &[]).succeed();
     // By scenario, because those of one tag do not depend on each other.
     let mut lines: Vec<&str> =
         finished.lines.iter().map(String::as_str).filter(|line| !line.starts_with("Compil")).collect();

@@ -8,8 +8,7 @@ use lf_federations::{Lfz, Run, programs, wait_for_ends};
 #[test]
 fn hello_world_is_one_process_with_its_own_output() {
     let run = Lfz::run("hello_world", Path::new("applications/hello_world/src/HelloWorld.lf"), &[]);
-    let finished = run.finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = run.succeed();
     let greetings: Vec<&String> =
         finished.lines.iter().filter(|line| !line.starts_with("Compil") && !line.contains("info:")).collect();
     let expected = [
@@ -26,8 +25,7 @@ fn hello_world_is_one_process_with_its_own_output() {
 /// Both spellings of the log macros work, and `logging` says from which level on they are shown.
 #[test]
 fn bodies_print_and_log() {
-    let finished = Lfz::run("talking", &programs().join("Talking.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("talking", &programs().join("Talking.lf"), &[]).succeed();
     let said = |line: &str| finished.lines.iter().any(|found| found == line);
     for line in ["by println", "by eprintln", "info: by info", "warn: by log::warn", "debug: by log::debug"] {
         assert!(said(line), "{line}: {finished}");
@@ -38,21 +36,18 @@ fn bodies_print_and_log() {
 /// The target property is about what C prints, too.
 #[test]
 fn bodies_in_c_print_what_logging_lets_through() {
-    let finished = Lfz::run("talking_in_c", &programs().join("TalkingInC.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("talking_in_c", &programs().join("TalkingInC.lf"), &[]).succeed();
     let said: Vec<&str> = finished.lines.iter().filter(|line| line.contains("by ")).map(String::as_str).collect();
     let expected = ["by lf_print", "WARNING: by lf_print_warning", "LOG: by lf_print_log", "LOG: by LF_PRINT_LOG"];
     assert_eq!(said, expected, "{finished}");
-    let finished = Lfz::run("quiet_in_c", &programs().join("QuietInC.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("quiet_in_c", &programs().join("QuietInC.lf"), &[]).succeed();
     let said: Vec<&str> = finished.lines.iter().filter(|line| line.contains("by ")).map(String::as_str).collect();
     assert_eq!(said, ["WARNING: by lf_print_warning", "by printf"], "{finished}");
 }
 
 #[test]
 fn values_may_be_larger_than_the_stack_of_a_process() {
-    let finished = Lfz::run("large_arrays", &programs().join("LargeArrays.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("large_arrays", &programs().join("LargeArrays.lf"), &[]).succeed();
     let said: Vec<&str> = finished.of("sink").filter(|line| line.contains(" bytes of ")).collect();
     assert_eq!(said, ["1000000 bytes of 1", "1000000 bytes of 2", "1000000 bytes of 3"], "{finished}");
 }
@@ -60,8 +55,7 @@ fn values_may_be_larger_than_the_stack_of_a_process() {
 #[test]
 fn the_message_test_receives_everything_in_order() {
     let run = Lfz::run("message_test", Path::new("applications/message_test/src/MessageTest.lf"), &[]);
-    let finished = run.finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = run.succeed();
     let results: Vec<&str> = finished.of("receiver").filter(|line| line.starts_with("received")).collect();
     assert_eq!(results.len(), 1, "{finished}");
     assert!(results[0].starts_with("received 3000 of 3000 messages in order, "), "{finished}");
@@ -70,8 +64,7 @@ fn the_message_test_receives_everything_in_order() {
 #[test]
 fn the_smart_grid_isolates_the_fault() {
     let run = Lfz::run("smart_grid", Path::new("applications/smart_grid/src/SmartGrid.lf"), &[]);
-    let finished = run.finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = run.succeed();
     for (federate, status) in [("a", "A: closed,"), ("b", "B: open,"), ("c", "C: open,"), ("d", "D: closed,")] {
         let lines: Vec<&str> = finished.of(federate).filter(|line| line.contains("reaction time")).collect();
         assert_eq!(lines.len(), 1, "{finished}");
@@ -82,8 +75,7 @@ fn the_smart_grid_isolates_the_fault() {
 /// Nine programs, eight of which are the members of a bank. The fault of three sensors is outvoted at each tag.
 #[test]
 fn eight_sensors_of_a_bank_are_heard_at_once() {
-    let finished = Lfz::run("voter", Path::new("applications/voter/src/Voter.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("voter", Path::new("applications/voter/src/Voter.lf"), &[]).succeed();
     let votes: Vec<&str> = finished.of("voter").filter(|line| line.contains(" values: ")).collect();
     let expected: Vec<String> = (1..=11)
         .map(|vote| format!("info: vote {vote} of {} values: {}", if vote <= 5 { 8 } else { 7 }, 200 + 10 * vote))
@@ -101,8 +93,7 @@ fn the_smart_grid_without_grants_isolates_the_fault() {
         Lfz::run(&format!("smart_grid_{name}"), Path::new(&file), &[])
     });
     for run in runs {
-        let finished = run.finish();
-        assert_eq!(finished.code(), 0, "{finished}");
+        let finished = run.succeed();
         for (federate, status) in [("b", "B: open,"), ("c", "C: open,")] {
             assert!(finished.of(federate).any(|line| line.starts_with(status)), "{finished}");
         }
@@ -112,14 +103,12 @@ fn the_smart_grid_without_grants_isolates_the_fault() {
 #[test]
 fn messages_that_go_from_federate_to_federate_all_come_in_order() {
     let path = |name: &str| format!("applications/message_test/src/{name}.lf");
-    let finished = Lfz::run("message_test_direct", Path::new(&path("MessageTestDecentralized")), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("message_test_direct", Path::new(&path("MessageTestDecentralized")), &[]).succeed();
     assert!(
         finished.of("receiver").any(|line| line.starts_with("received 3000 of 3000 messages in order")),
         "{finished}"
     );
-    let finished = Lfz::run("message_delay", Path::new(&path("MessageDelay")), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("message_delay", Path::new(&path("MessageDelay")), &[]).succeed();
     assert!(finished.of("delays").any(|line| line.starts_with("1000 messages, delay in us: median ")), "{finished}");
 }
 
@@ -130,13 +119,11 @@ fn a_run_can_be_measured() {
     let folder = tempfile::tempdir().expect("there is room for a folder");
     let bounds = folder.path().join("bounds.yaml");
     let bounds = bounds.to_str().expect("it is a text");
-    let finished = Lfz::run("measured", file, &["--measure", bounds]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("measured", file, &["--measure", bounds]).succeed();
     finished.line(&["12 messages measured"]);
     let mut command = Lfz::command(["plan"]);
     command.arg(file).args(["--stp", bounds]);
-    let plan = Run::start(command).finish();
-    assert_eq!(plan.code(), 0, "{plan}");
+    let plan = Run::start(command).succeed();
     plan.line(&["smallest safe offsets of SmartGridAfter"]);
     let centralized = Path::new("applications/smart_grid/src/SmartGrid.lf");
     let refused = Lfz::run("measured-not", centralized, &["--measure", bounds]).finish();
@@ -188,8 +175,7 @@ fn two_runs_of_a_program_at_once_do_not_mix() {
 /// Arrays, texts, structs and arrays in ports come as they were sent.
 #[test]
 fn bodies_in_c_send_all_kinds_of_values() {
-    let finished = Lfz::run("payloads_in_c", &programs().join("PayloadsInC.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("payloads_in_c", &programs().join("PayloadsInC.lf"), &[]).succeed();
     let said: Vec<&str> = finished.of("sink").filter(|line| !line.contains("info:")).collect();
     let expected = [
         "1: another, 1 elements with the sum 10, 1 and 1.5, 2",
@@ -203,8 +189,7 @@ fn bodies_in_c_send_all_kinds_of_values() {
 /// Structs, lists, texts and times are the same for bodies in C and in Rust.
 #[test]
 fn federates_in_two_languages_understand_each_other() {
-    let finished = Lfz::run("languages", &programs().join("Languages.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("languages", &programs().join("Languages.lf"), &[]).succeed();
     let said = |federate: &str| -> Vec<String> {
         finished.of(federate).filter(|line| !line.contains("info:")).map(str::to_owned).collect()
     };
@@ -225,8 +210,7 @@ fn federates_in_two_languages_understand_each_other() {
 /// Each federate has the C of its own file, whose functions are called like the other's, and calls back.
 #[test]
 fn federates_have_c_beside_their_bodies() {
-    let finished = Lfz::run("c_beside", &programs().join("c_beside/CBeside.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("c_beside", &programs().join("c_beside/CBeside.lf"), &[]).succeed();
     let said: Vec<&str> = finished.of("sum").filter(|line| line.contains(" and ")).collect();
     assert_eq!(said, ["3 and 1", "6 and 2", "9 and 4"], "{finished}");
 }
@@ -235,8 +219,7 @@ fn federates_have_c_beside_their_bodies() {
 #[test]
 fn functions_are_bodies_of_reactions() {
     let file = programs().join("functions_in_c/FunctionsInC.lf");
-    let finished = Lfz::run("functions_in_c", &file, &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("functions_in_c", &file, &[]).succeed();
     finished.line(&["inside has 36, 100, 101 and 102"]);
     finished.line(&["changed to 37 and 51"]);
     assert!(!finished.of("changer").any(|line| line.contains("again")), "{finished}");
@@ -245,8 +228,7 @@ fn functions_are_bodies_of_reactions() {
 /// State and ports have values of classes.
 #[test]
 fn bodies_can_be_cpp() {
-    let finished = Lfz::run("bodies_in_cpp", &programs().join("BodiesInCpp.lf"), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("bodies_in_cpp", &programs().join("BodiesInCpp.lf"), &[]).succeed();
     let said: Vec<&str> = finished.of("both").filter(|line| !line.contains("info:")).collect();
     assert_eq!(said[..6], ["first 1", "first 2", "second 1", "second 2", "both: 1.5, 5", "both: 1.5, 5"], "{finished}");
     let said: Vec<&str> = finished.of("sink").filter(|line| !line.contains("info:")).collect();
@@ -284,13 +266,11 @@ fn command_lines_set_parameters_of_bodies_in_c() {
 #[test]
 fn applications_in_c_do_as_those_in_rust() {
     let file = |name: &str| format!("applications/{name}.lf");
-    let finished = Lfz::run("smart_grid_in_c", Path::new(&file("smart_grid/src/SmartGridInC")), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("smart_grid_in_c", Path::new(&file("smart_grid/src/SmartGridInC")), &[]).succeed();
     for (federate, status) in [("a", "A: closed,"), ("b", "B: open,"), ("c", "C: open,"), ("d", "D: closed,")] {
         assert!(finished.of(federate).any(|line| line.starts_with(status)), "{finished}");
     }
-    let finished = Lfz::run("message_test_in_c", Path::new(&file("message_test/src/MessageTestInC")), &[]).finish();
-    assert_eq!(finished.code(), 0, "{finished}");
+    let finished = Lfz::run("message_test_in_c", Path::new(&file("message_test/src/MessageTestInC")), &[]).succeed();
     let in_order = |line: &str| line.starts_with("received 3000 of 3000 messages in order, ");
     assert!(finished.of("receiver").any(in_order), "{finished}");
 }

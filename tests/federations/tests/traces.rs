@@ -24,8 +24,7 @@ impl Recorded {
         let folder = tempfile::tempdir().expect("there is room");
         let path = folder.path().to_str().expect("the folder's name is text");
         let file = programs().join(format!("{program}.lf"));
-        let finished = Lfz::run(&format!("traces-{program}"), &file, &["--trace", path]).finish();
-        assert_eq!(finished.code(), 0, "{finished}");
+        Lfz::run(&format!("traces-{program}"), &file, &["--trace", path]).succeed();
         let table = Self::convert(folder.path()).expect("the records fit together");
         Self { folder, table }
     }

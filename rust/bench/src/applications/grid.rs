@@ -10,7 +10,7 @@ use crate::Result;
 use crate::results::{Axis, Cell, Comparison, Figure, Finding, Plot, Row, Table, Who};
 
 /// A setting of the thesis, with its reaction times of B and C in milliseconds, as far as it tells them.
-struct Setting {
+struct GridSetting {
     name: &'static str,
     thesis_place: &'static str,
     file: &'static str,
@@ -18,8 +18,8 @@ struct Setting {
 }
 
 /// Thesis, tables 6.2 to 6.4 and figure 6.12.
-const SETTINGS: [Setting; 4] = [
-    Setting {
+const SETTINGS: [GridSetting; 4] = [
+    GridSetting {
         name: "after 25 ms",
         thesis_place: "table 6.2",
         file: "smart_grid/src/SmartGridAfter.lf",
@@ -28,7 +28,7 @@ const SETTINGS: [Setting; 4] = [
             [25.66, 25.68, 25.79, 25.69, 25.68, 25.89, 25.70, 25.70, 26.06, 25.56],
         ]),
     },
-    Setting {
+    GridSetting {
         name: "after 17.5 ms",
         thesis_place: "table 6.3",
         file: "smart_grid/src/SmartGridShortAfter.lf",
@@ -37,7 +37,7 @@ const SETTINGS: [Setting; 4] = [
             [150.25, 149.95, 150.08, 150.01, 149.86, 149.91, 149.82, 149.89, 149.83, 150.16],
         ]),
     },
-    Setting {
+    GridSetting {
         name: "after 12.5 ms, waits of 5 and 15 ms",
         thesis_place: "table 6.4",
         file: "smart_grid/src/SmartGridAfterAndWaits.lf",
@@ -46,7 +46,12 @@ const SETTINGS: [Setting; 4] = [
             [14.18, 16.06, 13.92, 13.35, 14.43, 13.70, 15.34, 12.77, 13.11, 16.32],
         ]),
     },
-    Setting { name: "waits only", thesis_place: "figure 6.12", file: "smart_grid/src/SmartGridWaits.lf", thesis: None },
+    GridSetting {
+        name: "waits only",
+        thesis_place: "figure 6.12",
+        file: "smart_grid/src/SmartGridWaits.lf",
+        thesis: None,
+    },
 ];
 
 /// Delays of the connections to choose from, in microseconds.
@@ -54,7 +59,7 @@ const DELAYS_US: [u32; 16] =
     [25_000, 17_500, 12_500, 8000, 6000, 4000, 3000, 2000, 1500, 1000, 700, 500, 350, 250, 150, 100];
 
 /// How one run went.
-struct Outcome {
+struct GridRun {
     /// Milliseconds from the measurement to the reaction of B and C, if they reacted.
     reactions: [Option<f64>; 2],
     /// A message came late, or a unit did not hear of all others in time.
@@ -88,7 +93,12 @@ pub fn grid(applications: &Applications, iterations: u32) -> Result<Finding> {
     Ok(finding)
 }
 
-fn run_setting(applications: &Applications, setting: &Setting, iterations: u32, finding: &mut Finding) -> Result<()> {
+fn run_setting(
+    applications: &Applications,
+    setting: &GridSetting,
+    iterations: u32,
+    finding: &mut Finding,
+) -> Result<()> {
     let import = applications.file("smart_grid/src/SmartGrid.lf");
     let text = applications.read(setting.file)?.replace("SmartGrid.lf", &import.to_string_lossy());
     let file = applications.variant("SmartGridSetting", &text)?;
@@ -133,7 +143,7 @@ fn run_setting(applications: &Applications, setting: &Setting, iterations: u32, 
 }
 
 /// The longest reaction beside the thesis's.
-fn compare(setting: &Setting, board: Board, ours: &[f64], thesis: &[f64]) -> Option<Comparison> {
+fn compare(setting: &GridSetting, board: Board, ours: &[f64], thesis: &[f64]) -> Option<Comparison> {
     (!ours.is_empty() && !thesis.is_empty()).then(|| Comparison {
         what: format!("longest reaction, {}, {board}", setting.name),
         unit: "ms".to_owned(),
@@ -245,11 +255,11 @@ fn with_delay(applications: &Applications, delay_us: u32) -> String {
     text + "}\n"
 }
 
-fn run(applications: &Applications, board: Board, file: &Path) -> Result<Outcome> {
+fn run(applications: &Applications, board: Board, file: &Path) -> Result<GridRun> {
     let output = applications.run(board, file)?;
     let reactions = ["B", "C"].map(|unit| reaction(&output, unit));
     let late = ["late message", "did not arrive together"].iter().any(|words| output.contains(words));
-    Ok(Outcome { reactions, violated: late || reactions.contains(&None) })
+    Ok(GridRun { reactions, violated: late || reactions.contains(&None) })
 }
 
 /// The time in what a unit says: `B: open, reaction time 25.22 ms`.

@@ -12,10 +12,10 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use lf_bench::applications::{self, Applications, Board};
-use lf_bench::results::{FORMAT, Machine, Outcome, Part as Measured, Results};
+use lf_bench::results::{FORMAT, Machine, Outcome, Part, Results};
 use lf_bench::{Program, Result};
 
-use crate::arguments::{Arguments, Part};
+use crate::arguments::{Arguments, PartName};
 use folder::Folder;
 use progress::Progress;
 
@@ -25,7 +25,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     if let (Some(from), Some(folder)) = (&arguments.from, &folder) {
         return folder.write(&folder::read(from)?);
     }
-    let parts: Vec<Part> = Part::value_variants().iter().copied().filter(|part| is_wanted(arguments, *part)).collect();
+    let parts: Vec<PartName> =
+        PartName::value_variants().iter().copied().filter(|part| is_wanted(arguments, *part)).collect();
     if parts.is_empty() {
         return Err("nothing is left to measure: --only pins needs a --recording".into());
     }
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 failed.push(name.clone());
             }
         }
-        results.parts.push(Measured { name, seconds: took.as_secs_f64(), outcome });
+        results.parts.push(Part { name, seconds: took.as_secs_f64(), outcome });
         // After each part, so that nothing that was measured is lost.
         folder.as_ref().map_or(Ok(()), |folder| folder.write(&results))?;
     }
@@ -67,9 +68,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// A recording is there only where one is given.
-fn is_wanted(arguments: &Arguments, part: Part) -> bool {
+fn is_wanted(arguments: &Arguments, part: PartName) -> bool {
     let is_asked_for = arguments.only.is_empty() || arguments.only.contains(&part);
-    is_asked_for && (part != Part::Pins || arguments.recording.is_some())
+    is_asked_for && (part != PartName::Pins || arguments.recording.is_some())
 }
 
 /// What all parts are measured with.
@@ -98,36 +99,36 @@ impl<'a> Setting<'a> {
         Self { arguments, programs, applications, has_zephyr }
     }
 
-    fn outcome(&self, part: Part) -> Outcome {
+    fn outcome(&self, part: PartName) -> Outcome {
         if part.needs_zephyr() && !self.has_zephyr {
             let reason = "there is no Zephyr workspace; set ZEPHYR_BASE, or run `west zephyr-export` in one";
             return Outcome::Skipped(reason.to_owned());
         }
         let Self { arguments, programs, applications, .. } = self;
         let finding = match part {
-            Part::Latency => latency::latency(arguments, programs),
-            Part::Throughput => Ok(rti::throughput(arguments, programs)),
-            Part::Growth => Ok(rti::growth(arguments, programs)),
-            Part::Large => Ok(rti::large(arguments, programs)),
-            Part::Clock => Ok(clocks::clocks(arguments)),
-            Part::Initial => clocks::initial(arguments, programs),
-            Part::Pins => match &arguments.recording {
+            PartName::Latency => latency::latency(arguments, programs),
+            PartName::Throughput => Ok(rti::throughput(arguments, programs)),
+            PartName::Growth => Ok(rti::growth(arguments, programs)),
+            PartName::Large => Ok(rti::large(arguments, programs)),
+            PartName::Clock => Ok(clocks::clocks(arguments)),
+            PartName::Initial => clocks::initial(arguments, programs),
+            PartName::Pins => match &arguments.recording {
                 Some(recording) => clocks::pins(&applications.lfz, recording),
                 None => Err("no recording".into()),
             },
-            Part::Delay => applications::delay(applications, arguments.rounds),
-            Part::Rate => applications::rate(applications, arguments.rounds),
-            Part::Grid => applications::grid(applications, arguments.iterations),
-            Part::After => applications::smallest_after(applications, arguments.after_runs),
-            Part::Drift => applications::drift(applications, arguments.drift_seconds),
-            Part::Boards => applications::boards(applications, arguments.rounds),
-            Part::Sizes => applications::sizes(applications),
+            PartName::Delay => applications::delay(applications, arguments.rounds),
+            PartName::Rate => applications::rate(applications, arguments.rounds),
+            PartName::Grid => applications::grid(applications, arguments.iterations),
+            PartName::After => applications::smallest_after(applications, arguments.after_runs),
+            PartName::Drift => applications::drift(applications, arguments.drift_seconds),
+            PartName::Boards => applications::boards(applications, arguments.rounds),
+            PartName::Sizes => applications::sizes(applications),
         };
         finding.map_or_else(|error| Outcome::Failed(error.to_string()), Outcome::Measured)
     }
 
     /// About how long a part takes on a computer of two cores that has built everything before.
-    fn nominal(&self, part: Part) -> Duration {
+    fn nominal(&self, part: PartName) -> Duration {
         if part.needs_zephyr() && !self.has_zephyr {
             return Duration::ZERO;
         }
@@ -136,20 +137,20 @@ impl<'a> Setting<'a> {
         // A program of this computer is built in 15 s, and the images of one in a minute.
         let (builds, boards) = if self.applications.boards.len() > 1 { (75, 2) } else { (15, 1) };
         let nominal = match part {
-            Part::Latency => 1 + rounds * (2 + programs) * u64::from(self.arguments.exchanges) / 5000,
-            Part::Throughput => 6 * rounds * programs * (seconds + 1),
-            Part::Growth => 15 * rounds * programs * (seconds + 1),
-            Part::Large => programs * (self.arguments.large_seconds + 2),
-            Part::Clock => 1 + rounds / 4,
-            Part::Initial => 8 * rounds * programs,
-            Part::Pins => 1,
-            Part::Delay => 30 + rounds * 36,
-            Part::Rate => 4 * (builds + boards * rounds * 5),
-            Part::Grid => 4 * (builds + boards * u64::from(iterations) * 5),
-            Part::After => 6 * builds + boards * 4 * u64::from(after_runs) * 2,
-            Part::Drift => 90 + self.arguments.drift_seconds,
-            Part::Boards => (if quick { 4 } else { 8 }) * (60 + rounds * 15),
-            Part::Sizes => (if quick { 2 } else { 12 }) * 50,
+            PartName::Latency => 1 + rounds * (2 + programs) * u64::from(self.arguments.exchanges) / 5000,
+            PartName::Throughput => 6 * rounds * programs * (seconds + 1),
+            PartName::Growth => 15 * rounds * programs * (seconds + 1),
+            PartName::Large => programs * (self.arguments.large_seconds + 2),
+            PartName::Clock => 1 + rounds / 4,
+            PartName::Initial => 8 * rounds * programs,
+            PartName::Pins => 1,
+            PartName::Delay => 30 + rounds * 36,
+            PartName::Rate => 4 * (builds + boards * rounds * 5),
+            PartName::Grid => 4 * (builds + boards * u64::from(iterations) * 5),
+            PartName::After => 6 * builds + boards * 4 * u64::from(after_runs) * 2,
+            PartName::Drift => 90 + self.arguments.drift_seconds,
+            PartName::Boards => (if quick { 4 } else { 8 }) * (60 + rounds * 15),
+            PartName::Sizes => (if quick { 2 } else { 12 }) * 50,
         };
         Duration::from_secs(nominal)
     }

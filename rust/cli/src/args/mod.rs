@@ -308,7 +308,7 @@ pub struct TraceArgs {
 }
 
 /// Where files are generated and compiled, and how.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct Places {
     /// Compile with optimizations.
     #[arg(long)]

@@ -18,13 +18,11 @@ use crate::terminal;
 /// Generates and compiles, and says where the results are.
 pub(super) fn build(arguments: &BuildArgs) -> Result<ExitCode, Failure> {
     let request = Request {
-        file: &arguments.file,
         platform: arguments.platform,
         board: arguments.board.as_deref(),
         federates: &arguments.federates,
         deployment: arguments.deployment.as_deref(),
-        places: &arguments.places,
-        checks_only: false,
+        ..Request::new(&arguments.file, &arguments.places)
     };
     let built = request.build()?;
     if arguments.json {
@@ -132,21 +130,17 @@ federated reactor at example.com:4242 {
 }
 ";
 
-    /// The description of the program for a board, in a folder.
+    /// The description of a program for a board, in a folder.
     fn described(folder: &Path, text: &str, deployment: Option<&Path>) -> Value {
+        described_for(folder, text, Some("some_board"), deployment)
+    }
+
+    fn described_for(folder: &Path, text: &str, board: Option<&str>, deployment: Option<&Path>) -> Value {
         let file = folder.join("Pair.lf");
         fs::write(&file, text).expect("it can be written");
-        let places = Places { release: false, out: Some(folder.join("out")), target_dir: None, home: None };
+        let places = Places { out: Some(folder.join("out")), ..Places::default() };
         let platform = Some(Platform::Zephyr);
-        let request = Request {
-            file: &file,
-            platform,
-            board: Some("some_board"),
-            federates: &[],
-            deployment,
-            places: &places,
-            checks_only: false,
-        };
+        let request = Request { platform, board, deployment, ..Request::new(&file, &places) };
         description(&request.build().expect("crates for Zephyr are generated and not compiled"))
     }
 
@@ -208,21 +202,7 @@ federated reactor at example.com:4242 {
         let named =
             TEXT.replace("clock-sync: init,", "clock-sync: init, platform: { name: \"Zephyr\", board: \"plank\" },");
         let board_of = |text: &str, board: Option<&str>| {
-            let file = folder.path().join("Pair.lf");
-            fs::write(&file, text).expect("it can be written");
-            let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
-            let platform = Some(Platform::Zephyr);
-            let request = Request {
-                file: &file,
-                platform,
-                board,
-                federates: &[],
-                deployment: None,
-                places: &places,
-                checks_only: false,
-            };
-            let built = request.build().expect("crates for Zephyr are generated and not compiled");
-            description(&built)["participants"][0]["board"].clone()
+            described_for(folder.path(), text, board, None)["participants"][0]["board"].take()
         };
         assert_eq!(board_of(&named, Some("beam")), json!("beam"));
         assert_eq!(board_of(&named, None), json!("plank"));
@@ -269,21 +249,8 @@ federated reactor at example.com:4242 {
     #[test]
     fn a_program_without_federates_has_no_rti() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let file = folder.path().join("Alone.lf");
-        fs::write(&file, "target Rust\nmain reactor {\n}\n").expect("it can be written");
-        let places = Places { release: false, out: Some(folder.path().join("out")), target_dir: None, home: None };
-        let platform = Some(Platform::Zephyr);
-        let request = Request {
-            file: &file,
-            platform,
-            board: Some("b"),
-            federates: &[],
-            deployment: None,
-            places: &places,
-            checks_only: false,
-        };
-        let value = description(&request.build().expect("a crate for Zephyr is generated and not compiled"));
+        let value = described(folder.path(), "target Rust\nmain reactor {\n}\n", None);
         assert_eq!(value["rti"], Value::Null);
-        assert_eq!(value["participants"][0]["name"], "Alone");
+        assert_eq!(value["participants"][0]["name"], "Pair");
     }
 }

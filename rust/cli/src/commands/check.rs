@@ -12,15 +12,8 @@ use crate::terminal;
 pub(super) fn check(arguments: &CheckArgs) -> Result<ExitCode, Failure> {
     let file = &arguments.file;
     let (errors, warnings) = if arguments.bodies {
-        let request = Request {
-            file,
-            platform: Some(Platform::Host),
-            board: None,
-            federates: &[],
-            deployment: None,
-            places: &arguments.places,
-            checks_only: true,
-        };
+        let platform = Some(Platform::Host);
+        let request = Request { platform, checks_only: true, ..Request::new(file, &arguments.places) };
         request.build()?.counts
     } else {
         Program::load(file)?.diagnostics.counts()

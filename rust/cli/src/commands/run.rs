@@ -20,15 +20,7 @@ use crate::trace;
 
 /// Builds all participants for this computer and runs them to their end.
 pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
-    let request = Request {
-        file: &arguments.file,
-        platform: Some(Platform::Host),
-        board: None,
-        federates: &[],
-        deployment: None,
-        places: &arguments.places,
-        checks_only: false,
-    };
+    let request = Request { platform: Some(Platform::Host), ..Request::new(&arguments.file, &arguments.places) };
     let built = request.build()?;
     if arguments.measure.is_some() && !built.plan.is_decentralized() {
         let name = &built.plan.name;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread;
 
-use super::messages::Message;
+use super::messages::CargoMessage;
 use super::native;
 use super::progress::Progress;
 use super::rustc::Diagnostic;
@@ -33,7 +33,7 @@ pub(crate) struct Job<'a> {
 
 /// What cargo and rustc said.
 #[derive(Debug, Default)]
-pub(crate) struct Outcome {
+pub(crate) struct BuildOutcome {
     /// Whether everything was compiled.
     pub(crate) success: bool,
     /// The executables, by package.
@@ -48,12 +48,12 @@ impl Job<'_> {
     /// Compiles, and shows progress meanwhile.
     ///
     /// # Errors
-    /// When cargo cannot be run. That something does not compile is no error here, but [`Outcome::success`].
-    pub(crate) fn run(&self, progress: &Progress) -> io::Result<Outcome> {
+    /// When cargo cannot be run. That something does not compile is no error here, but [`BuildOutcome::success`].
+    pub(crate) fn run(&self, progress: &Progress) -> io::Result<BuildOutcome> {
         let mut command = self.command()?;
         let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
         let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-        let mut outcome = Outcome::default();
+        let mut outcome = BuildOutcome::default();
         thread::scope(|scope| -> io::Result<()> {
             let log = scope.spawn(|| stderr.map_or_else(String::new, |stderr| follow(stderr, progress)));
             for line in stdout.into_iter().flat_map(|stdout| BufReader::new(stdout).lines()) {
@@ -87,14 +87,14 @@ impl Job<'_> {
         Ok(command)
     }
 
-    fn understand(&self, line: &str, outcome: &mut Outcome) {
-        let Some(message) = Message::read(line) else { return };
+    fn understand(&self, line: &str, outcome: &mut BuildOutcome) {
+        let Some(message) = CargoMessage::read(line) else { return };
         match message {
-            Message::Diagnostic { manifest_path, message, .. } if manifest_path.starts_with(self.workspace) => {
+            CargoMessage::Diagnostic { manifest_path, message, .. } if manifest_path.starts_with(self.workspace) => {
                 outcome.diagnostics.push(message);
             }
-            Message::Diagnostic { message, .. } if message.is_error() => outcome.diagnostics.push(message),
-            Message::Artifact { manifest_path, target, executable: Some(executable) }
+            CargoMessage::Diagnostic { message, .. } if message.is_error() => outcome.diagnostics.push(message),
+            CargoMessage::Artifact { manifest_path, target, executable: Some(executable) }
                 if manifest_path.starts_with(self.workspace) =>
             {
                 outcome.executables.insert(target.name, executable);
@@ -119,9 +119,9 @@ fn follow(stderr: impl Read, progress: &Progress) -> String {
 mod tests {
     use std::path::Path;
 
-    use super::{Job, Outcome};
+    use super::{BuildOutcome, Job};
 
-    fn understood(lines: &[&str]) -> Outcome {
+    fn understood(lines: &[&str]) -> BuildOutcome {
         let folder = Path::new("/w");
         let job = Job {
             workspace: folder,
@@ -132,7 +132,7 @@ mod tests {
             checks_only: false,
             coloured: false,
         };
-        let mut outcome = Outcome::default();
+        let mut outcome = BuildOutcome::default();
         for line in lines {
             job.understand(line, &mut outcome);
         }

@@ -4,7 +4,7 @@
 use super::scopes::{Kind, Scope, Thing};
 
 /// What rustc has said, as far as it matters here.
-pub(super) struct Said<'a> {
+pub(super) struct RustcError<'a> {
     /// The error's code, or nothing.
     pub(super) code: &'a str,
     pub(super) message: &'a str,
@@ -17,7 +17,7 @@ pub(super) struct Said<'a> {
     pub(super) scope: Option<&'a Scope>,
 }
 
-impl Said<'_> {
+impl RustcError<'_> {
     /// What to do; it takes the place of rustc's own notes.
     pub(super) fn hint(&self) -> Option<String> {
         match self.code {

@@ -10,7 +10,7 @@ use super::rustc::Diagnostic;
 /// One line of it; other reasons are of no interest.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "reason")]
-pub(super) enum Message {
+pub(super) enum CargoMessage {
     /// Something that rustc said.
     #[serde(rename = "compiler-message")]
     Diagnostic { manifest_path: PathBuf, target: Option<Target>, message: Diagnostic },
@@ -28,7 +28,7 @@ pub(super) struct Target {
     pub(super) name: String,
 }
 
-impl Message {
+impl CargoMessage {
     /// Reads a line; there is no message in what is no such JSON, since a build script may print what it likes.
     pub(super) fn read(line: &str) -> Option<Self> {
         serde_json::from_str(line).ok()

@@ -75,7 +75,12 @@ pub(crate) struct Built {
     pub(crate) counts: (usize, usize),
 }
 
-impl Request<'_> {
+impl<'a> Request<'a> {
+    /// Everything, as the program has it.
+    pub(crate) fn new(file: &'a Path, places: &'a Places) -> Self {
+        Self { file, platform: None, board: None, federates: &[], deployment: None, places, checks_only: false }
+    }
+
     /// Generates what was asked for and compiles what runs on this computer.
     ///
     /// # Errors

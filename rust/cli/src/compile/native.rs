@@ -10,7 +10,7 @@ use super::rustc::Diagnostic;
 pub(super) fn diagnostics(log: &str) -> Vec<Diagnostic> {
     let mut all: Vec<Diagnostic> = Vec::new();
     for line in log.lines() {
-        let Some(said) = Said::read(line) else { continue };
+        let Some(said) = NativeDiagnostic::read(line) else { continue };
         match said.level {
             "note" => {
                 if let Some(last) = all.last_mut() {
@@ -58,7 +58,7 @@ const LEVELS: [(&str, &str); 4] =
     [(": fatal error: ", "error"), (": error: ", "error"), (": warning: ", "warning"), (": note: ", "note")];
 
 /// One line.
-struct Said<'a> {
+struct NativeDiagnostic<'a> {
     file: &'a str,
     line: usize,
     column: usize,
@@ -66,7 +66,7 @@ struct Said<'a> {
     message: &'a str,
 }
 
-impl<'a> Said<'a> {
+impl<'a> NativeDiagnostic<'a> {
     fn read(line: &'a str) -> Option<Self> {
         // Cargo puts before a warning of a build script that it is one, and which package's.
         let line = match line.trim_start().strip_prefix("warning: ") {

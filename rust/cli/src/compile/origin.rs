@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use lf_compiler::emit::Emitted;
 use lf_compiler::plan::Plan;
 
-use super::rustc::{Origin, Place};
+use super::rustc::{LfPlace, Origin};
 use super::scopes::Scope;
 use super::source::Program;
 
@@ -38,14 +38,14 @@ impl LfOrigin<'_> {
 }
 
 impl Origin for LfOrigin<'_> {
-    fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
+    fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
         if self.included.contains_key(generated) {
-            return Some(Place { path: self.shown(generated).to_owned(), line, column, verbatim: true });
+            return Some(LfPlace { path: self.shown(generated).to_owned(), line, column, verbatim: true });
         }
         // The C compiler has been told where in the program its lines are.
         let mut sources = self.program.diagnostics.sources().iter();
         if sources.any(|(_, file)| file.path() == generated) {
-            return Some(Place { path: generated.to_owned(), line, column, verbatim: true });
+            return Some(LfPlace { path: generated.to_owned(), line, column, verbatim: true });
         }
         // rustc names files of the workspace relative to it, others by their full path.
         let path = Path::new(generated);
@@ -53,7 +53,7 @@ impl Origin for LfOrigin<'_> {
         let map = &self.emitted.source_map;
         let (lf_path, lf_line, lf_column) = map.to_lf(path, line, column)?;
         let verbatim = map.is_verbatim(path, line, column);
-        Some(Place { path: lf_path.to_owned(), line: lf_line, column: lf_column, verbatim })
+        Some(LfPlace { path: lf_path.to_owned(), line: lf_line, column: lf_column, verbatim })
     }
 
     fn text(&self, path: &str) -> Option<&str> {

@@ -89,27 +89,25 @@ mod tests {
     use super::{Folders, application};
     use crate::args::{Places, Platform};
 
-    fn places() -> Places {
-        Places { release: false, out: None, target_dir: None, home: None }
-    }
-
     #[test]
     fn crates_are_generated_beside_the_source_folder() {
-        let folders = Folders::new(Path::new("/a/b/src/P.lf"), "P", Platform::Host, &places()).expect("home is there");
+        let folders =
+            Folders::new(Path::new("/a/b/src/P.lf"), "P", Platform::Host, &Places::default()).expect("home is there");
         assert_eq!(folders.out, Path::new("/a/b/build/lfz/P/host"));
         assert_eq!(application(Path::new("/a/b/P.lf")), Path::new("/a/b"));
     }
 
     #[test]
     fn a_given_folder_is_taken_as_it_is() {
-        let places = Places { out: Some(PathBuf::from("/x")), target_dir: Some(PathBuf::from("/y")), ..places() };
+        let places =
+            Places { out: Some(PathBuf::from("/x")), target_dir: Some(PathBuf::from("/y")), ..Places::default() };
         let folders = Folders::new(Path::new("P.lf"), "P", Platform::Zephyr, &places).expect("home is there");
         assert_eq!((folders.out.as_path(), folders.shared.as_path()), (Path::new("/x"), Path::new("/y")));
     }
 
     #[test]
     fn a_missing_home_is_named() {
-        let places = Places { home: Some(PathBuf::from("/nowhere")), ..places() };
+        let places = Places { home: Some(PathBuf::from("/nowhere")), ..Places::default() };
         let error = Folders::new(Path::new("P.lf"), "P", Platform::Host, &places).expect_err("it is not there");
         assert!(error.to_string().contains("/nowhere") && error.to_string().contains("LFZ_HOME"), "{error}");
     }

@@ -11,7 +11,7 @@ use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use serde::Deserialize;
 
-use super::hints::Said;
+use super::hints::RustcError;
 use super::scopes::Scope;
 
 /// A diagnostic of rustc, as in its JSON output.
@@ -45,12 +45,12 @@ struct Span {
     suggested_replacement: Option<String>,
     expansion: Option<Box<Expansion>>,
     #[serde(default)]
-    text: Vec<Line>,
+    text: Vec<SpanLine>,
 }
 
 /// A line of a file that a span is in, and the columns that it covers, which count from 1.
 #[derive(Clone, Debug, Deserialize)]
-struct Line {
+struct SpanLine {
     text: String,
     highlight_start: usize,
     highlight_end: usize,
@@ -84,7 +84,7 @@ struct Expansion {
 
 /// A place in an LF file; line and column count from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct LfPlace {
     /// The file, as it was named to the compiler.
     pub(crate) path: String,
     /// The line.
@@ -98,7 +98,7 @@ pub(crate) struct Place {
 /// What has to be known about the program to speak about it.
 pub(crate) trait Origin {
     /// The place in the LF program behind a place in a generated file, which is named as rustc names it.
-    fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place>;
+    fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace>;
     /// The text of an LF file.
     fn text(&self, path: &str) -> Option<&str>;
     /// The bodies of reactions.
@@ -107,7 +107,7 @@ pub(crate) trait Origin {
 
 /// A span that stems from the LF program, as bytes of its file.
 struct Mapped {
-    place: Place,
+    place: LfPlace,
     bytes: Range<usize>,
     is_primary: bool,
     label: Option<String>,
@@ -214,11 +214,11 @@ impl Diagnostic {
 
     /// What to do, where the program tells more than the generated code.
     fn hint(&self, primary: &Mapped, origin: &dyn Origin) -> Option<String> {
-        let Place { path, line, .. } = &primary.place;
+        let LfPlace { path, line, .. } = &primary.place;
         let text = origin.text(path)?;
         let start = text[..primary.bytes.start].rfind('\n').map_or(0, |at| at + 1);
         let end = text[start..].find('\n').map_or(text.len(), |length| start + length);
-        let said = Said {
+        let said = RustcError {
             code: self.code.as_ref().map_or("", |code| &code.code),
             message: &self.message,
             label: primary.label.as_deref().unwrap_or_default(),
@@ -241,10 +241,10 @@ impl Diagnostic {
         !about_files.iter().any(|start| self.message.starts_with(start)) && !is_elsewhere && !changes_others
     }
 
-    fn headline(&self, place: &Place, coloured: bool) -> String {
+    fn headline(&self, place: &LfPlace, coloured: bool) -> String {
         let level = if self.is_error() { "error" } else { "warning" };
         let code = self.code.as_ref().map(|code| format!("[{}]", code.code)).unwrap_or_default();
-        let Place { path, line, column, .. } = place;
+        let LfPlace { path, line, column, .. } = place;
         let message = &self.message;
         if coloured {
             let colour = if self.is_error() { 31 } else { 33 };
@@ -325,7 +325,7 @@ impl std::fmt::Display for Diagnostic {
 /// A diagnostic that is about the program.
 struct Rendered {
     /// Nothing where it is not about the program's text.
-    place: Option<Place>,
+    place: Option<LfPlace>,
     /// What is common to diagnostics of one mistake.
     cause: String,
     text: String,
@@ -383,7 +383,7 @@ fn map(span: &Span, origin: &dyn Origin) -> Option<Mapped> {
         // Types and names are generated from what the declaration itself says.
         let bytes = start + offset..start + offset + word.len();
         let column = place.column + source[start..bytes.start].chars().count();
-        let place = Place { column, verbatim: true, ..place };
+        let place = LfPlace { column, verbatim: true, ..place };
         return Some(Mapped { place, bytes, is_primary: span.is_primary, label: span.label.clone() });
     }
     let end = origin

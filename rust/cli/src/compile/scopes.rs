@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What bodies have in sight, and what their reactors have beside that.
 
-use lf_compiler::plan::{Code, Plan, PortDirection, Reaction, ReactorClass, Tardy};
+use lf_compiler::plan::{Plan, PortDirection, Reaction, ReactorClass, SourceCode, Tardy};
 use serde::{Deserialize, Serialize};
 
 /// The body of a reaction or of one of its handlers.
@@ -48,7 +48,7 @@ impl Scope {
         let of_class = |class: &ReactorClass| -> Vec<Self> {
             let things = things(plan, class);
             let bodies = class.reactions.iter().flat_map(|reaction| codes(reaction).map(move |code| (reaction, code)));
-            let scope = |(reaction, code): (&Reaction, &Code)| Self {
+            let scope = |(reaction, code): (&Reaction, &SourceCode)| Self {
                 path: plan.path(code.at).to_owned(),
                 lines: (code.at.line, code.at.line + code.text.matches('\n').count()),
                 reactor: class.name.clone(),
@@ -112,7 +112,7 @@ impl Kind {
     }
 }
 
-fn codes(reaction: &Reaction) -> impl Iterator<Item = &Code> {
+fn codes(reaction: &Reaction) -> impl Iterator<Item = &SourceCode> {
     let tardy = match &reaction.tardy {
         Some(Tardy::Handler(code)) => Some(code),
         Some(Tardy::Body) | None => None,

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use lf_compiler::emit::{Emitted, SourceMap};
 use serde::{Deserialize, Serialize};
 
-use super::messages::Message;
+use super::messages::CargoMessage;
 use super::origin::included;
-use super::rustc::{self, Origin, Place};
+use super::rustc::{self, LfPlace, Origin};
 use super::scopes::Scope;
 use super::source::Program;
 use crate::failure::Failure;
@@ -57,7 +57,7 @@ pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
     let mut without_std = BTreeMap::new();
     for path in messages {
         for line in read(path)?.lines() {
-            let Some(Message::Diagnostic { manifest_path, target, mut message }) = Message::read(line) else {
+            let Some(CargoMessage::Diagnostic { manifest_path, target, mut message }) = CargoMessage::read(line) else {
                 continue;
             };
             let folder = manifest_path.parent().unwrap_or(&manifest_path);
@@ -132,17 +132,17 @@ fn load(path: &Path) -> Result<Option<Stored>, Failure> {
 }
 
 impl Origin for Crates {
-    fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
+    fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
         let path = Path::new(generated);
         if path.is_absolute() && self.0.values().flatten().any(|stored| stored.texts.contains_key(generated)) {
-            return Some(Place { path: generated.to_owned(), line, column, verbatim: true });
+            return Some(LfPlace { path: generated.to_owned(), line, column, verbatim: true });
         }
         self.0.iter().find_map(|(folder, stored)| {
             let map = &stored.as_ref()?.map;
             let path = path.strip_prefix(folder).ok()?.to_str()?;
             let (lf_path, lf_line, lf_column) = map.to_lf(path, line, column)?;
             let verbatim = map.is_verbatim(path, line, column);
-            Some(Place { path: lf_path.to_owned(), line: lf_line, column: lf_column, verbatim })
+            Some(LfPlace { path: lf_path.to_owned(), line: lf_line, column: lf_column, verbatim })
         })
     }
 

@@ -11,7 +11,7 @@ use lf_linux::devices::recording::{Changes, Recording, Signal};
 use lf_linux::model::time::{Instant, Interval};
 
 /// Something that QEMU says of a controller of pins.
-struct Line<'t> {
+struct QemuLine<'t> {
     time: Instant,
     event: &'t str,
     /// Where the controller is in QEMU's tree of devices.
@@ -19,7 +19,7 @@ struct Line<'t> {
     rest: &'t str,
 }
 
-impl<'t> Line<'t> {
+impl<'t> QemuLine<'t> {
     fn read(line: &'t str) -> Option<Self> {
         let (before, after) = line.split_once(':')?;
         let (seconds, micros) = before.split_once('@')?.1.split_once('.')?;
@@ -40,7 +40,7 @@ impl<'t> Line<'t> {
 /// The recording of a board that has started at a time, of what QEMU has traced. Pins are called as in the devicetree,
 /// where the controllers are in the order in which QEMU makes them: `gpio5_0`. Levels are electrical.
 pub(super) fn recording(name: &str, trace: &str, start: Option<Instant>) -> Recording {
-    let lines: Vec<Line<'_>> = trace.lines().filter_map(Line::read).collect();
+    let lines: Vec<QemuLine<'_>> = trace.lines().filter_map(QemuLine::read).collect();
     // Each is reset once at the beginning; the numbers at the ends of paths are those of their making.
     let mut controllers: Vec<&str> =
         lines.iter().filter(|line| line.event == "pl061_reset").map(|line| line.path).collect();

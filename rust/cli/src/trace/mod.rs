@@ -22,7 +22,7 @@ use story::Story;
 
 /// What was made of a folder.
 #[derive(Debug)]
-pub(crate) struct Outcome {
+pub(crate) struct TraceSummary {
     /// Where time went, for people.
     pub(crate) table: String,
     /// How many participants there are.
@@ -64,7 +64,7 @@ pub(crate) fn prepare(plan: &Plan, folder: &Path) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When there is no trace, one is damaged or of another program, or the file cannot be written.
-pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<Outcome, Failure> {
+pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Result<TraceSummary, Failure> {
     let all = read::read(folder)?;
     let names = Names::read(names.unwrap_or(&folder.join(names::FILE)))?;
     let mut stories = Vec::new();
@@ -86,5 +86,5 @@ pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Res
     let arrows = arrows::draw(&mut stories);
     fs::write(output, perfetto::encode(&stories, &names))
         .map_err(|error| Failure::message(format!("cannot write {}: {error}", output.display())))?;
-    Ok(Outcome { table: table::table(&stories, &names), participants: stories.len(), arrows })
+    Ok(TraceSummary { table: table::table(&stories, &names), participants: stories.len(), arrows })
 }

@@ -115,14 +115,14 @@ impl<'a> Story<'a> {
 
 /// The places at which one thing at a time can last.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Place {
+enum Track {
     Tag,
     Reaction(u16),
     Wait,
 }
 
 struct Teller {
-    open: BTreeMap<Place, (i64, What)>,
+    open: BTreeMap<Track, (i64, What)>,
     tag: Option<Tag>,
     /// Nobody waits for the time of tags.
     fast: bool,
@@ -137,18 +137,18 @@ impl Teller {
         match event {
             Event::TagBegins(tag) => {
                 self.tag = Some(tag);
-                self.begin(Place::Tag, at, What::Tag(tag));
+                self.begin(Track::Tag, at, What::Tag(tag));
             }
             Event::TagEnds(_) => {
-                self.close(Place::Tag, at, false);
+                self.close(Track::Tag, at, false);
                 self.tag = None;
             }
             Event::ReactionBegins(reaction, part, worker) => {
-                self.begin(Place::Reaction(worker), at, What::Reaction(reaction, part, worker, self.tag));
+                self.begin(Track::Reaction(worker), at, What::Reaction(reaction, part, worker, self.tag));
             }
-            Event::ReactionEnds(_, worker) => self.close(Place::Reaction(worker), at, false),
-            Event::WaitBegins(waits) => self.begin(Place::Wait, at, What::Waits(waits)),
-            Event::WaitEnds => self.close(Place::Wait, at, false),
+            Event::ReactionEnds(_, worker) => self.close(Track::Reaction(worker), at, false),
+            Event::WaitBegins(waits) => self.begin(Track::Wait, at, What::Waits(waits)),
+            Event::WaitEnds => self.close(Track::Wait, at, false),
             Event::Sent(word) => self.marks.push(Mark { at, sent: true, word, arrow: None }),
             Event::Received(word) => self.marks.push(Mark { at, sent: false, word, arrow: None }),
             Event::Lost(count) => self.lost += count,
@@ -156,14 +156,14 @@ impl Teller {
         }
     }
 
-    fn begin(&mut self, place: Place, at: i64, what: What) {
+    fn begin(&mut self, place: Track, at: i64, what: What) {
         // What lasts already ends where the next begins; no end of it was recorded.
         self.close(place, at, true);
         self.open.insert(place, (at, what));
     }
 
     /// Ends what lasts at a place, if something does: in a ring the beginning may be lost.
-    fn close(&mut self, place: Place, end: i64, is_open: bool) {
+    fn close(&mut self, place: Track, end: i64, is_open: bool) {
         let Some((begin, what)) = self.open.remove(&place) else { return };
         let due = match what {
             What::Waits(Waits::Grant(tag) | Waits::Input(tag, ..)) if !self.fast => Some(tag),

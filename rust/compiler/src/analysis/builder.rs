@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use super::classes::{Described, Places};
 use super::graph::{Graph, Node};
-use super::network::Network;
+use super::network::NetworkPorts;
 use super::order::Levels;
 use super::rate::Stream;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
-use crate::federates::Parts;
+use crate::federates::Participants;
 use crate::instances::Tree;
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
 use crate::resolve::Class;
@@ -19,10 +19,10 @@ use crate::resolve::Class;
 pub(super) struct Context<'a> {
     pub(super) classes: &'a [Class<'a>],
     pub(super) tree: &'a Tree,
-    pub(super) parts: &'a Parts,
+    pub(super) parts: &'a Participants,
     pub(super) graph: &'a Graph,
     pub(super) levels: &'a Levels,
-    pub(super) network: &'a Network,
+    pub(super) network: &'a NetworkPorts,
     pub(super) decentralized: bool,
     /// Per connection of the graph.
     pub(super) waits: &'a [Waits],
@@ -34,7 +34,7 @@ pub(super) struct Context<'a> {
 }
 
 /// A federate while it is put together.
-pub(super) struct Builder<'a> {
+pub(super) struct FederateBuilder<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) part: usize,
     /// The instances of this federate, in their order.
@@ -65,7 +65,7 @@ pub(super) enum Source {
     Link(usize),
 }
 
-impl Builder<'_> {
+impl FederateBuilder<'_> {
     /// Whether an instance belongs to this federate.
     pub(super) fn owns(&self, instance: usize) -> bool {
         self.instances.contains_key(&instance)

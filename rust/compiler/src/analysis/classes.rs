@@ -3,21 +3,21 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostics::{SourceMap, Span};
+use crate::diagnostics::{SourceTexts, Span};
 use crate::instances::Tree;
 use crate::languages::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
-use crate::resolve::{Class, ClassId, Method, PortRef, Variable, signature};
+use crate::resolve::{CheckedMethod, Class, ClassId, PortRef, Variable, signature};
 use crate::syntax::{ast, literal_ns};
 
 /// Turns spans into locations.
 #[derive(Debug)]
 pub(super) struct Places<'s> {
-    sources: &'s SourceMap,
+    sources: &'s SourceTexts,
 }
 
 impl<'s> Places<'s> {
-    pub(super) fn new(sources: &'s SourceMap) -> Self {
+    pub(super) fn new(sources: &'s SourceTexts) -> Self {
         Self { sources }
     }
 
@@ -28,8 +28,8 @@ impl<'s> Places<'s> {
         Location { file: plan::FileIndex(file), line, column }
     }
 
-    pub(super) fn code(&self, code: &ast::Code) -> plan::Code {
-        plan::Code { text: code.text.clone(), at: self.at(code.span) }
+    pub(super) fn code(&self, code: &ast::CodeBlock) -> plan::SourceCode {
+        plan::SourceCode { text: code.text.clone(), at: self.at(code.span) }
     }
 
     pub(super) fn ty(&self, text: &str, span: Span) -> Type {
@@ -42,7 +42,7 @@ impl<'s> Places<'s> {
         }
         match &value.kind {
             ast::ExpressionKind::Code(code) => Value::Code(self.code(code)),
-            _ => Value::Code(plan::Code { text: language.value_text(value, ty), at: self.at(value.span) }),
+            _ => Value::Code(plan::SourceCode { text: language.value_text(value, ty), at: self.at(value.span) }),
         }
     }
 }
@@ -148,7 +148,7 @@ fn class(
     }
 }
 
-fn method(method: &Method<'_>, places: &Places<'_>) -> plan::Method {
+fn method(method: &CheckedMethod<'_>, places: &Places<'_>) -> plan::Method {
     plan::Method {
         name: method.ast.name.text.clone(),
         constant: method.ast.constant,
@@ -200,7 +200,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
         });
         let declared = reaction.ast;
         let is_external = declared.code.is_none() && class.language.has_external_bodies();
-        let empty = || plan::Code { text: String::new(), at: places.at(declared.keyword) };
+        let empty = || plan::SourceCode { text: String::new(), at: places.at(declared.keyword) };
         reactions.push(plan::Reaction {
             number: position + 1,
             name: declared.name.as_ref().map(|name| name.text.clone()),

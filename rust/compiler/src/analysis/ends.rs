@@ -3,12 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::builder::{Builder, Source};
+use super::builder::{FederateBuilder, Source};
 use super::graph::{Link, Node};
 use super::zero_delay::is_immediate;
 use crate::plan::{self, Shape, Type, Upstream};
 
-impl Builder<'_> {
+impl FederateBuilder<'_> {
     fn federate_of(&self, node: Node) -> u16 {
         let part = self.context.parts.of[self.context.graph.instance[node]].unwrap_or_default();
         u16::try_from(part).unwrap_or(u16::MAX)

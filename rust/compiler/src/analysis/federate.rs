@@ -4,7 +4,7 @@
 use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::builder::{Builder, Context, Source};
+use super::builder::{Context, FederateBuilder, Source};
 use super::graph::Work;
 use super::physical;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
@@ -22,7 +22,7 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
     let modes = modes.enumerate().map(|(index, (mode, _))| (mode, ModeIndex(index))).collect();
     let ports = BTreeMap::new();
     let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
-    let mut builder = Builder { context, part, members, instances, ports, modes, triggers, sources, spacings };
+    let mut builder = FederateBuilder { context, part, members, instances, ports, modes, triggers, sources, spacings };
     builder.number_ports();
     builder.add_triggers(diagnostics);
     let reactions = builder.reactions(diagnostics);
@@ -30,7 +30,7 @@ pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnos
     builder.finish(reactions, ports, diagnostics)
 }
 
-impl Builder<'_> {
+impl FederateBuilder<'_> {
     /// The ports that something reads, writes or connects; others need no storage.
     fn number_ports(&mut self) {
         let graph = self.context.graph;

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::federates::Parts;
+use crate::federates::Participants;
 use crate::instances::Tree;
 use crate::plan::{Serializer, Shape};
-use crate::resolve::{Class, Connection, End, PortRef, Reaction, Variable, type_mismatch};
-use crate::syntax::ast::{ReactionKind, Transition};
+use crate::resolve::{CheckedConnection, CheckedReaction, Class, ConnectionEnd, PortRef, Variable, type_mismatch};
+use crate::syntax::ast::{ReactionKeyword, Transition};
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
 pub(super) type Node = usize;
@@ -112,7 +112,7 @@ impl Graph {
     pub(super) fn build(
         classes: &[Class<'_>],
         tree: &Tree,
-        parts: &Parts,
+        parts: &Participants,
         diagnostics: &mut Diagnostics,
     ) -> Option<Self> {
         let mut graph = Self {
@@ -170,7 +170,7 @@ impl Graph {
     }
 
     /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
-    fn channels(&self, tree: &Tree, instance: usize, end: &End<'_>) -> Vec<Node> {
+    fn channels(&self, tree: &Tree, instance: usize, end: &ConnectionEnd<'_>) -> Vec<Node> {
         let members = self.members(tree, instance, end.port);
         if !end.ast.interleaved {
             return members.into_iter().flatten().collect();
@@ -195,7 +195,7 @@ impl Graph {
         }
     }
 
-    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts, diagnostics: &mut Diagnostics) {
+    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants, diagnostics: &mut Diagnostics) {
         self.into = vec![None; self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
             let sources = self.sources(position, classes, tree);
@@ -291,14 +291,14 @@ impl Graph {
     /// Which port is connected to which; says where channels are left over, and where types differ.
     fn pairs(
         &self,
-        connection: &Connection<'_>,
+        connection: &CheckedConnection<'_>,
         position: usize,
         classes: &[Class<'_>],
         tree: &Tree,
         diagnostics: &mut Diagnostics,
     ) -> Vec<(Node, Node)> {
         let class = &classes[tree.instances[position].class.0];
-        let side = |ends: &[End<'_>]| -> Vec<(Node, usize)> {
+        let side = |ends: &[ConnectionEnd<'_>]| -> Vec<(Node, usize)> {
             let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(tree, position, it)));
             nodes.flat_map(|(end, nodes)| nodes.into_iter().map(move |node| (node, end))).collect()
         };
@@ -358,7 +358,7 @@ impl Graph {
         Some(())
     }
 
-    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Parts) {
+    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants) {
         self.writers = vec![Vec::new(); self.instance.len()];
         self.readers = vec![Vec::new(); self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
@@ -411,7 +411,12 @@ impl Graph {
     }
 
     /// The reaction of a step; nothing for a connection that copies.
-    pub(super) fn reaction<'c>(&self, step: usize, tree: &Tree, classes: &'c [Class<'c>]) -> Option<&'c Reaction<'c>> {
+    pub(super) fn reaction<'c>(
+        &self,
+        step: usize,
+        tree: &Tree,
+        classes: &'c [Class<'c>],
+    ) -> Option<&'c CheckedReaction<'c>> {
         let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
         classes[tree.instances[instance].class.0].reactions.get(reaction)
     }
@@ -432,7 +437,7 @@ impl Graph {
         let instance = &tree.instances[instance];
         let reactions = &classes[instance.class.0].reactions;
         // Handlers of watchdogs have names, and do not count.
-        let counts = |reaction: &&Reaction<'_>| reaction.ast.kind != ReactionKind::Watchdog;
+        let counts = |reaction: &&CheckedReaction<'_>| reaction.ast.kind != ReactionKeyword::Watchdog;
         match &reactions[reaction].ast.name {
             Some(name) => format!("{}.{}", instance.path, name.text),
             None => format!("{}.reaction_{}", instance.path, reactions[..=reaction].iter().filter(counts).count()),

@@ -20,7 +20,7 @@ pub(crate) use rate::{direct_capacity, in_flight};
 pub use triggers::NETWORK_CAPACITY;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
-use crate::federates::Parts;
+use crate::federates::Participants;
 use crate::instances::Tree;
 use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, Unit, program_name};
@@ -39,7 +39,7 @@ pub(crate) fn analyse(
     program: &Program,
     classes: &[Class<'_>],
     tree: &Tree,
-    parts: &Parts,
+    parts: &Participants,
     mut target: plan::Target,
     diagnostics: &mut Diagnostics,
 ) -> Option<Plan> {
@@ -119,7 +119,7 @@ fn rti(main: &Class<'_>, name: &str, target: &plan::Target, diagnostics: &mut Di
 }
 
 /// Properties of federations say nothing in a program that is none.
-fn idle_properties(program: &Program, parts: &Parts, diagnostics: &mut Diagnostics) {
+fn idle_properties(program: &Program, parts: &Participants, diagnostics: &mut Diagnostics) {
     const FEDERATED: [&str; 5] = ["coordination", "clock-sync", "clock-sync-options", "joint-rti", "joint-rti-options"];
     if parts.federated {
         return;

@@ -7,14 +7,14 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
-use crate::federates::Parts;
+use crate::federates::Participants;
 use crate::instances::Tree;
 use crate::resolve::{Class, Variable};
 use crate::syntax::ast::Direction;
 
 /// The connections that leave and enter each federate, by their positions in the graph.
 #[derive(Debug)]
-pub(super) struct Network {
+pub(super) struct NetworkPorts {
     /// Per federate, in the order of connections.
     pub(super) outputs: Vec<Vec<usize>>,
     /// Per federate, in the order of their port numbers on the wire.
@@ -30,9 +30,9 @@ pub(super) struct Network {
 ///
 /// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports,
 /// then by the text. Connections from a federate to itself count, though here they do not leave it.
-pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Parts, classes: &[Class<'_>]) -> Network {
+pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Participants, classes: &[Class<'_>]) -> NetworkPorts {
     let uses = Uses::of(graph, tree, classes);
-    let mut network = Network {
+    let mut network = NetworkPorts {
         outputs: vec![Vec::new(); parts.list.len()],
         inputs: vec![Vec::new(); parts.list.len()],
         own_ports: vec![Vec::new(); parts.list.len()],

@@ -64,7 +64,7 @@ pub(super) fn order(
     }
     if done.len() < count {
         if let Some(cycle) = find_cycle(&followers, &missing) {
-            diagnostics.push(Names { graph, tree, classes }.report(&cycle));
+            diagnostics.push(CycleNames { graph, tree, classes }.report(&cycle));
         }
         return None;
     }
@@ -166,13 +166,13 @@ fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
 }
 
 /// Says where a cycle is.
-struct Names<'a> {
+struct CycleNames<'a> {
     graph: &'a Graph,
     tree: &'a Tree,
     classes: &'a [Class<'a>],
 }
 
-impl Names<'_> {
+impl CycleNames<'_> {
     fn report(&self, cycle: &[(Vertex, Reason)]) -> Diagnostic {
         let mut text = String::new();
         for (vertex, reason) in cycle {

@@ -4,7 +4,7 @@
 use super::builder::Context;
 use super::graph::{Node, Work};
 use crate::diagnostics::Diagnostics;
-use crate::resolve::{ReactionParameter, Variable};
+use crate::resolve::{ReactionVariable, Variable};
 use crate::syntax::ast::ActionKind;
 
 /// The least delay in nanoseconds from a physical action of a federate, its minimum delay included, to a port that is
@@ -15,7 +15,7 @@ use crate::syntax::ast::ActionKind;
 /// event that a federate announces decides who may be at a tag at the same time, so it has to be a true one, not only
 /// one that bounds what is sent. Who has been granted more could not be called to the event's tag any more.
 pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64> {
-    let paths = Search { context, federate };
+    let paths = PhysicalSearch { context, federate };
     let count = context.graph.steps.len();
     if context.zero_delay.is_in_one(federate) {
         let actions = (0..count).filter_map(|step| paths.physical_start(step));
@@ -24,7 +24,7 @@ pub(super) fn least_delay(context: &Context<'_>, federate: usize) -> Option<i64>
     least_delay_to_output(&paths, count)
 }
 
-fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {
+fn least_delay_to_output(paths: &PhysicalSearch<'_>, count: usize) -> Option<i64> {
     let context = paths.context;
     let mut least: Vec<Option<i64>> = (0..count).map(|step| paths.physical_start(step)).collect();
     // A shorter way to a reaction can shorten the ways behind it; each round settles at least one reaction.
@@ -82,17 +82,17 @@ fn least_delay_to_output(paths: &Search<'_>, count: usize) -> Option<i64> {
     sent
 }
 
-struct Search<'a> {
+struct PhysicalSearch<'a> {
     context: &'a Context<'a>,
     federate: usize,
 }
 
-impl Search<'_> {
+impl PhysicalSearch<'_> {
     fn instance(&self, step: usize) -> usize {
         self.context.graph.steps[step].instance
     }
 
-    fn parameters(&self, step: usize) -> &[ReactionParameter] {
+    fn parameters(&self, step: usize) -> &[ReactionVariable] {
         let Context { graph, tree, classes, .. } = *self.context;
         graph.reaction(step, tree, classes).map_or(&[], |reaction| &reaction.parameters)
     }

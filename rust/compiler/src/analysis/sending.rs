@@ -8,7 +8,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::instances::Tree;
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::{Serializer, Shape};
-use crate::resolve::{Class, ClassId, Port, Program};
+use crate::resolve::{CheckedPort, Class, ClassId, Program};
 use crate::syntax::ast::Preamble;
 
 /// The serializer that both languages have: a value goes as it lies in memory.
@@ -57,15 +57,15 @@ fn texts(preambles: &[Preamble]) -> Vec<String> {
 }
 
 /// A port at the end of a connection, and what its type can name.
-struct End<'a> {
+struct TypedEnd<'a> {
     id: (ClassId, usize),
     class: &'a Class<'a>,
-    port: &'a Port<'a>,
+    port: &'a CheckedPort<'a>,
     visible: Vec<String>,
     all: &'a [String],
 }
 
-impl End<'_> {
+impl TypedEnd<'_> {
     fn of(&self) -> Preambles<'_> {
         Preambles { visible: &self.visible, all: self.all }
     }
@@ -87,16 +87,22 @@ struct Ends<'a> {
 }
 
 impl Ends<'_> {
-    fn end(&self, graph: &Graph, node: Node) -> End<'_> {
+    fn end(&self, graph: &Graph, node: Node) -> TypedEnd<'_> {
         let id = self.tree.instances[graph.instance[node]].class;
         let class = &self.classes[id.0];
         let of_file = texts(&self.program.units[class.id.unit].ast.preambles);
         let visible = [of_file, texts(&class.ast.body.preambles)].concat();
-        End { id: (id, graph.port_of(node)), class, port: &class.ports[graph.port_of(node)], visible, all: &self.all }
+        TypedEnd {
+            id: (id, graph.port_of(node)),
+            class,
+            port: &class.ports[graph.port_of(node)],
+            visible,
+            all: &self.all,
+        }
     }
 
     /// Reports a port whose values cannot go over a connection to another federate.
-    fn check(&mut self, graph: &Graph, node: Node, link: &Link, why: impl FnOnce(&End<'_>) -> Option<Unsendable>) {
+    fn check(&mut self, graph: &Graph, node: Node, link: &Link, why: impl FnOnce(&TypedEnd<'_>) -> Option<Unsendable>) {
         let end = self.end(graph, node);
         let (id, span, found) = (end.id, end.port.ty_span, why(&end));
         let Some(why) = found else { return };
@@ -122,7 +128,7 @@ impl Ends<'_> {
     fn shapes(&mut self, graph: &Graph, link: &Link) -> Option<(Shape, Shape)> {
         let (from, to) = (self.end(graph, link.from), self.end(graph, link.to));
         let mut found = Vec::new();
-        let mut shape = |end: &End<'_>| {
+        let mut shape = |end: &TypedEnd<'_>| {
             let shape = end.class.language.shape(&end.port.ty, end.of());
             let refused = |why: Unsendable| {
                 Diagnostic::new(Code::Unsendable, end.port.ty_span, why.message)

@@ -3,13 +3,13 @@
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::plan::Serializer;
-use crate::resolve::{Connection, Given, Port};
+use crate::resolve::{CheckedConnection, CheckedPort, Given};
 
 /// How the values of a connection become bytes: what it says itself, or else what one of its ports says.
 pub(super) fn of_connection(
-    connection: &Connection<'_>,
-    from: &Port<'_>,
-    to: &Port<'_>,
+    connection: &CheckedConnection<'_>,
+    from: &CheckedPort<'_>,
+    to: &CheckedPort<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Option<Serializer> {
     let (own, from, to) = (connection.sending, from.sending, to.sending);

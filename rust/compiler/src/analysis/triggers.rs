@@ -12,7 +12,7 @@
 //! `@capacity(n)` before the action, the connection or the input replaces these numbers. What is on its way follows
 //! from the periods of timers and the minimum spacings of actions.
 
-use super::builder::{Builder, Context, Source};
+use super::builder::{Context, FederateBuilder, Source};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
@@ -30,7 +30,7 @@ const ACTION_CAPACITY: usize = 8;
 /// keeps on its way counts twice, because a next event that the RTI did not ask for can be told late by as much.
 pub const NETWORK_CAPACITY: usize = 16 + 16;
 
-impl Builder<'_> {
+impl FederateBuilder<'_> {
     /// Adds every trigger that a reaction names, every delayed connection and every network input.
     pub(super) fn add_triggers(&mut self, diagnostics: &mut Diagnostics) {
         let context = self.context;

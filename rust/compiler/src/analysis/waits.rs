@@ -8,10 +8,10 @@
 use std::collections::BTreeMap;
 
 use super::graph::Graph;
-use super::network::Network;
+use super::network::NetworkPorts;
 use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::federates::Parts;
+use crate::federates::Participants;
 use crate::instances::Tree;
 use crate::plan::Time;
 use crate::plan::{Coordination, Target};
@@ -31,14 +31,14 @@ pub(super) struct Waits {
 /// Works out the waits of every connection of the graph; 0 where a connection has none.
 pub(super) fn waits(
     graph: &Graph,
-    network: &Network,
+    network: &NetworkPorts,
     tree: &Tree,
-    parts: &Parts,
+    parts: &Participants,
     classes: &[Class<'_>],
     target: &Target,
     diagnostics: &mut Diagnostics,
 ) -> Vec<Waits> {
-    let mut search = Search { graph, tree, parts, classes, diagnostics, older: BTreeMap::new() };
+    let mut search = WaitSearch { graph, tree, parts, classes, diagnostics, older: BTreeMap::new() };
     if target.coordination == Coordination::Centralized {
         search.report_idle();
         return vec![Waits::default(); graph.links.len()];
@@ -69,10 +69,10 @@ fn less(time_ns: i64, taken_ns: i64) -> i64 {
     if time_ns == i64::MAX { time_ns } else { time_ns.saturating_sub(taken_ns).max(0) }
 }
 
-struct Search<'a> {
+struct WaitSearch<'a> {
     graph: &'a Graph,
     tree: &'a Tree,
-    parts: &'a Parts,
+    parts: &'a Participants,
     classes: &'a [Class<'a>],
     diagnostics: &'a mut Diagnostics,
     /// The older parameters by their places.
@@ -82,7 +82,7 @@ struct Search<'a> {
 /// An older parameter: its name, and the federates that have it with their waits in nanoseconds.
 type Older<'a> = (&'a str, Vec<(usize, i64)>);
 
-impl<'a> Search<'a> {
+impl<'a> WaitSearch<'a> {
     /// The instances and connections of the main or federated reactor, with what they are and their attributes.
     fn attributes(&self) -> Vec<(&'static str, Wait<'a>)> {
         let main = &self.classes[self.tree.instances[0].class.0];
@@ -121,7 +121,7 @@ impl<'a> Search<'a> {
     }
 
     /// The handlers of the reactors that are instantiated, each once, with the position of the reaction's class.
-    fn handlers(&self) -> Vec<(usize, &'a crate::syntax::ast::Tardy)> {
+    fn handlers(&self) -> Vec<(usize, &'a crate::syntax::ast::TardySyntax)> {
         let mut found: BTreeMap<Span, _> = BTreeMap::new();
         for instance in &self.tree.instances {
             for reaction in &self.classes[instance.class.0].reactions {
@@ -225,7 +225,7 @@ impl<'a> Search<'a> {
     }
 
     /// Names the federates of each cycle that nobody can leave: all wait for ever for what would come at once.
-    fn report_deadlocks(&mut self, network: &Network, waits: &[Waits]) {
+    fn report_deadlocks(&mut self, network: &NetworkPorts, waits: &[Waits]) {
         let (graph, parts) = (self.graph, self.parts);
         let cycles = Cycles::over(graph, parts, |position, link| {
             let is_awaited = network.used[position] && waits[position].max_wait_ns == i64::MAX;

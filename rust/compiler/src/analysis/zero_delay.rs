@@ -5,7 +5,7 @@
 //! are none. This is sound as long as no reactions wait for each other, which the order of reactions has shown.
 
 use super::graph::{Graph, Link};
-use crate::federates::Parts;
+use crate::federates::Participants;
 
 /// Which federates are in cycles.
 #[derive(Debug)]
@@ -16,17 +16,17 @@ pub(super) struct Cycles {
 
 impl Cycles {
     /// The zero-delay cycles.
-    pub(super) fn without_delay(graph: &Graph, parts: &Parts) -> Self {
+    pub(super) fn without_delay(graph: &Graph, parts: &Participants) -> Self {
         Self::over(graph, parts, |_, link| is_immediate(link))
     }
 
     /// All cycles, whatever the delays.
-    pub(super) fn of_any_delay(graph: &Graph, parts: &Parts) -> Self {
+    pub(super) fn of_any_delay(graph: &Graph, parts: &Participants) -> Self {
         Self::over(graph, parts, |_, link| link.network)
     }
 
     /// The cycles over those connections that count, by their positions in the graph.
-    pub(super) fn over(graph: &Graph, parts: &Parts, counts: impl Fn(usize, &Link) -> bool) -> Self {
+    pub(super) fn over(graph: &Graph, parts: &Participants, counts: impl Fn(usize, &Link) -> bool) -> Self {
         let count = parts.list.len();
         let part = |node: usize| parts.of[graph.instance[node]];
         let mut next: Vec<Vec<usize>> = vec![Vec::new(); count];

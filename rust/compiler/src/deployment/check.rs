@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use serde_saphyr::{Location, Spanned};
 
 use super::raw::RawPlace;
-use super::{Mac, Network, Place, Platform, RtiHome, RtiPlace};
+use super::{BoardNetwork, Mac, Place, Platform, RtiHome, RtiPlace};
 use crate::diagnostics::did_you_mean;
 use crate::plan::Plan;
 use crate::yaml::{FileError, place};
@@ -17,14 +17,14 @@ use crate::zephyr::ethernet_label;
 pub(super) const RTI: &str = "the RTI";
 
 /// Collects what is wrong, and what must not occur twice.
-pub(super) struct Checker<'a> {
+pub(super) struct DeploymentChecker<'a> {
     pub(super) path: &'a str,
     pub(super) errors: Vec<FileError>,
     /// Who has an address or a probe, and where that is written.
     pub(super) taken: BTreeMap<(&'static str, String), (String, u64)>,
 }
 
-impl Checker<'_> {
+impl DeploymentChecker<'_> {
     pub(super) fn error(&mut self, at: Location, message: impl Into<String>, hint: Option<&str>) {
         let (line, column) = place(at);
         let (path, hint) = (self.path.to_owned(), hint.map(str::to_owned));
@@ -100,7 +100,7 @@ impl Checker<'_> {
         }
     }
 
-    fn network(&mut self, name: &str, raw: &RawPlace) -> Option<Network> {
+    fn network(&mut self, name: &str, raw: &RawPlace) -> Option<BoardNetwork> {
         let Some(raw_ip) = &raw.ip else {
             let message = format!("{} runs on a board, so it needs an `ip`", called(name));
             self.error(raw.platform.referenced, message, None);
@@ -121,7 +121,7 @@ impl Checker<'_> {
             let message = format!("the gateway {gateway} is not in the network of {ip} with netmask {netmask}");
             self.error(raw_gateway.referenced, message, None);
         }
-        Some(Network { ip, netmask, gateway })
+        Some(BoardNetwork { ip, netmask, gateway })
     }
 
     pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {

@@ -5,15 +5,15 @@ use core::net::Ipv4Addr;
 
 use serde_saphyr::{Location, Spanned};
 
-use super::check::{Checker, RTI};
-use super::raw::{Raw, RawPlace, RawRti};
+use super::check::{DeploymentChecker, RTI};
+use super::raw::{RawDeployment, RawPlace, RawRti};
 use super::{Deployment, RtiHome, RtiPlace};
 use crate::plan::Plan;
 
 /// A federate as it stands in the file.
 type Listed<'r> = (&'r String, &'r Option<Spanned<RawPlace>>);
 
-impl Checker<'_> {
+impl DeploymentChecker<'_> {
     /// What is said under `rti`.
     pub(super) fn rti(&mut self, raw: &RawRti) -> RtiPlace {
         let port = raw.port.as_ref().and_then(|port| {
@@ -37,7 +37,13 @@ impl Checker<'_> {
     }
 
     /// Finds the federate whose image has the RTI in it, if one has: it says so, or the program does.
-    pub(super) fn joint(&mut self, raw: &Raw, federates: &[Listed<'_>], plan: &Plan, deployment: &mut Deployment) {
+    pub(super) fn joint(
+        &mut self,
+        raw: &RawDeployment,
+        federates: &[Listed<'_>],
+        plan: &Plan,
+        deployment: &mut Deployment,
+    ) {
         let rti_platform = raw.rti.as_ref().and_then(|rti| rti.platform.as_ref());
         let mut home: Option<&String> = None;
         for (name, listed) in federates {

@@ -84,7 +84,7 @@ pub struct Place {
     /// This computer, or a Zephyr board.
     pub platform: Platform,
     /// The board's address and what belongs to it.
-    pub network: Option<Network>,
+    pub network: Option<BoardNetwork>,
     /// The MAC address that the image gives to the board.
     pub mac: Option<Mac>,
     /// The devicetree label of the Ethernet MAC.
@@ -140,7 +140,7 @@ impl Platform {
 
 /// The fixed IPv4 configuration of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Network {
+pub struct BoardNetwork {
     /// The board's address.
     pub ip: Ipv4Addr,
     /// The netmask.
@@ -171,13 +171,6 @@ impl fmt::Display for Mac {
 }
 
 impl Deployment {
-    /// All federates of a program on one platform, with this computer's network.
-    pub fn all_on(plan: &Plan, platform: &Platform) -> Self {
-        let place = || Place { platform: platform.clone(), ..Place::default() };
-        let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
-        Self { rti: RtiPlace::default(), federates }
-    }
-
     /// Where the federates of a program find its RTI: as deployed, else as the program says.
     pub fn rti_of(&self, plan: &Plan) -> Option<Rti> {
         let mut rti = plan.rti.clone()?;

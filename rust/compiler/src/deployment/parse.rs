@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use super::check::Checker;
-use super::raw::Raw;
+use super::check::DeploymentChecker;
+use super::raw::RawDeployment;
 use super::{Deployment, Place, RtiHome};
 use crate::plan::Plan;
 use crate::yaml::{self, FileError, place};
@@ -16,14 +16,14 @@ impl Deployment {
     /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
     /// key or a value of the wrong kind.
     pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
-        let raw: Raw = yaml::read(path, text).map_err(|error| vec![error])?;
+        let raw: RawDeployment = yaml::read(path, text).map_err(|error| vec![error])?;
         check(path, &raw, plan)
     }
 }
 
 /// Turns the file into a deployment.
-fn check(path: &str, raw: &Raw, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
-    let mut checker = Checker { path, errors: Vec::new(), taken: BTreeMap::new() };
+fn check(path: &str, raw: &RawDeployment, plan: &Plan) -> Result<Deployment, Vec<FileError>> {
+    let mut checker = DeploymentChecker { path, errors: Vec::new(), taken: BTreeMap::new() };
     let mut deployment = Deployment::default();
     if let Some(rti) = &raw.rti {
         deployment.rti = checker.rti(rti);

@@ -8,7 +8,7 @@ use serde_saphyr::Spanned;
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub(super) struct Raw {
+pub(super) struct RawDeployment {
     pub(super) rti: Option<RawRti>,
     #[serde(default)]
     pub(super) federates: BTreeMap<String, Option<Spanned<RawPlace>>>,

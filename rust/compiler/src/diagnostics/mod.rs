@@ -11,7 +11,7 @@ mod suggest;
 
 pub use code::Code;
 pub use render::Style;
-pub use source::{FileId, Position, SourceFile, SourceMap, Span};
+pub use source::{FileId, Position, SourceText, SourceTexts, Span};
 pub(crate) use suggest::did_you_mean;
 
 /// How bad a diagnostic is.
@@ -94,7 +94,7 @@ impl Diagnostic {
 /// All that was said about a program, in the order of the text, with the texts.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
-    sources: SourceMap,
+    sources: SourceTexts,
     entries: Vec<Diagnostic>,
 }
 
@@ -135,11 +135,11 @@ impl Diagnostics {
     }
 
     /// The texts of the program.
-    pub fn sources(&self) -> &SourceMap {
+    pub fn sources(&self) -> &SourceTexts {
         &self.sources
     }
 
-    pub(crate) fn sources_mut(&mut self) -> &mut SourceMap {
+    pub(crate) fn sources_mut(&mut self) -> &mut SourceTexts {
         &mut self.sources
     }
 

@@ -4,7 +4,7 @@
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 
-use super::{Diagnostic, Diagnostics, Label, Severity, SourceFile, SourceMap, Span};
+use super::{Diagnostic, Diagnostics, Label, Severity, SourceText, SourceTexts, Span};
 
 /// Whether to use colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -29,7 +29,7 @@ impl Diagnostics {
 }
 
 /// One diagnostic, ending in a new line.
-fn render(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> String {
+fn render(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> String {
     let (word, colour) = match diagnostic.severity() {
         Severity::Error => ("error", "\x1b[1;31m"),
         Severity::Warning => ("warning", "\x1b[1;33m"),
@@ -53,7 +53,7 @@ fn render(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> String 
     text
 }
 
-fn place(span: Span, sources: &SourceMap) -> String {
+fn place(span: Span, sources: &SourceTexts) -> String {
     sources.get(span.file).map_or_else(String::new, |file| {
         let position = file.position(span.start);
         format!("{}:{}:{}", file.path(), position.line, position.column)
@@ -61,7 +61,7 @@ fn place(span: Span, sources: &SourceMap) -> String {
 }
 
 /// The lines of the program that the diagnostic is about, with what is underlined in them.
-fn excerpt(diagnostic: &Diagnostic, sources: &SourceMap, style: Style) -> Option<String> {
+fn excerpt(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> Option<String> {
     let file = sources.get(diagnostic.span.file)?;
     if file.text().trim().is_empty() {
         return None;
@@ -102,7 +102,7 @@ struct Window<'s> {
 }
 
 impl<'s> Window<'s> {
-    fn new(file: &'s SourceFile, spans: impl IntoIterator<Item = Span>) -> Self {
+    fn new(file: &'s SourceText, spans: impl IntoIterator<Item = Span>) -> Self {
         let text = file.text();
         let (mut first, mut last) = (text.len(), 0);
         for span in spans {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The texts of a program and places in them.
 
-/// Names one text of a [`SourceMap`].
+/// Names one text of a [`SourceTexts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct FileId(u32);
 
 impl FileId {
-    /// The position of the text in its [`SourceMap`].
+    /// The position of the text in its [`SourceTexts`].
     pub fn index(self) -> usize {
         self.0 as usize
     }
@@ -47,13 +47,13 @@ pub struct Position {
 
 /// One text with its path.
 #[derive(Clone, Debug)]
-pub struct SourceFile {
+pub struct SourceText {
     path: String,
     text: String,
     line_starts: Vec<usize>,
 }
 
-impl SourceFile {
+impl SourceText {
     fn new(path: String, text: String) -> Self {
         let starts = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n').map(|(index, _)| index + 1);
         let line_starts = std::iter::once(0).chain(starts).collect();
@@ -82,18 +82,18 @@ impl SourceFile {
 
 /// All texts of a program.
 #[derive(Clone, Debug, Default)]
-pub struct SourceMap {
-    files: Vec<SourceFile>,
+pub struct SourceTexts {
+    files: Vec<SourceText>,
 }
 
-impl SourceMap {
+impl SourceTexts {
     pub(crate) fn add(&mut self, path: String, text: String) -> FileId {
-        self.files.push(SourceFile::new(path, text));
+        self.files.push(SourceText::new(path, text));
         FileId(u32::try_from(self.files.len() - 1).unwrap_or(u32::MAX))
     }
 
     /// The text of this id, if there is one.
-    pub fn get(&self, file: FileId) -> Option<&SourceFile> {
+    pub fn get(&self, file: FileId) -> Option<&SourceText> {
         self.files.get(file.0 as usize)
     }
 
@@ -103,7 +103,7 @@ impl SourceMap {
     }
 
     /// All texts with their ids, the main one first.
-    pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
+    pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceText)> {
         (0u32..).map(FileId).zip(&self.files)
     }
 }
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn columns_count_characters_and_lines_start_at_one() {
-        let mut map = SourceMap::default();
+        let mut map = SourceTexts::default();
         let id = map.add("a.lf".into(), "é x\n\ny".into());
         let file = map.get(id).expect("it was just added");
         assert_eq!(file.position(0), Position { line: 1, column: 1 });

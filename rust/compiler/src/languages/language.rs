@@ -6,7 +6,7 @@ use core::fmt::Debug;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer, Shape};
-use crate::syntax::ast::{Expression, Literal, Type};
+use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 
 /// A target language: how it reads what is written in it, and what it makes of a plan.
 pub(crate) trait Language: Debug + Sync {
@@ -35,10 +35,10 @@ pub(crate) trait Language: Debug + Sync {
     fn member_of_self(&self, name: &str) -> String;
 
     /// A type in the language's spelling.
-    fn type_text(&self, ty: &Type) -> String;
+    fn type_text(&self, ty: &TypeSyntax) -> String;
 
     /// What is wrong with a type as it is written; its arguments are looked at by themselves.
-    fn type_problem(&self, ty: &Type) -> Option<Diagnostic>;
+    fn type_problem(&self, ty: &TypeSyntax) -> Option<Diagnostic>;
 
     /// The type of LF's times.
     fn time_type(&self) -> &'static str;

@@ -10,6 +10,11 @@ use super::language::{BlockEnd, CodeProblem};
 /// character.
 pub(super) type Skip = fn(text: &str, at: usize) -> usize;
 
+/// Whether a byte is part of a word of ASCII.
+pub(super) fn is_word(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || byte == b'_'
+}
+
 /// Looks for the end of a block in the text after its `{=`: the first `=}` that nothing hides.
 pub(super) fn block_end(text: &str, skip: Skip) -> BlockEnd {
     let mut hidden = None;

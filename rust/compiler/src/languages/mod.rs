@@ -4,6 +4,7 @@
 //! All that the compiler asks of one is in [`Language`]; a new one is a folder here and a place in [`ALL`].
 
 mod c;
+mod integer;
 mod language;
 mod lexical;
 mod rust;

@@ -102,8 +102,8 @@ impl Bounds {
     /// All that is wrong with the file, in the order of its lines; only the first where it is not valid YAML or has a
     /// key or a value of the wrong kind.
     pub fn parse(path: &str, text: &str, plan: &Plan) -> Result<Self, Vec<FileError>> {
-        let raw: Raw = yaml::read(path, text).map_err(|error| vec![error])?;
-        let mut reader = Reader { path, plan, errors: Vec::new() };
+        let raw: RawBounds = yaml::read(path, text).map_err(|error| vec![error])?;
+        let mut reader = BoundsReader { path, plan, errors: Vec::new() };
         let bounds = reader.bounds(&raw);
         reader.errors.sort_by_key(|error| (error.line, error.column));
         if reader.errors.is_empty() { Ok(bounds) } else { Err(reader.errors) }
@@ -210,7 +210,7 @@ pub fn parse_time(text: &str) -> Result<i64, String> {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
-struct Raw {
+struct RawBounds {
     latency: Option<Spanned<String>>,
     clock_error: Option<Spanned<String>>,
     execution: Option<Spanned<String>>,
@@ -235,14 +235,14 @@ struct RawFederate {
     lag: Option<Spanned<String>>,
 }
 
-struct Reader<'a> {
+struct BoundsReader<'a> {
     path: &'a str,
     plan: &'a Plan,
     errors: Vec<FileError>,
 }
 
-impl Reader<'_> {
-    fn bounds(&mut self, raw: &Raw) -> Bounds {
+impl BoundsReader<'_> {
+    fn bounds(&mut self, raw: &RawBounds) -> Bounds {
         let plan = self.plan;
         let federates = &plan.federates;
         let connections = federates.iter().flat_map(|federate| &federate.inputs).filter(|input| !input.physical);

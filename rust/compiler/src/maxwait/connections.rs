@@ -41,11 +41,11 @@ impl Connection {
 
 /// All connections that carry tags.
 #[derive(Debug)]
-pub(super) struct Network {
+pub(super) struct TaggedConnections {
     pub(super) connections: Vec<Connection>,
 }
 
-impl Network {
+impl TaggedConnections {
     /// Applies the bounds to a program; names those that are missing.
     pub(super) fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
         let (mut connections, mut missing) = (Vec::new(), Vec::new());

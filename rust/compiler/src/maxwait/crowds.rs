@@ -4,7 +4,7 @@
 
 use serde::Serialize;
 
-use super::connections::Network;
+use super::connections::TaggedConnections;
 use super::least::FederateOffset;
 use crate::analysis::{direct_capacity, in_flight};
 use crate::plan::{Federate, Plan};
@@ -23,7 +23,7 @@ pub struct Crowd {
 }
 
 /// The connections of which it is known how often they bring messages, and that it is too often.
-pub(super) fn crowds(plan: &Plan, network: &Network, offsets: &[FederateOffset]) -> Vec<Crowd> {
+pub(super) fn crowds(plan: &Plan, network: &TaggedConnections, offsets: &[FederateOffset]) -> Vec<Crowd> {
     let mut crowds = Vec::new();
     for (connection, ends) in network.connections.iter().enumerate() {
         let federate = &plan.federates[usize::from(ends.to)];

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::connections::{Network, send};
+use super::connections::{TaggedConnections, send};
 use crate::plan::{
     Argument, Federate, InputIndex, NetworkInput, Plan, PortIndex, ReactionIndex, ReactionKind, ReactionParameter,
     TriggerKind,
@@ -50,7 +50,7 @@ enum Cause {
 }
 
 /// The inputs at which a message can come after the wait for it has ended.
-pub(super) fn short_waits(plan: &Plan, network: &Network) -> Vec<ShortWait> {
+pub(super) fn short_waits(plan: &Plan, network: &TaggedConnections) -> Vec<ShortWait> {
     let lateness = lateness(plan, network);
     let mut short = Vec::new();
     for (connection, late) in lateness.into_iter().enumerate() {
@@ -77,7 +77,7 @@ fn has_other_tags(plan: &Plan, federate: &Federate, input: InputIndex) -> bool {
 }
 
 /// Per connection, how long after its tag's time a message arrives at most.
-fn lateness(plan: &Plan, network: &Network) -> Vec<i64> {
+fn lateness(plan: &Plan, network: &TaggedConnections) -> Vec<i64> {
     let connections = &network.connections;
     let causes: Vec<_> = connections
         .iter()

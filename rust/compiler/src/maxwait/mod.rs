@@ -33,7 +33,7 @@ pub use lateness::ShortWait;
 pub use least::FederateOffset;
 
 use crate::plan::{Plan, ReactionKind};
-use connections::Network;
+use connections::TaggedConnections;
 use least::Least;
 
 /// What was worked out for a program.
@@ -76,7 +76,7 @@ impl Offsets {
     /// # Errors
     /// The bounds that are needed and not given.
     pub fn of(plan: &Plan, bounds: &Bounds) -> Result<Self, Vec<MissingBound>> {
-        let network = Network::of(plan, bounds)?;
+        let network = TaggedConnections::of(plan, bounds)?;
         let least = Least::of(plan.federates.len(), &network.edges());
         let federates: Vec<_> = plan
             .federates

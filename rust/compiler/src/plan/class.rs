@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::source::{ClassIndex, Code, FileIndex, Location, Type, Value};
+use super::source::{ClassIndex, FileIndex, Location, SourceCode, Type, Value};
 
 /// The parameter that tells a member of a bank its number.
 pub const BANK_INDEX: &str = "bank_index";
@@ -25,7 +25,7 @@ pub struct ReactorClass {
     /// The reactors whose declarations `types` may name.
     pub users: Vec<ClassIndex>,
     /// The reactor's preambles, in order.
-    pub preambles: Vec<Code>,
+    pub preambles: Vec<SourceCode>,
     /// Parameters, in order of declaration.
     pub parameters: Vec<Parameter>,
     /// State variables, in order of declaration.
@@ -66,7 +66,7 @@ pub struct Method {
     /// What it returns.
     pub ty: Option<Type>,
     /// The body.
-    pub body: Code,
+    pub body: SourceCode,
     /// Where it is declared.
     pub at: Location,
 }
@@ -196,12 +196,12 @@ pub struct Reaction {
     /// `startup` and `shutdown` are triggers without a variable.
     pub parameters: Vec<ReactionParameter>,
     /// The body.
-    pub body: Code,
+    pub body: SourceCode,
     /// Whether the body is a function of the reaction's name, which is elsewhere in the program.
     #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub external: bool,
     /// The deadline's handler; the deadline's value may differ per instance and stands in the federate's reaction.
-    pub deadline: Option<Code>,
+    pub deadline: Option<SourceCode>,
     /// What happens in decentralized coordination with a message that comes too late; `None` if nothing is said.
     pub tardy: Option<Tardy>,
     /// Where the keyword `reaction` stands.
@@ -213,7 +213,7 @@ pub struct Reaction {
 #[serde(rename_all = "kebab-case")]
 pub enum Tardy {
     /// This runs in place of the body.
-    Handler(Code),
+    Handler(SourceCode),
     /// The body runs, which knows what to do: `tardy` without code.
     Body,
 }

@@ -3,6 +3,8 @@
 //!
 //! All times are nanoseconds. A connection delay of `None` means that there is no `after`; `Some(0)` is one microstep.
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
 use super::serializer::Serializer;
@@ -59,9 +61,22 @@ impl Federate {
         let reactions = self.reactions.iter().enumerate();
         reactions.filter(|(_, reaction)| tells(&reaction.kind)).map(|(index, _)| ReactionIndex(index)).collect()
     }
-}
 
-impl Federate {
+    /// Which children of which classes its instances are.
+    pub(crate) fn children(&self, main: ClassIndex) -> BTreeSet<(ClassIndex, usize)> {
+        let parent = |instance: &Instance| instance.parent.map_or(main, |parent| self.instances[parent.0].class);
+        self.instances.iter().filter_map(|instance| Some((parent(instance), instance.child?))).collect()
+    }
+
+    /// Which reactions of which classes it has, by their numbers: all, but for those of the federated reactor.
+    pub(crate) fn bodies(&self) -> BTreeSet<(ClassIndex, usize)> {
+        let body = |reaction: &ScheduledReaction| match reaction.kind {
+            ReactionKind::Body { instance, reaction, .. } => Some((self.instances[instance.0].class, reaction)),
+            _ => None,
+        };
+        self.reactions.iter().filter_map(body).collect()
+    }
+
     /// The port number of an input on the wire.
     pub fn port_of(&self, input: InputIndex) -> u16 {
         port_of(&self.own_ports, input.0)

@@ -29,8 +29,8 @@ pub(crate) use render::Time;
 pub use serializer::Serializer;
 pub use shape::Shape;
 pub use source::{
-    ClassIndex, Code, FileIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex,
-    SourceFile, TriggerIndex, Type, Value,
+    ClassIndex, FileIndex, InputIndex, InstanceIndex, Location, ModeIndex, OutputIndex, PortIndex, ReactionIndex,
+    SourceCode, SourceFile, TriggerIndex, Type, Value,
 };
 
 /// A program, ready for emission.

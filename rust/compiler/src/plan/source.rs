@@ -52,7 +52,7 @@ pub struct SourceFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub imports: Vec<FileIndex>,
     /// The file's top-level preambles, in order.
-    pub preambles: Vec<Code>,
+    pub preambles: Vec<SourceCode>,
 }
 
 /// A place in a source file.
@@ -68,7 +68,7 @@ pub struct Location {
 
 /// Code taken verbatim from the source, without its `{=` and `=}`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Code {
+pub struct SourceCode {
     /// The text, with the line structure that it has in the source.
     pub text: String,
     /// Where the first character of `text` is, that is, directly after `{=`.
@@ -94,5 +94,5 @@ pub enum Value {
         ns: i64,
     },
     /// An expression of the target language: a literal, the name of a parameter that is in scope, or code.
-    Code(Code),
+    Code(SourceCode),
 }

@@ -2,7 +2,7 @@
 //! Attributes: those for diagrams are accepted, those of queues, waits and sending count, and others are refused.
 
 use super::checker::Checker;
-use super::model::{Parameter, Sending, Wait};
+use super::model::{CheckedParameter, Sending, Wait};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Attribute, Expression, ExpressionKind, Literal};
 
@@ -11,7 +11,7 @@ pub(crate) const CAPACITY_MAX: usize = 65_535;
 
 /// What an attribute stands before.
 #[derive(Clone, Copy)]
-pub(super) enum Target<'c, 'p> {
+pub(super) enum AttributeTarget<'c, 'p> {
     /// An action, which has a queue.
     Queue,
     /// An input, which has a queue, and whose values may come from another federate.
@@ -31,7 +31,7 @@ pub(super) enum Target<'c, 'p> {
 pub(super) struct Container<'c, 'p> {
     /// Whether it is a main or federated reactor, whose instances can be federates.
     pub(super) is_main: bool,
-    pub(super) parameters: &'c [Parameter<'p>],
+    pub(super) parameters: &'c [CheckedParameter<'p>],
 }
 
 /// The attributes that have a meaning.
@@ -67,7 +67,11 @@ pub(super) const UNSUPPORTED: &[(&[&str], &str)] = &[
 
 impl<'p> Checker<'p> {
     /// Checks the attributes of a declaration, and returns those that have a meaning.
-    pub(super) fn check_attributes(&mut self, attributes: &'p [Attribute], target: Target<'_, 'p>) -> Attributes<'p> {
+    pub(super) fn check_attributes(
+        &mut self,
+        attributes: &'p [Attribute],
+        target: AttributeTarget<'_, 'p>,
+    ) -> Attributes<'p> {
         let mut found = Attributes::default();
         for attribute in attributes {
             let name = attribute.name.text.as_str();
@@ -123,8 +127,8 @@ impl<'p> Checker<'p> {
         }
     }
 
-    fn capacity(&mut self, attribute: &Attribute, target: Target<'_, '_>) -> Option<usize> {
-        if !matches!(target, Target::Queue | Target::Input | Target::Connection(_)) {
+    fn capacity(&mut self, attribute: &Attribute, target: AttributeTarget<'_, '_>) -> Option<usize> {
+        if !matches!(target, AttributeTarget::Queue | AttributeTarget::Input | AttributeTarget::Connection(_)) {
             let diagnostic = Diagnostic::new(Code::BadAttribute, attribute.span, "nothing here has a queue")
                 .hint("`@capacity(n)` stands before an action, an input or a connection");
             self.report(diagnostic);
@@ -144,11 +148,11 @@ impl<'p> Checker<'p> {
     }
 
     /// The time of `@maxwait` or `@absent_after`.
-    fn wait(&mut self, attribute: &'p Attribute, target: Target<'_, 'p>) -> Option<Wait<'p>> {
+    fn wait(&mut self, attribute: &'p Attribute, target: AttributeTarget<'_, 'p>) -> Option<Wait<'p>> {
         let name = attribute.name.text.as_str();
         let container = match target {
-            Target::Connection(container) => Some(container),
-            Target::Instance(container) if name == "maxwait" => Some(container),
+            AttributeTarget::Connection(container) => Some(container),
+            AttributeTarget::Instance(container) if name == "maxwait" => Some(container),
             _ => None,
         };
         let Some(container) = container.filter(|container| container.is_main) else {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a reactor declares.
 
-use super::attributes::{Attributes, Target};
+use super::attributes::{AttributeTarget, Attributes};
 use super::checker::Checker;
 use super::expand::Expanded;
-use super::model::{Action, Class, ClassId, Method, Parameter, Port, State};
+use super::model::{CheckedAction, CheckedMethod, CheckedParameter, CheckedPort, CheckedState, Class, ClassId};
 use super::value::Destination;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::plan::BANK_INDEX;
@@ -18,12 +18,12 @@ impl<'p> Checker<'p> {
             Some(name) => name.text.clone(),
             None => super::mains::file_stem(&self.program.units[id.unit].path).to_owned(),
         };
-        self.check_attributes(&reactor.attributes, Target::Other);
+        self.check_attributes(&reactor.attributes, AttributeTarget::Other);
         let parameters = self.parameters(reactor);
         let states = self.states(reactor, &parameters);
         let ports = self.ports(reactor, &parameters);
         for timer in &reactor.body.timers {
-            self.check_attributes(&timer.attributes, Target::Other);
+            self.check_attributes(&timer.attributes, AttributeTarget::Other);
             let name = &timer.name.text;
             if let Some(offset) = &timer.offset {
                 self.check_time(offset, &format!("the offset of timer `{name}`"), &parameters, false);
@@ -58,10 +58,10 @@ impl<'p> Checker<'p> {
         }
     }
 
-    fn parameters(&mut self, reactor: &'p ast::Reactor) -> Vec<Parameter<'p>> {
-        let mut parameters: Vec<Parameter<'p>> = Vec::new();
+    fn parameters(&mut self, reactor: &'p ast::Reactor) -> Vec<CheckedParameter<'p>> {
+        let mut parameters: Vec<CheckedParameter<'p>> = Vec::new();
         for declared in &reactor.parameters {
-            self.check_attributes(&declared.attributes, Target::Other);
+            self.check_attributes(&declared.attributes, AttributeTarget::Other);
             // A default may name the parameters before it.
             let ty = self.value_type(declared.ty.as_ref(), declared.init.as_ref(), &declared.name, &parameters);
             if let Some(init) = &declared.init {
@@ -69,7 +69,7 @@ impl<'p> Checker<'p> {
                 let place = Destination { what: &what, ty: &ty.text, ty_span: ty.span, is_time: ty.is_time };
                 self.check_value(&init.value, place, &parameters);
             }
-            parameters.push(Parameter {
+            parameters.push(CheckedParameter {
                 name: &declared.name,
                 ty: ty.text,
                 ty_span: ty.span,
@@ -80,17 +80,17 @@ impl<'p> Checker<'p> {
         parameters
     }
 
-    fn states(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<State<'p>> {
+    fn states(&mut self, reactor: &'p ast::Reactor, parameters: &[CheckedParameter<'p>]) -> Vec<CheckedState<'p>> {
         let mut states = Vec::new();
         for declared in &reactor.body.states {
-            self.check_attributes(&declared.attributes, Target::Other);
+            self.check_attributes(&declared.attributes, AttributeTarget::Other);
             let ty = self.value_type(declared.ty.as_ref(), declared.init.as_ref(), &declared.name, parameters);
             if let Some(init) = &declared.init {
                 let what = format!("state variable `{}`", declared.name.text);
                 let place = Destination { what: &what, ty: &ty.text, ty_span: ty.span, is_time: ty.is_time };
                 self.check_value(&init.value, place, parameters);
             }
-            states.push(State {
+            states.push(CheckedState {
                 resets: declared.reset.is_some(),
                 mode: declared.mode,
                 name: &declared.name,
@@ -103,16 +103,20 @@ impl<'p> Checker<'p> {
         states
     }
 
-    fn ports(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<Port<'p>> {
+    fn ports(&mut self, reactor: &'p ast::Reactor, parameters: &[CheckedParameter<'p>]) -> Vec<CheckedPort<'p>> {
         let mut ports = Vec::new();
         for declared in &reactor.body.ports {
-            let target = if declared.direction == ast::Direction::Input { Target::Input } else { Target::Output };
+            let target = if declared.direction == ast::Direction::Input {
+                AttributeTarget::Input
+            } else {
+                AttributeTarget::Output
+            };
             let Attributes { capacity, sending, .. } = self.check_attributes(&declared.attributes, target);
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
             if let Some(width) = &declared.width {
                 self.check_width(width, parameters);
             }
-            ports.push(Port {
+            ports.push(CheckedPort {
                 name: &declared.name,
                 direction: declared.direction,
                 mutable: declared.mutable,
@@ -127,7 +131,7 @@ impl<'p> Checker<'p> {
     }
 
     /// Reports what cannot be a part of a width.
-    pub(super) fn check_width(&mut self, width: &ast::Width, scope: &[Parameter<'p>]) {
+    pub(super) fn check_width(&mut self, width: &ast::Width, scope: &[CheckedParameter<'p>]) {
         if width.terms.is_empty() {
             let message = "this width is left open, and has to be known when the program is compiled";
             let hint = "write a number or a parameter: `[4]`";
@@ -150,7 +154,7 @@ impl<'p> Checker<'p> {
         }
     }
 
-    fn actions(&mut self, reactor: &'p ast::Reactor, parameters: &[Parameter<'p>]) -> Vec<Action<'p>> {
+    fn actions(&mut self, reactor: &'p ast::Reactor, parameters: &[CheckedParameter<'p>]) -> Vec<CheckedAction<'p>> {
         let mut actions = Vec::new();
         for declared in &reactor.body.actions {
             let name = &declared.name.text;
@@ -171,22 +175,22 @@ impl<'p> Checker<'p> {
                     self.report(Diagnostic::new(Code::BadPolicy, policy.span, message).hint(hint));
                 }
             }
-            let target = if is_watchdog { Target::Other } else { Target::Queue };
+            let target = if is_watchdog { AttributeTarget::Other } else { AttributeTarget::Queue };
             let capacity = self.check_attributes(&declared.attributes, target).capacity;
             let ty = self.signal_type(declared.ty.as_ref(), &declared.name);
-            actions.push(Action { ast: declared, ty: ty.text, ty_span: ty.span, capacity });
+            actions.push(CheckedAction { ast: declared, ty: ty.text, ty_span: ty.span, capacity });
         }
         actions
     }
 
-    fn method(&mut self, declared: &'p ast::Method) -> Method<'p> {
+    fn method(&mut self, declared: &'p ast::MethodSyntax) -> CheckedMethod<'p> {
         let mut arguments = Vec::new();
         for (name, ty) in &declared.arguments {
             let ty = self.value_type(ty.as_ref(), None, name, &[]);
             arguments.push((name.text.clone(), ty.text, ty.span));
         }
         let ty = declared.ty.as_ref().map(|ty| self.signal_type(Some(ty), &declared.name));
-        Method { ast: declared, arguments, ty: ty.map(|ty| (ty.text, ty.span)) }
+        CheckedMethod { ast: declared, arguments, ty: ty.map(|ty| (ty.text, ty.span)) }
     }
 
     /// The values that an instance gives to the parameters of its class, in the order of the class.

@@ -3,22 +3,22 @@
 
 use std::collections::BTreeMap;
 
-use super::attributes::{Attributes, Container, Target};
+use super::attributes::{AttributeTarget, Attributes, Container};
 use super::checker::Checker;
-use super::model::{Class, Connection, End, PortRef, Variable};
+use super::model::{CheckedConnection, Class, ConnectionEnd, PortRef, Variable};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{self, Direction, Reference};
 
 impl<'p> Checker<'p> {
     /// The connections of a class, one per pair of ports.
-    pub(super) fn connections(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<Connection<'p>> {
+    pub(super) fn connections(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<CheckedConnection<'p>> {
         let class = &classes[position];
         let mut connections = Vec::new();
         for declared in &class.ast.body.connections {
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
             let container = Container { is_main, parameters: &class.parameters };
             let Attributes { capacity, max_wait, absent_after, sending } =
-                self.check_attributes(&declared.attributes, Target::Connection(container));
+                self.check_attributes(&declared.attributes, AttributeTarget::Connection(container));
             let sending = self.connection_sending(declared, sending);
             if let Some(after) = &declared.after {
                 self.check_time(after, "the delay of this connection", &class.parameters, false);
@@ -39,7 +39,7 @@ impl<'p> Checker<'p> {
             if !is_wide && !self.check_pairs(declared, &left, &right, class, classes) {
                 continue;
             }
-            connections.push(Connection {
+            connections.push(CheckedConnection {
                 left,
                 right,
                 iterated: declared.iterated,
@@ -63,17 +63,17 @@ impl<'p> Checker<'p> {
         mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
-    ) -> Option<Vec<End<'p>>> {
+    ) -> Option<Vec<ConnectionEnd<'p>>> {
         let ends: Vec<_> = side.iter().map(|end| (self.find_port(end, mode, class, classes), end)).collect();
-        ends.into_iter().map(|(port, ast)| Some(End { port: port?, ast })).collect()
+        ends.into_iter().map(|(port, ast)| Some(ConnectionEnd { port: port?, ast })).collect()
     }
 
     /// Whether both sides have the same number of ports, or the left one is repeated, and all pairs have one type.
     fn check_pairs(
         &mut self,
-        declared: &ast::Connection,
-        left: &[End<'p>],
-        right: &[End<'p>],
+        declared: &ast::ConnectionSyntax,
+        left: &[ConnectionEnd<'p>],
+        right: &[ConnectionEnd<'p>],
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
@@ -101,8 +101,8 @@ impl<'p> Checker<'p> {
     /// Whether all of the left side can be sources, and all of the right side destinations.
     fn check_directions(
         &mut self,
-        left: &[End<'p>],
-        right: &[End<'p>],
+        left: &[ConnectionEnd<'p>],
+        right: &[ConnectionEnd<'p>],
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
@@ -183,8 +183,8 @@ fn source_beside(sources: &Sources, port: PortRef, mode: Option<usize>) -> Optio
 
 /// What is wrong when a source and a destination have different types.
 pub(crate) fn type_mismatch(
-    from: &End<'_>,
-    to: &End<'_>,
+    from: &ConnectionEnd<'_>,
+    to: &ConnectionEnd<'_>,
     class: &Class<'_>,
     classes: &[Class<'_>],
 ) -> Option<Diagnostic> {

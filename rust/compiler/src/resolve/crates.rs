@@ -2,7 +2,7 @@
 //! The target properties that are about cargo: crates and modules that bodies use, and how all is compiled.
 
 use super::load::join;
-use super::target::{Reader, text_of};
+use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{BuildType, Dependency, FileIndex, Location, Module};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue};
@@ -20,7 +20,7 @@ const TAKEN: [&str; 8] = ["lf", "c", "federate", "rti", "main", "lib", "core", "
 /// The editions that there are, but for the first, whose paths are others.
 const EDITIONS: [&str; 3] = ["2018", "2021", "2024"];
 
-impl Reader<'_> {
+impl TargetReader<'_> {
     pub(super) fn dependencies(&mut self, key: &Name, value: &PropertyValue) {
         let PropertyKind::Map(crates) = &value.kind else {
             return self.bad(key, value, "crates in braces: `{ libm: \"0.2\" }`");

@@ -10,7 +10,8 @@ use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::Language;
 use crate::syntax::ast::{
-    Action, Body, Connection, Instantiation, Name, Parameter, Reaction, Reactor, State, Timer, Type, TypeKind,
+    ActionSyntax, ConnectionSyntax, Instantiation, Name, ParameterSyntax, ReactionSyntax, Reactor, ReactorBody,
+    StateSyntax, Timer, TypeKind, TypeSyntax,
 };
 
 /// How many reactors a program may have, those with other types included.
@@ -84,7 +85,7 @@ impl<'a> Expander<'a> {
     }
 
     /// The position of a reactor with these types; it is expanded if it is not known yet.
-    fn add(&mut self, id: ReactorId, arguments: &[Type], user: Option<usize>) -> usize {
+    fn add(&mut self, id: ReactorId, arguments: &[TypeSyntax], user: Option<usize>) -> usize {
         let language = self.program.language(id.unit);
         let texts: Vec<String> = arguments.iter().map(|ty| language.type_text(ty)).collect();
         if let Some(known) = self.known.get(&(id, texts.clone())).copied() {
@@ -95,11 +96,11 @@ impl<'a> Expander<'a> {
         let declared = self.declared(id);
         let mut files = Vec::new();
         let mut ast = declared.clone();
-        ast.body = Body::default();
+        ast.body = ReactorBody::default();
         ast.parameters = Vec::new();
         self.inherit(id, &mut ast, &mut files, &mut Vec::new());
         let named = declared.type_parameters.iter().zip(arguments);
-        let types: Vec<(&str, &Type)> = named.map(|(parameter, ty)| (parameter.name.text.as_str(), ty)).collect();
+        let types: Vec<(&str, &TypeSyntax)> = named.map(|(parameter, ty)| (parameter.name.text.as_str(), ty)).collect();
         for ty in types_of(&mut ast) {
             substitute(ty, &types, language);
         }
@@ -212,7 +213,7 @@ impl<'a> Expander<'a> {
         }
         let inherited = others..to.parameters.len();
         for parameter in &declared.parameters {
-            let same = |inherited: &&mut Parameter| inherited.name.text == parameter.name.text;
+            let same = |inherited: &&mut ParameterSyntax| inherited.name.text == parameter.name.text;
             match to.parameters[inherited.clone()].iter_mut().find(same) {
                 // Its own default takes the place of the inherited one.
                 Some(inherited) => inherited.clone_from(parameter),
@@ -231,7 +232,7 @@ impl<'a> Expander<'a> {
 }
 
 /// Puts types in place of type parameters.
-fn substitute(ty: &mut Type, types: &[(&str, &Type)], language: &dyn Language) {
+fn substitute(ty: &mut TypeSyntax, types: &[(&str, &TypeSyntax)], language: &dyn Language) {
     match &mut ty.kind {
         TypeKind::Time => {}
         TypeKind::Code(text) => {
@@ -257,29 +258,29 @@ fn substitute(ty: &mut Type, types: &[(&str, &Type)], language: &dyn Language) {
 }
 
 /// All that a reactor declares, behind what is there already.
-fn append(to: &mut Body, from: &Body) {
-    let Body { preambles, states, methods, ports, timers, actions, instances, connections, reactions, modes } =
+fn append(to: &mut ReactorBody, from: &ReactorBody) {
+    let ReactorBody { preambles, states, methods, ports, timers, actions, instances, connections, reactions, modes } =
         from.clone();
     // A mode is known by its position.
     let first = to.modes.len();
     let moved = |mode: Option<usize>| mode.map(|mode| first + mode);
     to.preambles.extend(preambles);
-    to.states.extend(states.into_iter().map(|it| State { mode: moved(it.mode), ..it }));
+    to.states.extend(states.into_iter().map(|it| StateSyntax { mode: moved(it.mode), ..it }));
     to.methods.extend(methods);
     to.ports.extend(ports);
     to.timers.extend(timers.into_iter().map(|it| Timer { mode: moved(it.mode), ..it }));
-    to.actions.extend(actions.into_iter().map(|it| Action { mode: moved(it.mode), ..it }));
+    to.actions.extend(actions.into_iter().map(|it| ActionSyntax { mode: moved(it.mode), ..it }));
     to.instances.extend(instances.into_iter().map(|it| Instantiation { mode: moved(it.mode), ..it }));
-    to.connections.extend(connections.into_iter().map(|it| Connection { mode: moved(it.mode), ..it }));
-    to.reactions.extend(reactions.into_iter().map(|it| Reaction { mode: moved(it.mode), ..it }));
+    to.connections.extend(connections.into_iter().map(|it| ConnectionSyntax { mode: moved(it.mode), ..it }));
+    to.reactions.extend(reactions.into_iter().map(|it| ReactionSyntax { mode: moved(it.mode), ..it }));
     to.modes.extend(modes);
 }
 
 /// All types that are written in a reactor.
-fn types_of(reactor: &mut Reactor) -> Vec<&mut Type> {
-    let Body { states, methods, ports, actions, instances, .. } = &mut reactor.body;
+fn types_of(reactor: &mut Reactor) -> Vec<&mut TypeSyntax> {
+    let ReactorBody { states, methods, ports, actions, instances, .. } = &mut reactor.body;
     let parameters = reactor.parameters.iter_mut().filter_map(|it| it.ty.as_mut());
-    let mut types: Vec<&mut Type> = parameters.collect();
+    let mut types: Vec<&mut TypeSyntax> = parameters.collect();
     types.extend(states.iter_mut().filter_map(|it| it.ty.as_mut()));
     types.extend(ports.iter_mut().filter_map(|it| it.ty.as_mut()));
     types.extend(actions.iter_mut().filter_map(|it| it.ty.as_mut()));

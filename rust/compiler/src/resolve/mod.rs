@@ -38,7 +38,8 @@ pub use load::SourceProvider;
 pub(crate) use load::{Program, Unit, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
-    Class, ClassId, Connection, End, Given, Method, Port, PortRef, Reaction, ReactionParameter, Variable, Wait,
+    CheckedConnection, CheckedMethod, CheckedPort, CheckedReaction, Class, ClassId, ConnectionEnd, Given, PortRef,
+    ReactionVariable, Variable, Wait,
 };
 pub use properties::TargetProperty;
 pub(crate) use reaction::signature;

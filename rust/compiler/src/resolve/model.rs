@@ -26,20 +26,20 @@ pub(crate) struct Class<'p> {
     pub(crate) users: Vec<ClassId>,
     pub(crate) ast: &'p ast::Reactor,
     pub(crate) name: String,
-    pub(crate) parameters: Vec<Parameter<'p>>,
-    pub(crate) states: Vec<State<'p>>,
-    pub(crate) ports: Vec<Port<'p>>,
+    pub(crate) parameters: Vec<CheckedParameter<'p>>,
+    pub(crate) states: Vec<CheckedState<'p>>,
+    pub(crate) ports: Vec<CheckedPort<'p>>,
     pub(crate) timers: Vec<&'p ast::Timer>,
-    pub(crate) actions: Vec<Action<'p>>,
-    pub(crate) methods: Vec<Method<'p>>,
-    pub(crate) children: Vec<Child<'p>>,
-    pub(crate) connections: Vec<Connection<'p>>,
-    pub(crate) reactions: Vec<Reaction<'p>>,
+    pub(crate) actions: Vec<CheckedAction<'p>>,
+    pub(crate) methods: Vec<CheckedMethod<'p>>,
+    pub(crate) children: Vec<CheckedChild<'p>>,
+    pub(crate) connections: Vec<CheckedConnection<'p>>,
+    pub(crate) reactions: Vec<CheckedReaction<'p>>,
 }
 
 impl Class<'_> {
     /// The declaration of a port as this reactor sees it, as far as it is known.
-    pub(crate) fn port<'c>(&'c self, port: PortRef, classes: &'c [Class<'_>]) -> Option<&'c Port<'c>> {
+    pub(crate) fn port<'c>(&'c self, port: PortRef, classes: &'c [Class<'_>]) -> Option<&'c CheckedPort<'c>> {
         match port {
             PortRef::Own(port) => self.ports.get(port),
             PortRef::Child(child, port) => classes[self.children.get(child)?.class?.0].ports.get(port),
@@ -71,7 +71,7 @@ impl Class<'_> {
 
 /// A parameter with its type.
 #[derive(Debug)]
-pub(crate) struct Parameter<'p> {
+pub(crate) struct CheckedParameter<'p> {
     pub(crate) name: &'p ast::Name,
     /// In the target language's spelling.
     pub(crate) ty: String,
@@ -82,7 +82,7 @@ pub(crate) struct Parameter<'p> {
 
 /// A state variable with its type.
 #[derive(Debug)]
-pub(crate) struct State<'p> {
+pub(crate) struct CheckedState<'p> {
     pub(crate) name: &'p ast::Name,
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
@@ -96,7 +96,7 @@ pub(crate) struct State<'p> {
 
 /// An input or output.
 #[derive(Debug)]
-pub(crate) struct Port<'p> {
+pub(crate) struct CheckedPort<'p> {
     pub(crate) name: &'p ast::Name,
     pub(crate) direction: ast::Direction,
     /// Whether bodies may change what comes.
@@ -127,8 +127,8 @@ pub(crate) struct Sending<'p> {
 
 /// An action.
 #[derive(Debug)]
-pub(crate) struct Action<'p> {
-    pub(crate) ast: &'p ast::Action,
+pub(crate) struct CheckedAction<'p> {
+    pub(crate) ast: &'p ast::ActionSyntax,
     pub(crate) ty: String,
     pub(crate) ty_span: Span,
     pub(crate) capacity: Option<usize>,
@@ -136,15 +136,15 @@ pub(crate) struct Action<'p> {
 
 /// A method, with the types of its arguments and of what it returns, each with its place.
 #[derive(Debug)]
-pub(crate) struct Method<'p> {
-    pub(crate) ast: &'p ast::Method,
+pub(crate) struct CheckedMethod<'p> {
+    pub(crate) ast: &'p ast::MethodSyntax,
     pub(crate) arguments: Vec<(String, String, Span)>,
     pub(crate) ty: Option<(String, Span)>,
 }
 
 /// A contained reactor.
 #[derive(Debug)]
-pub(crate) struct Child<'p> {
+pub(crate) struct CheckedChild<'p> {
     pub(crate) ast: &'p ast::Instantiation,
     /// Nothing if there is no such reactor.
     pub(crate) class: Option<ClassId>,
@@ -173,7 +173,7 @@ pub(crate) enum PortRef {
 
 /// A port or several at one end of a connection.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End<'p> {
+pub(crate) struct ConnectionEnd<'p> {
     pub(crate) port: PortRef,
     /// As it is written.
     pub(crate) ast: &'p ast::Reference,
@@ -181,9 +181,9 @@ pub(crate) struct End<'p> {
 
 /// Sources connected to destinations, channel by channel.
 #[derive(Debug)]
-pub(crate) struct Connection<'p> {
-    pub(crate) left: Vec<End<'p>>,
-    pub(crate) right: Vec<End<'p>>,
+pub(crate) struct CheckedConnection<'p> {
+    pub(crate) left: Vec<ConnectionEnd<'p>>,
+    pub(crate) right: Vec<ConnectionEnd<'p>>,
     /// Whether the left side is repeated as often as the right one needs.
     pub(crate) iterated: bool,
     pub(crate) after: Option<&'p ast::Expression>,
@@ -214,7 +214,7 @@ pub(crate) enum Variable {
 
 /// A variable of a reaction.
 #[derive(Debug)]
-pub(crate) struct ReactionParameter {
+pub(crate) struct ReactionVariable {
     /// As the body names it: `port` or `child__port`.
     pub(crate) name: String,
     pub(crate) variable: Variable,
@@ -226,13 +226,13 @@ pub(crate) struct ReactionParameter {
 
 /// A reaction.
 #[derive(Debug)]
-pub(crate) struct Reaction<'p> {
-    pub(crate) ast: &'p ast::Reaction,
+pub(crate) struct CheckedReaction<'p> {
+    pub(crate) ast: &'p ast::ReactionSyntax,
     /// `startup` and `shutdown` included, each variable once.
-    pub(crate) parameters: Vec<ReactionParameter>,
+    pub(crate) parameters: Vec<ReactionVariable>,
 }
 
-impl Reaction<'_> {
+impl CheckedReaction<'_> {
     /// The contained reactors whose ports it names, in their order, each with the first place.
     pub(crate) fn children(&self) -> BTreeMap<usize, Span> {
         let mut children = BTreeMap::new();

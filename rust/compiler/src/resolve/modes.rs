@@ -4,7 +4,7 @@
 use super::checker::Checker;
 use super::model::{Class, Variable};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{Mode, Name, Reactor, ReactorKind, State, Transition};
+use crate::syntax::ast::{ModeSyntax, Name, Reactor, ReactorKind, StateSyntax, Transition};
 
 /// Reports modes of which none or several are initial, and those of a federated reactor.
 pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
@@ -30,7 +30,7 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
 }
 
 /// Reports a state variable that is to be reset, but not to which value.
-fn check_reset_state(state: &State, found: &mut Vec<Diagnostic>) {
+fn check_reset_state(state: &StateSyntax, found: &mut Vec<Diagnostic>) {
     let Some(word) = state.reset.filter(|_| state.init.is_none()) else { return };
     let message = format!("state variable `{}` is to be reset, and has no initial value", state.name.text);
     let hint = format!("write one: `reset state {}: T = …`", state.name.text);
@@ -38,7 +38,7 @@ fn check_reset_state(state: &State, found: &mut Vec<Diagnostic>) {
 }
 
 /// The name of a mode as messages have it.
-fn named(mode: Option<&Mode>) -> &str {
+fn named(mode: Option<&ModeSyntax>) -> &str {
     mode.and_then(|mode| mode.name.as_ref()).map_or("", |name| name.text.as_str())
 }
 

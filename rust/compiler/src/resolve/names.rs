@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::Language;
-use crate::syntax::ast::{Name, ReactionKind, Reactor};
+use crate::syntax::ast::{Name, ReactionKeyword, Reactor};
 
 /// Reports double names and names that the target language cannot have.
 pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mut Vec<Diagnostic>) {
@@ -20,7 +20,7 @@ pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mu
     let things = things.chain(body.instances.iter().map(|it| (&it.name, "instance")));
     let modes = body.modes.iter().filter_map(|it| it.name.as_ref()).map(|name| (name, "mode"));
     let things = things.chain(modes);
-    let reactions = body.reactions.iter().filter(|it| it.kind != ReactionKind::Watchdog);
+    let reactions = body.reactions.iter().filter(|it| it.kind != ReactionKeyword::Watchdog);
     let reactions = reactions.filter_map(|it| it.name.as_ref()).map(|name| (name, "reaction"));
     for (names, in_bodies) in [
         (parameters.collect::<Vec<_>>(), false),

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use super::cmake;
 use super::load::join;
-use super::target::{Reader, text_of};
+use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, Definition, IncludedFile};
-use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target};
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
 
 /// What LF's own compiler brings with it begins so.
 const OF_LFC: &str = "/lib/c/";
@@ -21,9 +21,9 @@ pub(super) const BESIDE: [&str; 5] =
 /// The schedulers of LF.
 const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATIC"];
 
-impl Reader<'_> {
+impl TargetReader<'_> {
     /// What an imported file says for whoever imports it.
-    pub(super) fn imported(&mut self, target: &Target, language: &str) {
+    pub(super) fn imported(&mut self, target: &TargetSyntax, language: &str) {
         let is_other = self.target.language != language;
         self.target.c.is_cpp |= is_other && target.name.text.eq_ignore_ascii_case("CCpp");
         for Property { key, value } in &target.properties {

@@ -94,6 +94,9 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
     property("no-compile", &["false"], "no effect: `lfz check` and `lfz plan` compile nothing"),
 ];
 
+const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for this computer sources, definitions, \
+                             folders of headers, options and libraries";
+
 /// Properties of programs whose bodies are Rust.
 pub(super) const RUST: &[TargetProperty] = &[
     property(
@@ -111,12 +114,7 @@ pub(super) const RUST: &[TargetProperty] = &[
         &["[]"],
         "folders in which C looks for headers, beside those of LF files and of `c-headers`",
     ),
-    property(
-        "cmake-include",
-        &["[]"],
-        "what is told to CMake: everything for an image; for this computer sources, definitions, folders of headers, \
-         options and libraries",
-    ),
+    property("cmake-include", &["[]"], CMAKE_INCLUDE),
     property("compile-definitions", &["{ LIMIT: 3 }"], "macros that files and headers of C have"),
 ];
 
@@ -127,12 +125,7 @@ pub(super) const C: &[TargetProperty] = &[
         &["\"include/hello.h\"", "[\"../c\", \"array.h\"]"],
         "files and folders that bodies can include by their own names; those of imported files count as well",
     ),
-    property(
-        "cmake-include",
-        &["\"sources.cmake\""],
-        "what is told to CMake: everything for an image; for this computer sources, definitions, folders of headers, \
-         options and libraries",
-    ),
+    property("cmake-include", &["\"sources.cmake\""], CMAKE_INCLUDE),
     property("compile-definitions", &["{ LIMIT: 3 }"], "macros that all files of C have"),
     property("compiler", &["\"clang\""], "the compiler of programs for this computer; `cc` when not given"),
     property("compiler-flags", &["\"-O2\"", "[\"-Wall\", \"-lm\"]"], "what else that compiler is told"),

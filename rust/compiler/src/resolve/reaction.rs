@@ -2,13 +2,13 @@
 //! Reactions: their triggers, uses and effects.
 
 use super::checker::Checker;
-use super::model::{Class, PortRef, Reaction, ReactionParameter, Variable};
+use super::model::{CheckedReaction, Class, PortRef, ReactionVariable, Variable};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{self, Direction, Reference};
 
 /// In which list of a reaction a name stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Role {
+enum DependencyKind {
     Trigger,
     Use,
     Effect,
@@ -16,11 +16,11 @@ enum Role {
 
 impl<'p> Checker<'p> {
     /// The reactions of a class.
-    pub(super) fn reactions(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<Reaction<'p>> {
+    pub(super) fn reactions(&mut self, position: usize, classes: &[Class<'p>]) -> Vec<CheckedReaction<'p>> {
         let class = &classes[position];
         let mut reactions = Vec::new();
         for declared in &class.ast.body.reactions {
-            self.check_attributes(&declared.attributes, super::attributes::Target::Other);
+            self.check_attributes(&declared.attributes, super::attributes::AttributeTarget::Other);
             if declared.triggers.is_empty() {
                 let message = "this reaction has no trigger, so it would never run";
                 let hint = "write what triggers it: `reaction(startup)`, or a timer, an action or an input";
@@ -42,15 +42,17 @@ impl<'p> Checker<'p> {
             if let Some(deadline) = &declared.deadline {
                 self.check_time(&deadline.value, "the deadline of this reaction", &class.parameters, false);
             }
-            let mut parameters: Vec<ReactionParameter> = Vec::new();
-            for (role, list) in
-                [(Role::Trigger, &declared.triggers), (Role::Use, &declared.uses), (Role::Effect, &declared.effects)]
-            {
+            let mut parameters: Vec<ReactionVariable> = Vec::new();
+            for (role, list) in [
+                (DependencyKind::Trigger, &declared.triggers),
+                (DependencyKind::Use, &declared.uses),
+                (DependencyKind::Effect, &declared.effects),
+            ] {
                 for reference in list {
                     self.dependency(reference, role, declared.mode, class, classes, &mut parameters);
                 }
             }
-            reactions.push(Reaction { ast: declared, parameters });
+            reactions.push(CheckedReaction { ast: declared, parameters });
         }
         reactions
     }
@@ -58,11 +60,11 @@ impl<'p> Checker<'p> {
     fn dependency(
         &mut self,
         reference: &Reference,
-        role: Role,
+        role: DependencyKind,
         mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
-        parameters: &mut Vec<ReactionParameter>,
+        parameters: &mut Vec<ReactionVariable>,
     ) {
         let Some(variable) = self.variable(reference, role, mode, class, classes) else { return };
         if !self.check_role(reference, variable, role, class, classes) {
@@ -83,20 +85,20 @@ impl<'p> Checker<'p> {
                 self.report(diagnostic);
                 return;
             }
-            parameters.push(ReactionParameter {
+            parameters.push(ReactionVariable {
                 name,
                 variable,
-                triggers: role == Role::Trigger,
-                uses: role == Role::Use,
-                effect: role == Role::Effect,
+                triggers: role == DependencyKind::Trigger,
+                uses: role == DependencyKind::Use,
+                effect: role == DependencyKind::Effect,
                 span: reference.span,
             });
             return;
         };
         let flag = match role {
-            Role::Trigger => &mut known.triggers,
-            Role::Use => &mut known.uses,
-            Role::Effect => &mut known.effect,
+            DependencyKind::Trigger => &mut known.triggers,
+            DependencyKind::Use => &mut known.uses,
+            DependencyKind::Effect => &mut known.effect,
         };
         if *flag {
             let message = format!("`{}` stands here twice", reference.text());
@@ -112,7 +114,7 @@ impl<'p> Checker<'p> {
     fn variable(
         &mut self,
         reference: &Reference,
-        role: Role,
+        role: DependencyKind,
         mode: Option<usize>,
         class: &Class<'p>,
         classes: &[Class<'p>],
@@ -122,13 +124,15 @@ impl<'p> Checker<'p> {
         }
         let name = reference.name.text.as_str();
         match name {
-            "startup" if role == Role::Trigger => return Some(Variable::Startup),
-            "shutdown" if role == Role::Trigger => return Some(Variable::Shutdown),
-            "reset" if role == Role::Trigger => return Some(Variable::Reset),
+            "startup" if role == DependencyKind::Trigger => return Some(Variable::Startup),
+            "shutdown" if role == DependencyKind::Trigger => return Some(Variable::Shutdown),
+            "reset" if role == DependencyKind::Trigger => return Some(Variable::Reset),
             _ => {}
         }
-        let is_mode = |mode: &ast::Mode| mode.name.as_ref().is_some_and(|mode| mode.text == name);
-        if role == Role::Effect && (reference.transition.is_some() || class.ast.body.modes.iter().any(is_mode)) {
+        let is_mode = |mode: &ast::ModeSyntax| mode.name.as_ref().is_some_and(|mode| mode.text == name);
+        if role == DependencyKind::Effect
+            && (reference.transition.is_some() || class.ast.body.modes.iter().any(is_mode))
+        {
             return self.transition(reference, mode, class);
         }
         let port = class.ports.iter().position(|port| port.name.text == name);
@@ -192,7 +196,7 @@ impl<'p> Checker<'p> {
         &mut self,
         reference: &Reference,
         variable: Variable,
-        role: Role,
+        role: DependencyKind,
         class: &Class<'p>,
         classes: &[Class<'p>],
     ) -> bool {
@@ -200,7 +204,7 @@ impl<'p> Checker<'p> {
         let readable_hint = "a reaction reads inputs of its reactor, outputs of contained reactors, actions and timers";
         let writable_hint = "a reaction writes outputs of its reactor, inputs of contained reactors, and actions";
         let problem = match (variable, role) {
-            (Variable::Timer(_), Role::Effect) => {
+            (Variable::Timer(_), DependencyKind::Effect) => {
                 Some((Code::NotWritable, format!("timer `{text}` cannot be an effect"), writable_hint))
             }
             (Variable::Port(port), _) => {
@@ -208,7 +212,7 @@ impl<'p> Checker<'p> {
                 let own = matches!(port, PortRef::Own(_));
                 let kind = if input { "input" } else { "output" };
                 let owner = if own { "this reactor" } else { "a contained reactor" };
-                match (role == Role::Effect, input == own) {
+                match (role == DependencyKind::Effect, input == own) {
                     (true, true) => {
                         let message = format!("`{text}` is an {kind} of {owner}, which a reaction cannot write");
                         Some((Code::NotWritable, message, writable_hint))
@@ -229,10 +233,10 @@ impl<'p> Checker<'p> {
 }
 
 /// A reaction's head on one line, as it is written: `reaction(t) x -> y`.
-pub(crate) fn signature(reaction: &ast::Reaction) -> String {
+pub(crate) fn signature(reaction: &ast::ReactionSyntax) -> String {
     let list = |references: &[Reference]| references.iter().map(Reference::text).collect::<Vec<_>>().join(", ");
     let mut text = match &reaction.name {
-        Some(name) if reaction.kind == ast::ReactionKind::Watchdog => format!("watchdog {}", name.text),
+        Some(name) if reaction.kind == ast::ReactionKeyword::Watchdog => format!("watchdog {}", name.text),
         Some(name) => format!("reaction {}({})", name.text, list(&reaction.triggers)),
         None => format!("reaction({})", list(&reaction.triggers)),
     };

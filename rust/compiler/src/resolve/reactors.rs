@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which reactors are checked, and in which order.
 
-use super::attributes::{Container, Target};
+use super::attributes::{AttributeTarget, Container};
 use super::checker::Checker;
 use super::expand::Expanded;
 use super::load::Program;
-use super::model::{Child, Class, ClassId};
+use super::model::{CheckedChild, Class, ClassId};
 use super::{mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::syntax::ast;
@@ -60,12 +60,12 @@ impl<'p> Checker<'p> {
             }
             let is_main = class.ast.kind != ast::ReactorKind::Plain;
             let container = Container { is_main, parameters: &class.parameters };
-            let max_wait = self.check_attributes(&instance.attributes, Target::Instance(container)).max_wait;
+            let max_wait = self.check_attributes(&instance.attributes, AttributeTarget::Instance(container)).max_wait;
             if let Some(ClassId(contained)) = id {
                 self.check_language(instance, class, &classes[contained]);
             }
             let arguments = id.map_or_else(Vec::new, |id| self.arguments(instance, class, &classes[id.0]));
-            children.push(Child { ast: instance, class: id, arguments, max_wait });
+            children.push(CheckedChild { ast: instance, class: id, arguments, max_wait });
         }
         classes[position].children = children;
     }

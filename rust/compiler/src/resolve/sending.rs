@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What ports and connections say about how their values become bytes: `@serializer`, `@max_length`, `serializer`.
 
-use super::attributes::{Target, single_value};
+use super::attributes::{AttributeTarget, single_value};
 use super::checker::Checker;
 use super::model::{Given, Sending};
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
@@ -15,11 +15,11 @@ impl<'p> Checker<'p> {
     pub(super) fn check_sending(
         &mut self,
         attribute: &'p Attribute,
-        target: Target<'_, 'p>,
+        target: AttributeTarget<'_, 'p>,
         sending: &mut Sending<'p>,
     ) {
         let (name, span) = (attribute.name.text.as_str(), attribute.span);
-        if !matches!(target, Target::Input | Target::Output | Target::Connection(_)) {
+        if !matches!(target, AttributeTarget::Input | AttributeTarget::Output | AttributeTarget::Connection(_)) {
             let message = "nothing here is sent to another federate";
             let hint = format!("`@{name}` stands before a port or a connection");
             self.report(Diagnostic::new(Code::BadAttribute, span, message).hint(hint));
@@ -51,7 +51,11 @@ impl<'p> Checker<'p> {
     }
 
     /// What a connection says with its attributes and with LF's own word, which counts first.
-    pub(super) fn connection_sending(&mut self, declared: &'p ast::Connection, sending: Sending<'p>) -> Sending<'p> {
+    pub(super) fn connection_sending(
+        &mut self,
+        declared: &'p ast::ConnectionSyntax,
+        sending: Sending<'p>,
+    ) -> Sending<'p> {
         let named = declared.serializer.as_ref().and_then(|name| self.serializer(&name.text, name.span));
         Sending { serializer: named.or(sending.serializer), ..sending }
     }

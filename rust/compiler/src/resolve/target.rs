@@ -5,10 +5,10 @@ use lf_model::units::UNITS;
 
 use super::load::{Program, SourceProvider};
 use super::properties::{REFUSED, honoured, language_of};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceMap, Span, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceTexts, Span, did_you_mean};
 use crate::languages::{self, Language};
 use crate::plan;
-use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, Target, TimeValue};
+use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax, TimeValue};
 use crate::syntax::{TimeError, nanoseconds};
 
 /// Checks the target of the main file and gives the properties that have an effect.
@@ -18,7 +18,7 @@ use crate::syntax::{TimeError, nanoseconds};
 pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> plan::Target {
     let language = languages::default().name().to_owned();
     let target = plan::Target { language, ..plan::Target::default() };
-    let mut reader = Reader { target, found: Vec::new(), sources, texts: diagnostics.sources() };
+    let mut reader = TargetReader { target, found: Vec::new(), sources, texts: diagnostics.sources() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
@@ -52,7 +52,7 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
         }
     }
     reader.find_sources();
-    let Reader { target, found, .. } = reader;
+    let TargetReader { target, found, .. } = reader;
     diagnostics.extend(found);
     target
 }
@@ -65,15 +65,15 @@ const CLOCK_SYNC_OPTIONS: [&str; 6] =
     ["trials", "period", "attenuation", "local-federates-on", "test-offset", "collect-stats"];
 
 /// Reads the target declaration of the main file.
-pub(super) struct Reader<'p> {
+pub(super) struct TargetReader<'p> {
     pub(super) target: plan::Target,
     pub(super) found: Vec<Diagnostic>,
     pub(super) sources: &'p dyn SourceProvider,
-    pub(super) texts: &'p SourceMap,
+    pub(super) texts: &'p SourceTexts,
 }
 
-impl Reader<'_> {
-    fn wrong_target(&mut self, target: &Target) {
+impl TargetReader<'_> {
+    fn wrong_target(&mut self, target: &TargetSyntax) {
         let language = &self.target.language;
         let message = format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names());
         let hint = format!("write `target {language}`, and the reaction bodies in {language}");

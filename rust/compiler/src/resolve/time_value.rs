@@ -4,7 +4,7 @@
 use lf_model::units::UNITS;
 
 use super::checker::Checker;
-use super::model::Parameter;
+use super::model::CheckedParameter;
 use crate::diagnostics::{Code, Diagnostic, Span, did_you_mean};
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
 use crate::syntax::{TimeError, is_zero, nanoseconds};
@@ -12,7 +12,13 @@ use crate::syntax::{TimeError, is_zero, nanoseconds};
 impl Checker<'_> {
     /// Reports a value that is no time. `what` is its role, like "the period of timer t". Code is allowed only where
     /// the value is not needed at build time.
-    pub(super) fn check_time(&mut self, value: &Expression, what: &str, scope: &[Parameter<'_>], code_allowed: bool) {
+    pub(super) fn check_time(
+        &mut self,
+        value: &Expression,
+        what: &str,
+        scope: &[CheckedParameter<'_>],
+        code_allowed: bool,
+    ) {
         match &value.kind {
             ExpressionKind::Time(time) => self.check_time_literal(time, value.span, what),
             ExpressionKind::Literal(Literal::Int(text)) if is_zero(text) => {}
@@ -38,7 +44,7 @@ impl Checker<'_> {
         self.report(Diagnostic::new(Code::NotATime, span, message).hint(hint));
     }
 
-    fn check_time_name(&mut self, name: &str, span: Span, what: &str, scope: &[Parameter<'_>]) {
+    fn check_time_name(&mut self, name: &str, span: Span, what: &str, scope: &[CheckedParameter<'_>]) {
         let Some(parameter) = scope.iter().find(|parameter| parameter.name.text == name) else {
             return self.unknown_parameter(name, span, scope);
         };
@@ -51,7 +57,7 @@ impl Checker<'_> {
     }
 
     /// Reports a name that no parameter in scope has.
-    pub(super) fn unknown_parameter(&mut self, name: &str, span: Span, scope: &[Parameter<'_>]) {
+    pub(super) fn unknown_parameter(&mut self, name: &str, span: Span, scope: &[CheckedParameter<'_>]) {
         let message = format!("there is no parameter `{name}` here");
         let hint = did_you_mean(name, scope.iter().map(|parameter| parameter.name.text.as_str()));
         let hint = hint

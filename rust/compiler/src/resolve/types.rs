@@ -2,9 +2,9 @@
 //! Types of declarations: as written, or worked out from the initial value.
 
 use super::checker::Checker;
-use super::model::Parameter;
+use super::model::CheckedParameter;
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, Type, TypeKind};
+use crate::syntax::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, TypeKind, TypeSyntax};
 
 /// The type of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub(super) struct Resolved {
 
 impl Checker<'_> {
     /// The type of a port or action; none is the type without a value.
-    pub(super) fn signal_type(&mut self, ty: Option<&Type>, name: &Name) -> Resolved {
+    pub(super) fn signal_type(&mut self, ty: Option<&TypeSyntax>, name: &Name) -> Resolved {
         match ty {
             Some(ty) => self.written(ty),
             None => Resolved { text: self.language.empty_type().to_owned(), span: name.span, is_time: false },
@@ -27,10 +27,10 @@ impl Checker<'_> {
     /// The type of a parameter or state variable; parameters in scope can give it.
     pub(super) fn value_type(
         &mut self,
-        ty: Option<&Type>,
+        ty: Option<&TypeSyntax>,
         init: Option<&Initialiser>,
         name: &Name,
-        scope: &[Parameter<'_>],
+        scope: &[CheckedParameter<'_>],
     ) -> Resolved {
         if let Some(ty) = ty {
             return self.written(ty);
@@ -50,12 +50,12 @@ impl Checker<'_> {
         Resolved { text: self.language.empty_type().to_owned(), span: name.span, is_time: false }
     }
 
-    fn written(&mut self, ty: &Type) -> Resolved {
+    fn written(&mut self, ty: &TypeSyntax) -> Resolved {
         self.check_type(ty);
         Resolved { text: self.language.type_text(ty), span: ty.span, is_time: ty.is_time() }
     }
 
-    fn check_type(&mut self, ty: &Type) {
+    fn check_type(&mut self, ty: &TypeSyntax) {
         if let TypeKind::Path { arguments, .. } = &ty.kind {
             for argument in arguments {
                 self.check_type(argument);
@@ -67,7 +67,7 @@ impl Checker<'_> {
     }
 
     /// The type of a value that says it by itself, and whether it is a time.
-    fn infer(&self, value: &Expression, scope: &[Parameter<'_>]) -> Option<(String, bool)> {
+    fn infer(&self, value: &Expression, scope: &[CheckedParameter<'_>]) -> Option<(String, bool)> {
         match &value.kind {
             ExpressionKind::Time(_) => Some((self.language.time_type().to_owned(), true)),
             ExpressionKind::Name(name) => scope

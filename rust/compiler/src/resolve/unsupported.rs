@@ -2,7 +2,7 @@
 //! Features of the language that are read and then refused by name, so that nothing is ignored silently.
 
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::syntax::ast::{ReactionKind, Reactor, ReactorKind};
+use crate::syntax::ast::{ReactionKeyword, Reactor, ReactorKind};
 
 /// Declares the features, each with what to do instead; the README's table is made of them.
 macro_rules! features {
@@ -57,7 +57,7 @@ pub(super) fn check(reactor: &Reactor, found: &mut Vec<Diagnostic>) {
         refuse(Feature::Realtime, span);
     }
     let body = &reactor.body;
-    let mutations = body.reactions.iter().filter(|reaction| reaction.kind == ReactionKind::Mutation);
+    let mutations = body.reactions.iter().filter(|reaction| reaction.kind == ReactionKeyword::Mutation);
     mutations.for_each(|reaction| refuse(Feature::Mutation, reaction.keyword));
     check_hosts(reactor, found);
 }

@@ -3,7 +3,7 @@
 //! language's own compiler.
 
 use super::checker::Checker;
-use super::model::Parameter;
+use super::model::CheckedParameter;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::LiteralKind;
 use crate::syntax::ast::{Expression, ExpressionKind, Literal, TimeValue};
@@ -21,7 +21,7 @@ pub(super) struct Destination<'a> {
 
 impl Checker<'_> {
     /// Reports a value that cannot have the type of its place.
-    pub(super) fn check_value(&mut self, value: &Expression, place: Destination<'_>, scope: &[Parameter<'_>]) {
+    pub(super) fn check_value(&mut self, value: &Expression, place: Destination<'_>, scope: &[CheckedParameter<'_>]) {
         if place.is_time && self.language.has_negative_times() && is_before_zero(value) {
             return;
         }

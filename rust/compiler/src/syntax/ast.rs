@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The tree of one file: the whole grammar, as it is written, with places.
 
-pub(crate) use super::expression::{Code, Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
-pub(crate) use super::type_text::{Type, TypeKind};
+pub(crate) use super::expression::{CodeBlock, Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
+pub(crate) use super::type_text::{TypeKind, TypeSyntax};
 use crate::diagnostics::Span;
 use crate::languages::CodeKind;
 
 /// A file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SourceUnit {
-    pub(crate) target: Option<Target>,
+    pub(crate) target: Option<TargetSyntax>,
     pub(crate) imports: Vec<Import>,
     pub(crate) preambles: Vec<Preamble>,
     pub(crate) reactors: Vec<Reactor>,
     /// All code blocks that are closed, wherever they stand.
-    pub(crate) codes: Vec<(Code, CodeKind)>,
+    pub(crate) codes: Vec<(CodeBlock, CodeKind)>,
 }
 
 /// `target Rust { … }`
 #[derive(Clone, Debug)]
-pub(crate) struct Target {
+pub(crate) struct TargetSyntax {
     pub(crate) name: Name,
     pub(crate) properties: Vec<Property>,
 }
@@ -76,7 +76,7 @@ pub(crate) struct ImportedReactor {
 /// `preamble {= … =}`; whether it is private or public makes no difference in Rust.
 #[derive(Clone, Debug)]
 pub(crate) struct Preamble {
-    pub(crate) code: Code,
+    pub(crate) code: CodeBlock,
 }
 
 /// What kind of reactor it is.
@@ -112,10 +112,10 @@ pub(crate) struct Reactor {
     pub(crate) keyword: Span,
     pub(crate) name: Option<Name>,
     pub(crate) type_parameters: Vec<TypeParameter>,
-    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) parameters: Vec<ParameterSyntax>,
     pub(crate) host: Option<Host>,
     pub(crate) extends: Vec<Name>,
-    pub(crate) body: Body,
+    pub(crate) body: ReactorBody,
     /// The comment directly before it, without comment marks.
     pub(crate) docs: Option<String>,
 }
@@ -135,50 +135,50 @@ pub(crate) struct TypeParameter {
 
 /// What stands in the braces of a reactor, and in those of its modes, in the order of the text.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Body {
+pub(crate) struct ReactorBody {
     pub(crate) preambles: Vec<Preamble>,
-    pub(crate) states: Vec<State>,
-    pub(crate) methods: Vec<Method>,
-    pub(crate) ports: Vec<Port>,
+    pub(crate) states: Vec<StateSyntax>,
+    pub(crate) methods: Vec<MethodSyntax>,
+    pub(crate) ports: Vec<PortSyntax>,
     pub(crate) timers: Vec<Timer>,
-    pub(crate) actions: Vec<Action>,
+    pub(crate) actions: Vec<ActionSyntax>,
     pub(crate) instances: Vec<Instantiation>,
-    pub(crate) connections: Vec<Connection>,
-    pub(crate) reactions: Vec<Reaction>,
-    pub(crate) modes: Vec<Mode>,
+    pub(crate) connections: Vec<ConnectionSyntax>,
+    pub(crate) reactions: Vec<ReactionSyntax>,
+    pub(crate) modes: Vec<ModeSyntax>,
 }
 
 /// A parameter of a reactor.
 #[derive(Clone, Debug)]
-pub(crate) struct Parameter {
+pub(crate) struct ParameterSyntax {
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) name: Name,
-    pub(crate) ty: Option<Type>,
+    pub(crate) ty: Option<TypeSyntax>,
     pub(crate) init: Option<Initialiser>,
 }
 
 /// A state variable.
 #[derive(Clone, Debug)]
-pub(crate) struct State {
+pub(crate) struct StateSyntax {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) reset: Option<Span>,
     pub(crate) name: Name,
-    pub(crate) ty: Option<Type>,
+    pub(crate) ty: Option<TypeSyntax>,
     pub(crate) init: Option<Initialiser>,
 }
 
 /// A method.
 #[derive(Clone, Debug)]
-pub(crate) struct Method {
+pub(crate) struct MethodSyntax {
     pub(crate) name: Name,
     /// Whether it is a `const method`, which does not change the state.
     pub(crate) constant: bool,
-    pub(crate) arguments: Vec<(Name, Option<Type>)>,
+    pub(crate) arguments: Vec<(Name, Option<TypeSyntax>)>,
     /// What it returns.
-    pub(crate) ty: Option<Type>,
-    pub(crate) code: Code,
+    pub(crate) ty: Option<TypeSyntax>,
+    pub(crate) code: CodeBlock,
 }
 
 /// `[ … ]`: how many channels a port has, or how many instances a bank; the sum of the terms.
@@ -207,14 +207,14 @@ pub(crate) enum Direction {
 
 /// An input or output.
 #[derive(Clone, Debug)]
-pub(crate) struct Port {
+pub(crate) struct PortSyntax {
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) direction: Direction,
     /// Whether it is a `mutable input`.
     pub(crate) mutable: bool,
     pub(crate) width: Option<Width>,
     pub(crate) name: Name,
-    pub(crate) ty: Option<Type>,
+    pub(crate) ty: Option<TypeSyntax>,
 }
 
 /// A timer.
@@ -248,7 +248,7 @@ impl ActionKind {
 
 /// An action.
 #[derive(Clone, Debug)]
-pub(crate) struct Action {
+pub(crate) struct ActionSyntax {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
@@ -257,7 +257,7 @@ pub(crate) struct Action {
     pub(crate) min_delay: Option<Expression>,
     pub(crate) min_spacing: Option<Expression>,
     pub(crate) policy: Option<Name>,
-    pub(crate) ty: Option<Type>,
+    pub(crate) ty: Option<TypeSyntax>,
 }
 
 /// A contained reactor.
@@ -269,7 +269,7 @@ pub(crate) struct Instantiation {
     pub(crate) name: Name,
     pub(crate) width: Option<Width>,
     pub(crate) class: Name,
-    pub(crate) type_arguments: Vec<Type>,
+    pub(crate) type_arguments: Vec<TypeSyntax>,
     pub(crate) arguments: Vec<Assignment>,
     pub(crate) host: Option<Host>,
 }
@@ -292,7 +292,7 @@ pub(crate) struct Host {
 
 /// A connection.
 #[derive(Clone, Debug)]
-pub(crate) struct Connection {
+pub(crate) struct ConnectionSyntax {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
@@ -341,7 +341,7 @@ impl Reference {
 
 /// With which word a reaction begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ReactionKind {
+pub(crate) enum ReactionKeyword {
     Reaction,
     Mutation,
     /// It is the handler of a watchdog, whose name it has.
@@ -350,43 +350,43 @@ pub(crate) enum ReactionKind {
 
 /// A reaction.
 #[derive(Clone, Debug)]
-pub(crate) struct Reaction {
+pub(crate) struct ReactionSyntax {
     /// The mode that it is in.
     pub(crate) mode: Option<usize>,
     pub(crate) attributes: Vec<Attribute>,
     /// The word `reaction`, `mutation` or `watchdog`.
     pub(crate) keyword: Span,
-    pub(crate) kind: ReactionKind,
+    pub(crate) kind: ReactionKeyword,
     pub(crate) name: Option<Name>,
     pub(crate) triggers: Vec<Reference>,
     pub(crate) uses: Vec<Reference>,
     pub(crate) effects: Vec<Reference>,
-    pub(crate) code: Option<Code>,
-    pub(crate) tardy: Option<Tardy>,
-    pub(crate) deadline: Option<Deadline>,
+    pub(crate) code: Option<CodeBlock>,
+    pub(crate) tardy: Option<TardySyntax>,
+    pub(crate) deadline: Option<DeadlineSyntax>,
 }
 
 /// `tardy {= … =}`, `tardy`, or the older `STP(value) {= … =}` and `STAA(value) {= … =}`
 #[derive(Clone, Debug)]
-pub(crate) struct Tardy {
+pub(crate) struct TardySyntax {
     /// `tardy`, `STP` or `STAA`.
     pub(crate) word: Name,
     /// The value of the older forms.
     pub(crate) absent_after: Option<Expression>,
     /// What runs; without it, the body does.
-    pub(crate) code: Option<Code>,
+    pub(crate) code: Option<CodeBlock>,
 }
 
 /// `deadline(value) {= … =}`
 #[derive(Clone, Debug)]
-pub(crate) struct Deadline {
+pub(crate) struct DeadlineSyntax {
     pub(crate) value: Expression,
-    pub(crate) code: Code,
+    pub(crate) code: CodeBlock,
 }
 
 /// A mode. What is in it stands in the body of its reactor, and says in which mode it is.
 #[derive(Clone, Debug)]
-pub(crate) struct Mode {
+pub(crate) struct ModeSyntax {
     /// A mode without a name cannot be entered.
     pub(crate) name: Option<Name>,
     pub(crate) initial: bool,

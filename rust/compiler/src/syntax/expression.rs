@@ -12,7 +12,7 @@ pub(crate) struct Name {
 
 /// The text between `{=` and `=}`, and its place without these marks.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Code {
+pub(crate) struct CodeBlock {
     pub(crate) text: String,
     pub(crate) span: Span,
 }
@@ -31,7 +31,7 @@ pub(crate) enum ExpressionKind {
     Time(TimeValue),
     /// A parameter.
     Name(String),
-    Code(Code),
+    Code(CodeBlock),
     /// A list in brackets, braces or parentheses.
     List(Vec<Expression>),
 }

@@ -12,7 +12,7 @@ use crate::languages::{self, BlockEnd, Language};
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
 #[logos(extras = Reading)]
 #[logos(skip r"[ \t\r\n\f]+")]
-pub(super) enum Kind {
+pub(super) enum TokenKind {
     /// A name or a word of the language.
     #[regex("[A-Za-z_][A-Za-z0-9_]*", word)]
     Word,
@@ -103,7 +103,7 @@ pub(super) struct Reading {
 /// A token with its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Token {
-    pub(super) kind: Kind,
+    pub(super) kind: TokenKind,
     pub(super) start: usize,
     pub(super) end: usize,
     /// Whether it directly follows the token before it.
@@ -112,7 +112,7 @@ pub(super) struct Token {
     pub(super) first_of_line: bool,
 }
 
-/// The tokens of a text, with an [`Kind::End`] at the end, and the comments.
+/// The tokens of a text, with an [`TokenKind::End`] at the end, and the comments.
 pub(super) struct Tokens {
     pub(super) list: Vec<Token>,
     pub(super) comments: Vec<Range<usize>>,
@@ -123,14 +123,14 @@ pub(super) struct Tokens {
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let reading =
         Reading { problems: Vec::new(), hiding: Vec::new(), language: languages::default(), names_language: false };
-    let mut lexer = Kind::lexer_with_extras(text, reading);
+    let mut lexer = TokenKind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
     let mut comments = Vec::new();
     let mut last_end = 0;
     while let Some(kind) = lexer.next() {
         let Range { start, end } = lexer.span();
-        let kind = kind.unwrap_or(Kind::Other);
-        if kind == Kind::Comment {
+        let kind = kind.unwrap_or(TokenKind::Other);
+        if kind == TokenKind::Comment {
             comments.push(start..end);
             continue;
         }
@@ -139,7 +139,7 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
         last_end = end;
     }
     let end = text.len();
-    tokens.push(Token { kind: Kind::End, start: end, end, adjacent: false, first_of_line: true });
+    tokens.push(Token { kind: TokenKind::End, start: end, end, adjacent: false, first_of_line: true });
     let Reading { problems, hiding, .. } = &lexer.extras;
     let describe = |(code, range): &(Code, Range<usize>)| {
         let hiding = hiding.iter().find(|(start, _)| *start == range.start).map(|(_, hiding)| hiding);
@@ -150,7 +150,7 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
 }
 
 /// The word behind `target` says how the code blocks behind it are to be read.
-fn word(lexer: &mut Lexer<'_, Kind>) {
+fn word(lexer: &mut Lexer<'_, TokenKind>) {
     let text = lexer.slice();
     if lexer.extras.names_language
         && let Some(language) = languages::named(text)
@@ -160,7 +160,7 @@ fn word(lexer: &mut Lexer<'_, Kind>) {
     lexer.extras.names_language = text == "target";
 }
 
-fn code(lexer: &mut Lexer<'_, Kind>) {
+fn code(lexer: &mut Lexer<'_, TokenKind>) {
     let rest = lexer.remainder();
     match lexer.extras.language.block_end(rest) {
         BlockEnd::Found(length) => lexer.bump(length),
@@ -178,7 +178,7 @@ fn code(lexer: &mut Lexer<'_, Kind>) {
     }
 }
 
-fn long_string(lexer: &mut Lexer<'_, Kind>) {
+fn long_string(lexer: &mut Lexer<'_, TokenKind>) {
     let rest = lexer.remainder();
     if let Some(length) = rest.find("\"\"\"") {
         lexer.bump(length + 3);
@@ -189,7 +189,7 @@ fn long_string(lexer: &mut Lexer<'_, Kind>) {
 }
 
 /// A plain string ends on its line, so that a missing quote does not swallow the rest of the file.
-fn string(lexer: &mut Lexer<'_, Kind>) {
+fn string(lexer: &mut Lexer<'_, TokenKind>) {
     let rest = lexer.remainder();
     let mut escaped = false;
     for (index, character) in rest.char_indices() {
@@ -212,7 +212,7 @@ fn string(lexer: &mut Lexer<'_, Kind>) {
     lexer.bump(rest.len());
 }
 
-fn comment(lexer: &mut Lexer<'_, Kind>, close: &str) -> FilterResult<(), ()> {
+fn comment(lexer: &mut Lexer<'_, TokenKind>, close: &str) -> FilterResult<(), ()> {
     let rest = lexer.remainder();
     if let Some(length) = rest.find(close) {
         lexer.bump(length + close.len());

@@ -6,7 +6,7 @@ use crate::diagnostics::Span;
 
 /// A type with its place.
 #[derive(Clone, Debug)]
-pub(crate) struct Type {
+pub(crate) struct TypeSyntax {
     pub(crate) kind: TypeKind,
     pub(crate) span: Span,
 }
@@ -19,7 +19,7 @@ pub(crate) enum TypeKind {
     /// A path with type arguments.
     Path {
         segments: Vec<String>,
-        arguments: Vec<Type>,
+        arguments: Vec<TypeSyntax>,
         /// `*` and `[n]` behind it, which are C.
         c_suffix: Option<Name>,
     },
@@ -27,7 +27,7 @@ pub(crate) enum TypeKind {
     Code(String),
 }
 
-impl Type {
+impl TypeSyntax {
     /// Whether it is LF's `time`.
     pub(crate) fn is_time(&self) -> bool {
         matches!(self.kind, TypeKind::Time)

@@ -44,7 +44,7 @@ impl From<Violation> for Refusal<'_> {
 }
 
 /// What a message of the handshake leads to.
-enum Step {
+enum HandshakeStep {
     /// The message is done with.
     Done,
     /// The reply has no room yet.
@@ -113,7 +113,7 @@ impl Handshake<'_, '_> {
             Err(error) => return self.refuse(connection, Violation::Bytes(error).into(), outlet),
         };
         match self.take_step(now, connection, message, outlet) {
-            Ok(Step::Done) => {
+            Ok(HandshakeStep::Done) => {
                 if expected != MessageType::T3 {
                     self.exchanges.note_handshake(now);
                 }
@@ -128,7 +128,7 @@ impl Handshake<'_, '_> {
                 }
                 Verdict::Consumed(len)
             }
-            Ok(Step::NoRoom) => Verdict::Blocked(connection),
+            Ok(HandshakeStep::NoRoom) => Verdict::Blocked(connection),
             Err(refusal) => self.refuse(connection, refusal, outlet),
         }
     }
@@ -139,7 +139,7 @@ impl Handshake<'_, '_> {
         connection: ConnectionId,
         message: Message<'m>,
         outlet: &mut impl Outlet,
-    ) -> Result<Step, Refusal<'m>> {
+    ) -> Result<HandshakeStep, Refusal<'m>> {
         let known = self.members.connections[connection.0];
         match (message, known.phase, known.federate) {
             (Message::FedNonce { federate, nonce }, Phase::Nonce { own }, _) => {
@@ -178,15 +178,15 @@ impl Handshake<'_, '_> {
         nonce: Nonce,
         own: Nonce,
         outlet: &mut impl Outlet,
-    ) -> Step {
+    ) -> HandshakeStep {
         if outlet.room(connection) < MessageType::RtiResponse.fixed_bytes() {
-            return Step::NoRoom;
+            return HandshakeStep::NoRoom;
         }
-        let Some(authenticator) = self.config.authentication else { return Step::Done };
+        let Some(authenticator) = self.config.authentication else { return HandshakeStep::Done };
         let hmac = (authenticator.rti_proof)(self.config.federation_id, federate, nonce);
         outlet.send(connection, &Message::RtiResponse { nonce: own, hmac });
         self.members.connections[connection.0].phase = Phase::Proof { own, claimed: federate };
-        Step::Done
+        HandshakeStep::Done
     }
 
     fn on_proof<'m>(
@@ -195,14 +195,14 @@ impl Handshake<'_, '_> {
         claimed: u16,
         own: Nonce,
         proof: Proof,
-    ) -> Result<Step, Refusal<'m>> {
+    ) -> Result<HandshakeStep, Refusal<'m>> {
         let is_right = |by: Authenticator| (by.is_federate_proof)(self.config.federation_id, own, &proof);
         if !self.config.authentication.is_some_and(is_right) {
             let (code, federate) = (RejectCode::HmacMismatch, Some(FederateId(claimed)));
             return Err(Refusal { code, federate, federation_id: None, violation: None });
         }
         self.members.connections[connection.0].phase = Phase::Ids { claimed: Some(claimed) };
-        Ok(Step::Done)
+        Ok(HandshakeStep::Done)
     }
 
     fn on_ids<'m>(
@@ -211,7 +211,7 @@ impl Handshake<'_, '_> {
         federate: u16,
         federation_id: &'m [u8],
         outlet: &mut impl Outlet,
-    ) -> Result<Step, Refusal<'m>> {
+    ) -> Result<HandshakeStep, Refusal<'m>> {
         let refusal = |code| Refusal {
             code,
             federate: Some(FederateId(federate)),
@@ -228,7 +228,7 @@ impl Handshake<'_, '_> {
             return Err(refusal(RejectCode::IdInUse));
         }
         if outlet.room(connection) < Message::Ack.encoded_len() {
-            return Ok(Step::NoRoom);
+            return Ok(HandshakeStep::NoRoom);
         }
         outlet.send(connection, &Message::Ack);
         slot.membership = Membership::Joining(connection);
@@ -236,7 +236,7 @@ impl Handshake<'_, '_> {
         slot.address = known.address;
         known.federate = Some(federate);
         known.phase = Phase::Neighbors;
-        Ok(Step::Done)
+        Ok(HandshakeStep::Done)
     }
 
     /// Only the upstream half is kept: who is downstream follows from the others' halves.
@@ -246,7 +246,7 @@ impl Handshake<'_, '_> {
         connection: ConnectionId,
         federate: u16,
         neighbors: &NeighborStructure<'_>,
-    ) -> Result<Step, Refusal<'m>> {
+    ) -> Result<HandshakeStep, Refusal<'m>> {
         let wrong = neighbors.downstream().find(|id| usize::from(*id) >= self.members.slots.len());
         if let Some(id) = wrong {
             return Err(Violation::NoSuchFederate(id).into());
@@ -258,7 +258,7 @@ impl Handshake<'_, '_> {
             NeighborError::TooMany { max } => Violation::TooManyUpstream { max },
         })?;
         self.members.connections[connection.0].phase = Phase::UdpPort;
-        Ok(Step::Done)
+        Ok(HandshakeStep::Done)
     }
 
     fn on_udp_port(
@@ -268,29 +268,29 @@ impl Handshake<'_, '_> {
         federate: u16,
         port: u16,
         outlet: &mut impl Outlet,
-    ) -> Step {
+    ) -> HandshakeStep {
         let trials = match self.config.clock_sync {
             ClockSync::Init { trials } | ClockSync::On { trials, .. } if port != UDP_PORT_CLOCK_SYNC_OFF => trials,
             _ => 0,
         };
         if trials > 0 {
             if outlet.room(connection) < TIME_MESSAGE_BYTES {
-                return Step::NoRoom;
+                return HandshakeStep::NoRoom;
             }
             self.exchanges.await_turn(now, self.members, connection, trials);
         } else {
             self.join(connection, federate, outlet);
         }
         self.members.slots[usize::from(federate)].udp_port = port;
-        Step::Done
+        HandshakeStep::Done
     }
 
     /// The federate has answered T1: it gets T4, and is to get the next T1 unless this was the last exchange.
-    fn on_t3(&mut self, now: Instant, connection: ConnectionId, left: u32, outlet: &mut impl Outlet) -> Step {
+    fn on_t3(&mut self, now: Instant, connection: ConnectionId, left: u32, outlet: &mut impl Outlet) -> HandshakeStep {
         let left = left.saturating_sub(1);
         let messages = if left > 0 { 2 } else { 1 };
         if outlet.room(connection) < messages * TIME_MESSAGE_BYTES {
-            return Step::NoRoom;
+            return HandshakeStep::NoRoom;
         }
         outlet.send(connection, &Message::T4(now.as_nanos()));
         if left > 0 {
@@ -298,7 +298,7 @@ impl Handshake<'_, '_> {
         } else if let Some(federate) = self.members.connections[connection.0].federate {
             self.join(connection, federate, outlet);
         }
-        Step::Done
+        HandshakeStep::Done
     }
 
     fn join(&mut self, connection: ConnectionId, federate: u16, outlet: &mut impl Outlet) {

@@ -14,17 +14,17 @@ pub type Output = lf_devices::Output<Backend<hardware::Gpio>>;
 /// A pin that is read: see [`lf_devices::Input`].
 pub type Input = lf_devices::Input<Backend<hardware::Gpio>>;
 /// A channel of PWM, whose period is 20 ms unless the script says another one: see [`lf_devices::Pwm`].
-pub type Pwm = lf_devices::Pwm<Backend<hardware::Pwm>>;
+pub type Pwm = lf_devices::Pwm<Backend<hardware::KernelPwm>>;
 /// A voltage that is measured, in the simulation with 12 bits for 3.3 V: see [`lf_devices::Adc`].
-pub type Adc = lf_devices::Adc<Backend<hardware::Adc>>;
+pub type Adc = lf_devices::Adc<Backend<hardware::KernelAdc>>;
 /// An I²C bus: see [`lf_devices::I2c`].
-pub type I2c = lf_devices::I2c<Backend<hardware::I2c>>;
+pub type I2c = lf_devices::I2c<Backend<hardware::KernelI2c>>;
 /// A device on an SPI bus: see [`lf_devices::Spi`].
-pub type Spi = lf_devices::Spi<Backend<hardware::Spi>>;
+pub type Spi = lf_devices::Spi<Backend<hardware::KernelSpi>>;
 /// A serial line: see [`lf_devices::Uart`].
 pub type Uart = lf_devices::Uart<Backend<hardware::Serial>>;
 /// A sensor: see [`lf_devices::Sensor`].
-pub type Sensor = lf_devices::Sensor<Backend<hardware::Sensor>>;
+pub type Sensor = lf_devices::Sensor<Backend<hardware::KernelSensor>>;
 
 /// A device, which has not been set up yet. What it is its methods say; on a board, its devicetree.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +69,7 @@ impl Handle {
     /// # Errors
     /// When its driver is missing or is not ready.
     pub fn pwm(self) -> Result<Pwm, DeviceError> {
-        Pwm::new(self.taken_by(hardware::Pwm::open)?)
+        Pwm::new(self.taken_by(hardware::KernelPwm::open)?)
     }
 
     /// Sets up a channel of an analog-to-digital converter.
@@ -78,7 +78,7 @@ impl Handle {
     /// When a line of the script has no voltage for it;
     /// where it is real, when the driver is missing, is not ready or refuses.
     pub fn adc(self) -> Result<Adc, DeviceError> {
-        Adc::new(self.taken_by(hardware::Adc::open)?)
+        Adc::new(self.taken_by(hardware::KernelAdc::open)?)
     }
 
     /// Takes an I²C bus into use, or one with a device on it.
@@ -87,7 +87,7 @@ impl Handle {
     /// When the script has no registers for it;
     /// where it is real, when the driver is missing or is not ready.
     pub fn i2c(self) -> Result<I2c, DeviceError> {
-        I2c::new(self.taken_by(hardware::I2c::open)?)
+        I2c::new(self.taken_by(hardware::KernelI2c::open)?)
     }
 
     /// Takes a device on an SPI bus into use.
@@ -96,7 +96,7 @@ impl Handle {
     /// When the script has no registers for it;
     /// where it is real, when the driver is missing or is not ready.
     pub fn spi(self) -> Result<Spi, DeviceError> {
-        Spi::new(self.taken_by(hardware::Spi::open)?)
+        Spi::new(self.taken_by(hardware::KernelSpi::open)?)
     }
 
     /// Takes a serial line into use.
@@ -114,7 +114,7 @@ impl Handle {
     /// When the script has no channels for it;
     /// where it is real, when it is none, or its driver is missing or not ready.
     pub fn sensor(self) -> Result<Sensor, DeviceError> {
-        Sensor::new(self.taken_by(hardware::Sensor::open)?)
+        Sensor::new(self.taken_by(hardware::KernelSensor::open)?)
     }
 
     /// The one place that decides whether a device is simulated.

@@ -18,14 +18,14 @@ pub(crate) enum Value {
 }
 
 /// What a line says of a device.
-pub(super) enum Line {
+pub(super) enum ScriptLine {
     /// What happens to it.
     Change(Happening),
     /// Which one of this computer it is.
     Binding(String, Binding),
 }
 
-impl Line {
+impl ScriptLine {
     pub(super) fn read(line: &str) -> Result<Self, String> {
         let mut words = Words { rest: line };
         // A time begins with its number, and the name of a device does not.

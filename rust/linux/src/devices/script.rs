@@ -20,7 +20,7 @@ use std::fmt;
 use lf_model::time::Interval;
 
 use super::binding::Bound;
-use super::line::{Happening, Line, Value};
+use super::line::{Happening, ScriptLine, Value};
 use super::words::{hexadecimal, without_comment};
 
 /// How many changes a script can have, repeated ones included.
@@ -70,10 +70,10 @@ impl Script {
                 continue;
             }
             let error = |what| ScriptError { line: number, what };
-            let (line, read) = (u32::try_from(number).unwrap_or(u32::MAX), Line::read(line).map_err(error)?);
+            let (line, read) = (u32::try_from(number).unwrap_or(u32::MAX), ScriptLine::read(line).map_err(error)?);
             let Happening { at, device, value, every, until } = match read {
-                Line::Change(happening) => happening,
-                Line::Binding(device, binding) => {
+                ScriptLine::Change(happening) => happening,
+                ScriptLine::Binding(device, binding) => {
                     if let Some(Bound { line, .. }) = script.bound.get(&device) {
                         return Err(error(format!("line {line} says already which device {device} is")));
                     }

@@ -10,20 +10,20 @@ use log::Level;
 /// The interrupts of a device, until this is dropped.
 #[derive(Debug)]
 pub struct Watch {
-    _ends: Box<dyn Ends>,
+    _ends: Box<dyn Kept>,
 }
 
 impl Watch {
     /// What makes them ends when this is dropped.
-    pub(super) fn until_dropped(ends: impl Ends + 'static) -> Self {
+    pub(super) fn until_dropped(ends: impl Kept + 'static) -> Self {
         Self { _ends: Box::new(ends) }
     }
 }
 
 /// What can be kept by a reactor, whichever thread runs it.
-pub(super) trait Ends: fmt::Debug + Send + Sync {}
+pub(super) trait Kept: fmt::Debug + Send + Sync {}
 
-impl<T: fmt::Debug + Send + Sync> Ends for T {}
+impl<T: fmt::Debug + Send + Sync> Kept for T {}
 
 /// Events of a device that found no room in the queue of its action, and that nobody was told of yet.
 #[derive(Debug)]

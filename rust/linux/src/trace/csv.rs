@@ -17,7 +17,7 @@ use std::io::{self, Write};
 
 use lf_wire::Tag;
 
-use super::table::{Direction, Format, Line};
+use super::table::{Direction, Format, TraceLine};
 
 const COLUMNS: &str = "physical_ns,direction,federate,message,tag_ns,microstep,to,bytes";
 
@@ -29,7 +29,7 @@ impl Format for Csv {
         writeln!(file, "{COLUMNS}")
     }
 
-    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()> {
+    fn line(&mut self, file: &mut dyn Write, line: &TraceLine, start: i64) -> io::Result<()> {
         let direction = match line.direction {
             Direction::Received => "received",
             Direction::Sent => "sent",
@@ -42,7 +42,7 @@ impl Format for Csv {
             Some(Tag { time, microstep }) => (time.saturating_sub(start).to_string(), microstep.to_string()),
         };
         let physical = line.now.as_nanos().saturating_sub(start);
-        let (federate, to, Line { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
+        let (federate, to, TraceLine { kind, bytes, .. }) = (number(line.federate), number(line.to), line);
         writeln!(file, "{physical},{direction},{federate},{kind},{tag},{microstep},{to},{bytes}")
     }
 

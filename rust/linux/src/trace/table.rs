@@ -16,7 +16,7 @@ pub(super) enum Direction {
 }
 
 /// One message.
-pub(super) struct Line {
+pub(super) struct TraceLine {
     /// The RTI's clock.
     pub(super) now: Instant,
     pub(super) direction: Direction,
@@ -34,20 +34,20 @@ pub(super) struct Line {
 /// How a trace is written down. Times in lines are absolute; `start` is that of the federation.
 pub(super) trait Format {
     fn begin(&mut self, file: &mut dyn Write, start: i64) -> io::Result<()>;
-    fn line(&mut self, file: &mut dyn Write, line: &Line, start: i64) -> io::Result<()>;
+    fn line(&mut self, file: &mut dyn Write, line: &TraceLine, start: i64) -> io::Result<()>;
     fn end(&mut self, file: &mut dyn Write) -> io::Result<()>;
 }
 
 /// All messages, in the files.
 #[derive(Default)]
 pub(super) struct Table {
-    files: Vec<TraceFile>,
+    files: Vec<TableFile>,
     start: Option<i64>,
     /// What came before the start was known: the messages of the handshakes.
-    early: Vec<Line>,
+    early: Vec<TraceLine>,
 }
 
-struct TraceFile {
+struct TableFile {
     file: BufWriter<File>,
     format: Box<dyn Format>,
     broken: bool,
@@ -56,12 +56,12 @@ struct TraceFile {
 impl Table {
     pub(super) fn add_file(&mut self, path: &Path, format: Box<dyn Format>) -> io::Result<()> {
         let file = BufWriter::new(File::create(path)?);
-        self.files.push(TraceFile { file, format, broken: false });
+        self.files.push(TableFile { file, format, broken: false });
         Ok(())
     }
 
     pub(super) fn add(&mut self, now: Instant, direction: Direction, federate: Option<u16>, message: &Message<'_>) {
-        let line = Line {
+        let line = TraceLine {
             now,
             direction,
             federate,
@@ -87,7 +87,7 @@ impl Table {
         }
     }
 
-    fn write(&mut self, write: impl Fn(&mut TraceFile) -> io::Result<()>) {
+    fn write(&mut self, write: impl Fn(&mut TableFile) -> io::Result<()>) {
         for file in self.files.iter_mut().filter(|file| !file.broken) {
             if let Err(error) = write(file) {
                 log::error!("a trace ends here, because it cannot be written: {error}");

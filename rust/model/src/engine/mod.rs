@@ -15,7 +15,7 @@ use crate::bits::Bits;
 use crate::env::Env;
 use crate::error::{DeliverError, ModelError};
 use crate::events::Events;
-use crate::modes::{ModeState, Moment};
+use crate::modes::{ModeMoment, ModeState};
 use crate::program::Program;
 use crate::state::{Last, Phase, Settings, State, Tardy};
 use crate::storage::{EngineStorage, StorageParts};
@@ -189,7 +189,7 @@ impl<'s> Engine<'s> {
                 _ => {}
             }
         }
-        self.modes_at(Moment::Start(start));
+        self.modes_at(ModeMoment::Start(start));
     }
 
     /// Makes `tag` the last one of the program, or the next microstep when that has passed. A stop is never put off.

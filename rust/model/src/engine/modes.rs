@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::bits::Bits;
 use crate::events::Events;
-use crate::modes::{Change, Moment};
+use crate::modes::{Change, ModeMoment};
 use crate::tables::{ReactionId, TriggerId};
 
 impl Engine<'_> {
@@ -17,7 +17,7 @@ impl Engine<'_> {
 
     /// Something becomes of the modes, if there are any.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    pub(super) fn modes_at(&mut self, moment: Moment<'_>) {
+    pub(super) fn modes_at(&mut self, moment: ModeMoment<'_>) {
         let Some(modes) = self.tables.modes else { return };
         let mut change = Change {
             modes,

@@ -8,7 +8,7 @@ use crate::env::ReactionStep;
 use crate::env::{Env, Outgoing, SendError};
 use crate::error::ModelError;
 use crate::events::Events;
-use crate::modes::Moment;
+use crate::modes::ModeMoment;
 use crate::part::Part;
 use crate::program::Program;
 use crate::queue::Full;
@@ -107,7 +107,7 @@ impl Engine<'_> {
             TriggerKind::Startup | TriggerKind::Shutdown => {}
             TriggerKind::Reset => {
                 self.events.set(id, None);
-                self.modes_at(Moment::Entry);
+                self.modes_at(ModeMoment::Entry);
                 return;
             }
             TriggerKind::Logical(_) | TriggerKind::Physical(_) => {
@@ -218,7 +218,7 @@ impl Engine<'_> {
         let over = self.state.error.is_some() || self.state.current >= self.state.stop;
         self.state.phase = if over { Phase::Done } else { Phase::BetweenTags };
         if let Some(cells) = program.modes().filter(|_| !over) {
-            self.modes_at(Moment::Complete(cells));
+            self.modes_at(ModeMoment::Complete(cells));
         }
     }
 

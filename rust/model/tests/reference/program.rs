@@ -88,16 +88,10 @@ fn tables(plan: &Plan) -> Tables {
     let inputs = (0..INPUTS).map(|index| NetworkInput {
         name: "input",
         trigger: TriggerId(id(AT_INPUTS + index)),
-        federate: 0,
-        delay: None,
         max_len: 4,
         level: id(AT_INPUTS + index),
         awaited: true,
-        physical: false,
-        tardy: false,
-        max_wait: Interval::ZERO,
-        absent_after: Interval::ZERO,
-        readers: &[],
+        ..NetworkInput::DEFAULT
     });
     Tables {
         reactions: leak(reactions.collect()),
@@ -156,8 +150,6 @@ impl Program for RandomProgram {
         }
         assert_eq!(ctx.get_start_time(), Instant::from_nanos(START));
     }
-
-    fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
 
     fn port(&mut self, port: PortId) -> Option<&mut dyn PortCell> {
         let index = usize::from(port.0);

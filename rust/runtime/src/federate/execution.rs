@@ -403,35 +403,25 @@ impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
 #[cfg(test)]
 mod tests {
     use lf_coordination::federate::{All, AwaitedInput, Config};
-    use lf_model::{
-        Full, NetworkInput, OutputId, PayloadError, PortCell, PortId, PortInfo, ReactionContext, ReactionId, Settings,
-        Storage, Tables, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
-    };
+    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
 
     use super::*;
 
     const fn input(federate: u16, max_wait: Interval) -> NetworkInput {
         NetworkInput {
             name: "a.x -> b.y",
-            trigger: TriggerId(0),
             federate,
-            delay: None,
             max_len: 4,
             level: 0,
             awaited: true,
-            physical: false,
-            tardy: false,
             max_wait,
-            absent_after: Interval::ZERO,
-            readers: &[],
+            ..NetworkInput::DEFAULT
         }
     }
 
     const TABLES: Tables = Tables {
-        reactions: &[],
         triggers: &[TriggerInfo { name: "b.y", kind: TriggerKind::NetworkInput { fills: PortId(0) }, reactions: &[] }],
         ports: &[PortInfo { name: "b.y", reactions: &[], delays: &[] }],
-        outputs: &[],
         inputs: &[input(1, Interval::FOREVER), input(1, Interval::from_millis(5)), input(2, Interval::ZERO)],
         ..Tables::DEFAULT
     };
@@ -442,23 +432,6 @@ mod tests {
     impl Program for Crowded {
         fn tables(&self) -> &'static Tables {
             &TABLES
-        }
-        fn react(&mut self, _: ReactionId, _: &mut ReactionContext<'_>) {}
-        fn miss_deadline(&mut self, _: ReactionId, _: &mut ReactionContext<'_>) {}
-        fn port(&mut self, _: PortId) -> Option<&mut dyn PortCell> {
-            None
-        }
-        fn trigger(&mut self, _: TriggerId) -> Option<&mut dyn TriggerCell> {
-            None
-        }
-        fn capture(&mut self, _: TriggerId, _: Tag) -> Result<(), Full> {
-            Ok(())
-        }
-        fn encode(&self, _: OutputId, _: &mut [u8]) -> Result<usize, PayloadError> {
-            Ok(0)
-        }
-        fn deliver(&mut self, _: InputId, _: Tag, _: &[u8]) -> Result<(), Undelivered> {
-            Err(Undelivered::NoSuchPort)
         }
     }
 

@@ -177,31 +177,14 @@ fn name_input(error: FederateError, engine: &Engine<'_>) -> RunError {
 mod tests {
     use core::time::Duration;
 
-    use lf_model::{
-        Interval, NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerId, TriggerInfo, TriggerKind,
-    };
+    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
 
     use super::*;
 
     const TABLES: Tables = Tables {
-        reactions: &[],
         triggers: &[TriggerInfo { name: "b.y", kind: TriggerKind::NetworkInput { fills: PortId(0) }, reactions: &[] }],
         ports: &[PortInfo { name: "b.y", reactions: &[], delays: &[] }],
-        outputs: &[],
-        inputs: &[NetworkInput {
-            name: "a.x -> b.y",
-            trigger: TriggerId(0),
-            federate: 0,
-            delay: None,
-            max_len: 4,
-            level: 0,
-            awaited: true,
-            physical: false,
-            tardy: false,
-            max_wait: Interval::ZERO,
-            absent_after: Interval::ZERO,
-            readers: &[],
-        }],
+        inputs: &[NetworkInput { name: "a.x -> b.y", max_len: 4, level: 0, awaited: true, ..NetworkInput::DEFAULT }],
         ..Tables::DEFAULT
     };
     const _: () = TABLES.check();

@@ -5,7 +5,7 @@
 use core::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
-use lf_coordination::peer::{Answer, read_answer};
+use lf_coordination::peer::{IntroductionReply, read_answer};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{InBuffer, Message, OutBuffer};
 
@@ -166,13 +166,13 @@ impl<'s> Outbound<'s> {
                 Err(error) => return Err(PeerFault::Unreachable(error)),
             }
             match read_answer(self.answer.bytes()) {
-                Answer::Incomplete => {}
-                Answer::Accepted => {
+                IntroductionReply::Incomplete => {}
+                IntroductionReply::Accepted => {
                     self.stage = Approach::Open;
                     return Ok(true);
                 }
-                Answer::Rejected(code) => return Err(PeerFault::Refuses(code)),
-                Answer::Wrong(error) => return Err(PeerFault::Bytes(error)),
+                IntroductionReply::Rejected(code) => return Err(PeerFault::Refuses(code)),
+                IntroductionReply::Wrong(error) => return Err(PeerFault::Bytes(error)),
             }
         }
         if self.stage == Approach::Ended {

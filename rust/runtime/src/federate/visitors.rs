@@ -6,7 +6,7 @@
 
 use core::net::Ipv4Addr;
 
-use lf_coordination::peer::{Arrival, Introduction};
+use lf_coordination::peer::{Introduction, VisitorReply};
 use lf_coordination::{Deadline, FederateId, Tally, Times};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, RejectCode};
@@ -164,9 +164,9 @@ impl Visitor {
     fn read<P: Platform>(&mut self, platform: &mut P, federation_id: &[u8]) -> Said {
         loop {
             let missing = match self.introduction.judge(federation_id) {
-                Arrival::Incomplete(missing) => missing.min(PIECE_BYTES),
-                Arrival::Introduced(federate) => return Said::Is(federate),
-                Arrival::Refuse(code) => return Said::Refused(code),
+                VisitorReply::Incomplete(missing) => missing.min(PIECE_BYTES),
+                VisitorReply::Introduced(federate) => return Said::Is(federate),
+                VisitorReply::Refuse(code) => return Said::Refused(code),
             };
             if !self.readable {
                 return Said::Waits;

@@ -7,9 +7,9 @@
 use lf_model::prelude::Asap;
 use lf_model::time::{Interval, Tag};
 use lf_model::{
-    ActionTiming, Full, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue,
-    PhysicalInbox, Placed, Port, PortCell, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo,
-    ReactionKind, Tables, TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
+    ActionTiming, InputId, NetworkInput, NetworkOutput, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox,
+    Placed, Port, PortCell, PortId, PortInfo, Program, ReactionContext, ReactionId, ReactionInfo, ReactionKind, Tables,
+    TardyInput, Timer, TriggerCell, TriggerId, TriggerInfo, TriggerKind, Undelivered,
 };
 
 use super::world::Side;
@@ -265,8 +265,6 @@ impl<const N: usize> Program for Node<N> {
         }
     }
 
-    fn miss_deadline(&mut self, _reaction: ReactionId, _ctx: &mut ReactionContext<'_>) {}
-
     fn handle_tardy(&mut self, reaction: ReactionId, ctx: &mut ReactionContext<'_>) {
         if let Does::Input(input) = self.order[usize::from(reaction.0)] {
             self.on_input(usize::from(input), ctx, true);
@@ -287,10 +285,6 @@ impl<const N: usize> Program for Node<N> {
             None => None,
             Some(input) => self.inputs.get_mut(usize::from(input)).map(|input| input as &mut dyn TriggerCell),
         }
-    }
-
-    fn capture(&mut self, _trigger: TriggerId, _tag: Tag) -> Result<(), Full> {
-        Ok(())
     }
 
     fn encode(&self, _output: OutputId, bytes: &mut [u8]) -> Result<usize, PayloadError> {

@@ -7,7 +7,7 @@ use lf_model::time::Tag;
 use lf_runtime::{PeerFault, RunError};
 
 use super::{Sent, Violation};
-use crate::run::{End, Report};
+use crate::run::{FederateEnd, Report};
 use crate::scenario::{Connection, Reactor, Scenario};
 
 /// A receive buffer beyond this holds all that can come within the RTI's window.
@@ -27,7 +27,10 @@ pub(crate) fn ends(scenario: &Scenario, report: &Report) -> Option<Violation> {
 /// Whether a queue inside a federate was too small, which is so federated or not.
 pub(crate) fn own_fault(report: &Report) -> bool {
     report.ends.iter().any(|end| {
-        matches!(end, End::Ended(Err(RunError::Model(ModelError::ActionFull { .. } | ModelError::DelayFull { .. }))))
+        matches!(
+            end,
+            FederateEnd::Ended(Err(RunError::Model(ModelError::ActionFull { .. } | ModelError::DelayFull { .. })))
+        )
     })
 }
 
@@ -35,8 +38,8 @@ pub(crate) fn own_fault(report: &Report) -> bool {
 /// in a federate that was to ask for it.
 pub(crate) fn is_endless(scenario: &Scenario, report: &Report, violation: &Violation) -> bool {
     let asks = |federate: usize| scenario.federates[federate].reactions.iter().any(|one| one.script.stop_at.is_some());
-    let is_full = |end: &End| {
-        let End::Ended(Err(error)) = end else { return false };
+    let is_full = |end: &FederateEnd| {
+        let FederateEnd::Ended(Err(error)) = end else { return false };
         matches!(error, RunError::Model(_) | RunError::InputFull { .. } | RunError::TagFull { .. })
     };
     let has_lost_its_end = || (0..).zip(&report.ends).any(|(federate, end)| asks(federate) && is_full(end));
@@ -121,7 +124,7 @@ fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
     let stop_all = scenario.conditions.rti.stop_all_after_loss && !report.struck.is_empty();
     let mut full = false;
     for (federate, end) in report.ends.iter().enumerate() {
-        let End::Ended(Err(error)) = end else { continue };
+        let FederateEnd::Ended(Err(error)) = end else { continue };
         if let RunError::InputFull { .. } | RunError::TagFull { .. } = error {
             let burst = report.bursts[federate].iter().zip(&report.capacities[federate]).any(|(most, it)| most > it);
             let is_full = matches!(error, RunError::InputFull { .. });
@@ -136,7 +139,7 @@ fn results(scenario: &Scenario, report: &Report) -> Option<Violation> {
     }
     for (federate, end) in report.ends.iter().enumerate() {
         let struck = report.struck.iter().any(|(participant, _)| *participant == federate + 1);
-        let End::Ended(Err(error)) = end else { continue };
+        let FederateEnd::Ended(Err(error)) = end else { continue };
         if !(struck || rti_is_struck || stop_all || full) {
             return Some(Violation::End { federate: Some(federate), how: error.to_string() });
         }

@@ -8,7 +8,7 @@ use lf_model::time::{Interval, Tag};
 use super::Violation;
 use super::direct::Sent;
 use crate::program::Handled;
-use crate::run::{End, Lateness, Report};
+use crate::run::{FederateEnd, Lateness, Report};
 use crate::scenario::Scenario;
 
 /// How many messages of a run were what.
@@ -35,7 +35,7 @@ pub(crate) fn late(scenario: &Scenario, plan: &Plan, report: &Report) -> (LateCo
     let mut counts = LateCounts::default();
     let mut violation = None;
     for (federate, lateness) in report.lateness.iter().enumerate() {
-        let has_ended = |federate: usize| matches!(report.ends[federate], End::Ended(Ok(())));
+        let has_ended = |federate: usize| matches!(report.ends[federate], FederateEnd::Ended(Ok(())));
         if lateness.lost > 0 && (0..report.ends.len()).all(has_ended) && report.struck.is_empty() {
             violation = violation.or(Some(Violation::Lost { federate, messages: lateness.lost }));
         }

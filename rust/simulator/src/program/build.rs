@@ -12,7 +12,7 @@ use lf_testkit::random::mix;
 
 use super::Scripted;
 use super::cells::{self, CAPACITY_MAX, Cell, Replayed};
-use super::lent::{Body, Effect, Group, InstanceId, Memory, Place, Variable};
+use super::lent::{Body, Effect, Group, InstanceId, LentVariable, Memory, Place};
 use super::tables::{Runs, tables};
 use super::value::{Shape, Value};
 use crate::scenario::{Scenario, Script};
@@ -112,14 +112,14 @@ fn body(
     let (mut reads, mut effects) = (Vec::new(), Vec::new());
     for (parameter, argument) in declared.parameters.iter().zip(arguments) {
         let variables: Vec<_> = match argument {
-            Argument::Trigger(trigger) => vec![Variable::Trigger(trigger.0)],
+            Argument::Trigger(trigger) => vec![LentVariable::Trigger(trigger.0)],
             Argument::Mode(mode) => {
                 let mode = ModeId(u16::try_from(mode.0).unwrap_or(u16::MAX));
                 let is_history = matches!(parameter.kind, VariableKind::Mode { history: true });
-                vec![Variable::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
+                vec![LentVariable::Mode(if is_history { Transition::history(mode) } else { Transition::reset(mode) })]
             }
             Argument::Port(_) | Argument::Ports(_) | Argument::Bank { .. } => {
-                argument.ports().iter().map(|port| Variable::Port(port.0)).collect()
+                argument.ports().iter().map(|port| LentVariable::Port(port.0)).collect()
             }
         };
         if parameter.triggers || parameter.uses {

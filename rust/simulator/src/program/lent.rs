@@ -63,7 +63,7 @@ pub(super) struct Body {
     pub(super) id: InstanceId,
     /// The reaction's number in its reactor, from 1.
     pub(super) number: u16,
-    pub(super) reads: Vec<Variable>,
+    pub(super) reads: Vec<LentVariable>,
     pub(super) effects: Vec<Effect>,
     /// It has a handler for what comes too late.
     pub(super) tardy: bool,
@@ -73,14 +73,14 @@ pub(super) struct Body {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Variable {
+pub(super) enum LentVariable {
     Port(usize),
     Trigger(usize),
     Mode(lf_model::Transition),
 }
 
 pub(super) struct Effect {
-    pub(super) variable: Variable,
+    pub(super) variable: LentVariable,
     pub(super) shape: Shape,
     /// When threads schedule a physical action, in nanoseconds after they were started.
     pub(super) outside: Vec<i64>,
@@ -110,8 +110,8 @@ impl Group {
             let (reactions, actions) = members.entry((level, body.instance)).or_default();
             reactions.push(ReactionId(index));
             actions.extend(body.effects.iter().filter_map(|effect| match effect.variable {
-                Variable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
-                Variable::Port(_) | Variable::Mode(_) => None,
+                LentVariable::Trigger(trigger) => u16::try_from(trigger).ok().map(TriggerId),
+                LentVariable::Port(_) | LentVariable::Mode(_) => None,
             }));
         }
         let group =
@@ -126,7 +126,7 @@ impl Group {
 pub(super) struct Lent {
     pub(super) bodies: Vec<(ReactionId, Body)>,
     pub(super) state: u64,
-    pub(super) own: Vec<(Variable, Own)>,
+    pub(super) own: Vec<(LentVariable, Own)>,
     pub(super) record: Option<Record>,
     pub(super) stop: Option<Tag>,
 }
@@ -134,14 +134,14 @@ pub(super) struct Lent {
 impl Lent {
     /// What is present of a variable: nothing, or perhaps a value.
     #[expect(clippy::option_option, reason = "what is present has a value or none")]
-    fn read(owned: &[(Variable, Own)], memory: &Memory, variable: Variable) -> Option<Option<Value>> {
+    fn read(owned: &[(LentVariable, Own)], memory: &Memory, variable: LentVariable) -> Option<Option<Value>> {
         let own = owned.iter().find(|(own, _)| *own == variable).map(|(_, own)| own);
         match (variable, own) {
-            (Variable::Mode(_), _) => None,
-            (Variable::Port(_), Some(Own::Port(Place::Own(port)))) => port.value().map(|value| Some(*value)),
-            (Variable::Port(port), _) => memory.port(port)?.value().map(|value| Some(*value)),
-            (Variable::Trigger(_), Some(Own::Trigger(cell))) => cell.read(),
-            (Variable::Trigger(trigger), _) => memory.cells[trigger].read(),
+            (LentVariable::Mode(_), _) => None,
+            (LentVariable::Port(_), Some(Own::Port(Place::Own(port)))) => port.value().map(|value| Some(*value)),
+            (LentVariable::Port(port), _) => memory.port(port)?.value().map(|value| Some(*value)),
+            (LentVariable::Trigger(_), Some(Own::Trigger(cell))) => cell.read(),
+            (LentVariable::Trigger(trigger), _) => memory.cells[trigger].read(),
         }
     }
 
@@ -201,7 +201,7 @@ fn cause(
     let later = Duration::from_nanos(combine(origin, 4) % offset_ns.unsigned_abs().saturating_add(1));
     let offset = After(later);
     match (effect.variable, own) {
-        (Variable::Mode(transition), _) => ctx.set_mode(transition),
+        (LentVariable::Mode(transition), _) => ctx.set_mode(transition),
         (_, Some(Own::Port(Place::Own(port)))) => ctx.set(port, value),
         (_, Some(Own::Trigger(Cell::Watchdog(watchdog)))) if combine(origin, 5).is_multiple_of(4) => {
             ctx.stop_watchdog(watchdog);

@@ -26,7 +26,7 @@ pub(crate) use value::{Shape, Value};
 
 pub(crate) use cells::{CAPACITY_MAX, Handled};
 use cells::{Cell, Queued};
-use lent::{Body, Effect, Group, Lent, Memory, Own, Place, Variable, current_tag};
+use lent::{Body, Effect, Group, Lent, LentVariable, Memory, Own, Place, current_tag};
 pub(crate) use lent::{InstanceId, Record};
 
 /// A program with its memory.
@@ -57,19 +57,19 @@ impl Scripted {
     fn lend(&mut self, reactions: &[ReactionId]) -> Lent {
         let taken = |id: &ReactionId| Some((*id, self.bodies.get_mut(usize::from(id.0)).and_then(Option::take)?));
         let bodies: Vec<_> = reactions.iter().filter_map(taken).collect();
-        let (memory, mut own) = (&mut self.memory, Vec::<(Variable, Own)>::new());
+        let (memory, mut own) = (&mut self.memory, Vec::<(LentVariable, Own)>::new());
         for Effect { variable, .. } in bodies.iter().flat_map(|(_, body)| &body.effects) {
             match *variable {
                 _ if own.iter().any(|(taken, _)| taken == variable) => {}
-                Variable::Port(port) => {
+                LentVariable::Port(port) => {
                     let place = mem::replace(&mut memory.ports[port], Place::Lent);
                     own.push((*variable, Own::Port(place)));
                 }
-                Variable::Trigger(trigger) => {
+                LentVariable::Trigger(trigger) => {
                     let cell = mem::replace(&mut memory.cells[trigger], Cell::None);
                     own.push((*variable, Own::Trigger(cell)));
                 }
-                Variable::Mode(_) => {}
+                LentVariable::Mode(_) => {}
             }
         }
         let state = bodies.first().map_or(0, |(_, body)| self.states[body.instance]);
@@ -81,8 +81,8 @@ impl Scripted {
         let Lent { bodies, state, own, record, stop } = lent;
         for (variable, own) in own {
             match (variable, own) {
-                (Variable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
-                (Variable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
+                (LentVariable::Port(port), Own::Port(place)) => self.memory.ports[port] = place,
+                (LentVariable::Trigger(trigger), Own::Trigger(cell)) => self.memory.cells[trigger] = cell,
                 _ => {}
             }
         }
@@ -113,7 +113,7 @@ impl Scripted {
     /// What a reaction sees directly of what came too late.
     fn sees_tardy(&self, body: &Body) -> bool {
         body.reads.iter().any(|variable| {
-            let Variable::Port(port) = variable else { return false };
+            let LentVariable::Port(port) = variable else { return false };
             let Some(Place::Queue(trigger)) = self.memory.ports.get(*port) else { return false };
             matches!(&self.memory.cells[*trigger], Cell::Queued(queued) if queued.is_tardy())
         })

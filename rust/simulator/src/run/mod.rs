@@ -36,7 +36,7 @@ const TURNS_MAX: u64 = 1_000_000;
 
 /// How a federate ended.
 #[derive(Clone, Debug)]
-pub(crate) enum End {
+pub(crate) enum FederateEnd {
     Ended(Result<(), RunError>),
     /// It vanished, or the run was over before it was.
     Gone,
@@ -56,7 +56,7 @@ pub(crate) struct Noted {
 pub(crate) struct Report {
     /// The RTI's outcome, if it came to its end.
     pub(crate) rti: Option<Outcome>,
-    pub(crate) ends: Vec<End>,
+    pub(crate) ends: Vec<FederateEnd>,
     pub(crate) traces: Vec<Vec<Record>>,
     /// The stops that reactions asked for.
     pub(crate) stops: Vec<Tag>,
@@ -207,7 +207,7 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         participants: std::iter::once(Participant::NotYet(Seat::Rti(&mut rti)))
             .chain(federates.iter_mut().map(|memory| Participant::NotYet(Seat::Federate(memory))))
             .collect(),
-        ends: vec![End::Gone; plan.federates.len()],
+        ends: vec![FederateEnd::Gone; plan.federates.len()],
         ended: vec![None; plan.federates.len()],
         counted: vec![Counted::default(); plan.federates.len()],
         outcome: None,
@@ -308,7 +308,7 @@ fn note_into(noted: Rc<RefCell<Noted>>, prints: bool) -> Box<dyn FnMut(Notice<'_
 /// All participants, and what has become of them.
 struct Stage<'a> {
     participants: Vec<Participant<'a>>,
-    ends: Vec<End>,
+    ends: Vec<FederateEnd>,
     ended: Vec<Option<u64>>,
     /// By federate.
     counted: Vec<Counted>,
@@ -394,7 +394,7 @@ impl Stage<'_> {
                 }
                 Step::End(result) => {
                     if participant > 0 {
-                        self.ends[participant - 1] = End::Ended(result);
+                        self.ends[participant - 1] = FederateEnd::Ended(result);
                         self.ended[participant - 1] = Some(world.sides[participant].now());
                     }
                     self.leave(world, participant);

@@ -156,7 +156,7 @@ pub(crate) fn has_cycle(count: usize, connections: &[Connection], direct: bool) 
 
 /// One end of a connection inside a reactor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum End {
+pub(crate) enum LinkEnd {
     /// An own port; an input at the source, an output at the destination.
     Own(usize),
     /// A port of a contained reactor; an output at the source, an input at the destination.
@@ -166,8 +166,8 @@ pub(crate) enum End {
 /// A connection inside a reactor.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Link {
-    pub(crate) from: End,
-    pub(crate) to: End,
+    pub(crate) from: LinkEnd,
+    pub(crate) to: LinkEnd,
     pub(crate) after: Option<Nanos>,
     pub(crate) capacity: usize,
     pub(crate) mode: Option<usize>,

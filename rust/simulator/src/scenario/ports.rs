@@ -4,7 +4,7 @@
 //! Scenarios, plans and the wire number channels. Multiports are a matter of the text alone: where the ports are of one
 //! type, and the text can connect them together, they may be one. It is the same text whatever else changes.
 
-use super::{Connection, End, Link, Reactor, Scenario, Ty};
+use super::{Connection, Link, LinkEnd, Reactor, Scenario, Ty};
 
 /// A multiport has so many channels at most.
 const CHANNELS_MAX: usize = 3;
@@ -70,7 +70,7 @@ impl Scenario {
         let mut all: Vec<Ports> = (0..)
             .zip(&self.federates)
             .map(|(federate, reactor)| {
-                let is_inner = |input: usize| reactor.links.iter().any(|link| link.from == End::Own(input));
+                let is_inner = |input: usize| reactor.links.iter().any(|link| link.from == LinkEnd::Own(input));
                 let inputs = grouped(&reactor.inputs, |first, width| {
                     let mut channels = first..first + width;
                     reactor.wide
@@ -81,7 +81,7 @@ impl Scenario {
             })
             .collect();
         for (federate, reactor) in self.federates.iter().enumerate() {
-            let is_inner = |output: usize| reactor.links.iter().any(|link| link.to == End::Own(output));
+            let is_inner = |output: usize| reactor.links.iter().any(|link| link.to == LinkEnd::Own(output));
             let outputs = grouped(&reactor.outputs, |first, width| {
                 let mut channels = first..first + width;
                 let ends: Vec<_> = channels.clone().filter_map(|output| from((federate, output))).collect();
@@ -108,16 +108,16 @@ impl Reactor {
     /// The ports of a contained reactor.
     pub(super) fn child_ports(&self, child: usize) -> Ports {
         let contained = &self.children[child];
-        let into = |input: usize| only(self.links.iter().filter(move |link| link.to == End::Child(child, input)));
+        let into = |input: usize| only(self.links.iter().filter(move |link| link.to == LinkEnd::Child(child, input)));
         let key = |link: &Link| (link.after, link.capacity, link.mode);
         // An own port at one end or the other.
-        let is_inner = |port: usize| contained.links.iter().any(|it| [it.from, it.to].contains(&End::Own(port)));
+        let is_inner = |port: usize| contained.links.iter().any(|it| [it.from, it.to].contains(&LinkEnd::Own(port)));
         let inputs = grouped(&contained.inputs, |first, width| {
             let channels = || (first..first + width).map(into);
             let is_even = channels().all(|link| link.is_none()) || alike(channels().map(|link| link.map(key)));
             contained.wide && is_even && !(first..first + width).any(is_inner)
         });
-        let is_linked = |output: usize| self.links.iter().any(|link| link.from == End::Child(child, output));
+        let is_linked = |output: usize| self.links.iter().any(|link| link.from == LinkEnd::Child(child, output));
         let outputs = grouped(&contained.outputs, |first, width| {
             contained.wide && !(first..first + width).any(|output| is_linked(output) || is_inner(output))
         });

@@ -3,7 +3,7 @@
 
 use lf_testkit::random::Random;
 
-use super::{Action, End, Link, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
+use super::{Action, Link, LinkEnd, MS, Nanos, Reaction, Reactor, Script, Timer, Ty, US, Variable};
 
 /// How a federation comes to its end, if nothing goes wrong.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -90,7 +90,7 @@ fn action(random: &mut Random, style: &Style, physical: bool) -> Action {
 /// Connections inside: from inputs to children, between children, and to outputs. The rest is left to reactions.
 fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
     let mut links: Vec<Link> = Vec::new();
-    let mut add = |random: &mut Random, from: End, to: End| {
+    let mut add = |random: &mut Random, from: LinkEnd, to: LinkEnd| {
         let after = random.percent(30).then(|| random.one_of(&[0, 1, style.period / 2, style.period]));
         links.push(Link { from, to, after, capacity: 128, mode: None });
     };
@@ -100,10 +100,10 @@ fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
             if child > 0 && random.percent(40) {
                 let from = random.count(0, child - 1);
                 let output = random.count(0, reactor.children[from].outputs.len() - 1);
-                add(random, End::Child(from, output), End::Child(child, port));
+                add(random, LinkEnd::Child(from, output), LinkEnd::Child(child, port));
             } else if !small.is_empty() && random.percent(50) {
-                let from = End::Own(random.one_of(&small));
-                add(random, from, End::Child(child, port));
+                let from = LinkEnd::Own(random.one_of(&small));
+                add(random, from, LinkEnd::Child(child, port));
             }
         }
     }
@@ -111,12 +111,12 @@ fn connect(random: &mut Random, style: &Style, reactor: &mut Reactor) {
         if *ty == Ty::Small && !reactor.children.is_empty() && random.percent(35) {
             let child = random.count(0, reactor.children.len() - 1);
             let output = random.count(0, reactor.children[child].outputs.len() - 1);
-            add(random, End::Child(child, output), End::Own(port));
+            add(random, LinkEnd::Child(child, output), LinkEnd::Own(port));
         } else if random.percent(8) {
             let same: Vec<_> = (0..reactor.inputs.len()).filter(|input| reactor.inputs[*input] == *ty).collect();
             if !same.is_empty() {
-                let from = End::Own(random.one_of(&same));
-                add(random, from, End::Own(port));
+                let from = LinkEnd::Own(random.one_of(&same));
+                add(random, from, LinkEnd::Own(port));
             }
         }
     }
@@ -130,8 +130,8 @@ struct Effects {
 }
 
 fn effects(reactor: &Reactor) -> Effects {
-    let free = |end: End| reactor.links.iter().all(|link| link.to != end);
-    let outputs = (0..reactor.outputs.len()).filter(|port| free(End::Own(*port))).map(Variable::Output);
+    let free = |end: LinkEnd| reactor.links.iter().all(|link| link.to != end);
+    let outputs = (0..reactor.outputs.len()).filter(|port| free(LinkEnd::Own(*port))).map(Variable::Output);
     let actions = (0..reactor.actions.len()).map(Variable::Action);
     let inner = reactor
         .children
@@ -141,7 +141,7 @@ fn effects(reactor: &Reactor) -> Effects {
     Effects {
         own: outputs.chain(actions).collect(),
         inner: inner
-            .filter(|(child, port)| free(End::Child(*child, *port)))
+            .filter(|(child, port)| free(LinkEnd::Child(*child, *port)))
             .map(|(child, port)| Variable::ChildInput(child, port))
             .collect(),
     }

@@ -4,7 +4,7 @@
 
 use lf_testkit::random::{Random, combine};
 
-use super::{Connection, End, Link, MS, Nanos, Reaction, Reactor, Scenario, Script, Variable, Watchdog, has_cycle};
+use super::{Connection, Link, LinkEnd, MS, Nanos, Reaction, Reactor, Scenario, Script, Variable, Watchdog, has_cycle};
 
 /// The scenarios of seeds from here on are rich.
 pub const RICH: u64 = 1 << 32;
@@ -91,7 +91,7 @@ impl Reactor {
     /// Makes a bank of a contained reactor. What comes out of it, reactions take.
     fn make_bank(&mut self, random: &mut Random, child: usize) {
         self.children[child].bank = Some(random.count(2, 3));
-        self.links.retain(|link| !matches!(link.from, End::Child(from, _) if from == child));
+        self.links.retain(|link| !matches!(link.from, LinkEnd::Child(from, _) if from == child));
         for output in 0..self.children[child].outputs.len() {
             let from = Variable::ChildOutput(child, output);
             let mut made = self.reaction(random, vec![from], None);
@@ -120,14 +120,14 @@ impl Reactor {
     fn reaction(&self, random: &mut Random, triggers: Vec<Variable>, mode: Option<usize>) -> Reaction {
         // Different modes may write one port.
         let is_other = |link: &Link| mode.is_some() && link.mode.is_some() && link.mode != mode;
-        let is_free = |end: End| self.links.iter().all(|link| link.to != end || is_other(link));
-        let outputs = (0..self.outputs.len()).filter(|port| is_free(End::Own(*port))).map(Variable::Output);
+        let is_free = |end: LinkEnd| self.links.iter().all(|link| link.to != end || is_other(link));
+        let outputs = (0..self.outputs.len()).filter(|port| is_free(LinkEnd::Own(*port))).map(Variable::Output);
         let is_known = |declared: Option<usize>| declared.is_none() || declared == mode;
         let logical = |action: &usize| !self.actions[*action].physical && is_known(self.actions[*action].mode);
         let actions = (0..self.actions.len()).filter(logical).map(Variable::Action);
         let children = (0..self.children.len()).filter(|child| is_known(self.children[*child].mode));
         let inputs = children.flat_map(|child| (0..self.children[child].inputs.len()).map(move |port| (child, port)));
-        let inputs = inputs.filter(|(child, port)| is_free(End::Child(*child, *port)));
+        let inputs = inputs.filter(|(child, port)| is_free(LinkEnd::Child(*child, *port)));
         let inputs = inputs.map(|(child, port)| Variable::ChildInput(child, port));
         let effects = outputs.chain(actions).chain(inputs).filter(|_| random.percent(50)).collect();
         let script = Script {
@@ -153,7 +153,7 @@ impl Reactor {
             }
         }
         let inside: Vec<bool> = self.children.iter().map(|child| child.mode.is_some()).collect();
-        let is_outside = |end| !matches!(end, End::Child(child, _) if inside[child]);
+        let is_outside = |end| !matches!(end, LinkEnd::Child(child, _) if inside[child]);
         for link in self.links.iter_mut().filter(|link| is_outside(link.from) && is_outside(link.to)) {
             if random.percent(30) {
                 link.mode = Some(random.index(self.modes));
@@ -201,8 +201,8 @@ impl Reactor {
     /// Puts a contained reactor into a mode, with its connections and the reactions that know it; those that cannot be
     /// there forget it.
     fn put_into_mode(&mut self, random: &mut Random, child: usize) {
-        let belongs = |end: End| matches!(end, End::Child(one, _) if one == child);
-        let is_other = |end: End| matches!(end, End::Child(one, _) if one != child);
+        let belongs = |end: LinkEnd| matches!(end, LinkEnd::Child(one, _) if one == child);
+        let is_other = |end: LinkEnd| matches!(end, LinkEnd::Child(one, _) if one != child);
         let is_joined = |it: &Link| (belongs(it.from) && is_other(it.to)) || (belongs(it.to) && is_other(it.from));
         if self.children[child].actions.iter().any(|action| action.physical) || self.links.iter().any(is_joined) {
             return;

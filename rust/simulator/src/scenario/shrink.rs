@@ -3,7 +3,7 @@
 
 use lf_coordination::rti::WINDOW;
 
-use super::{Connection, End, Host, Reaction, Reactor, Scenario, Script, US, Variable, Wire};
+use super::{Connection, Host, LinkEnd, Reaction, Reactor, Scenario, Script, US, Variable, Wire};
 
 /// All scenarios that are smaller by one thing, the greatest things first. Their order follows from the scenario alone.
 pub(crate) fn reductions(scenario: &Scenario) -> Vec<Scenario> {
@@ -184,9 +184,9 @@ impl Scenario {
 impl Reactor {
     fn remove_input(&mut self, input: usize) {
         self.inputs.remove(input);
-        self.links.retain(|link| link.from != End::Own(input));
+        self.links.retain(|link| link.from != LinkEnd::Own(input));
         for link in &mut self.links {
-            if let End::Own(port) = &mut link.from {
+            if let LinkEnd::Own(port) = &mut link.from {
                 *port -= usize::from(*port > input);
             }
         }
@@ -199,11 +199,11 @@ impl Reactor {
 
     fn remove_child(&mut self, child: usize) {
         self.children.remove(child);
-        let belongs = |end: End| matches!(end, End::Child(one, _) if one == child);
+        let belongs = |end: LinkEnd| matches!(end, LinkEnd::Child(one, _) if one == child);
         self.links.retain(|link| !belongs(link.from) && !belongs(link.to));
         for link in &mut self.links {
             for end in [&mut link.from, &mut link.to] {
-                if let End::Child(one, _) = end {
+                if let LinkEnd::Child(one, _) = end {
                     *one -= usize::from(*one > child);
                 }
             }

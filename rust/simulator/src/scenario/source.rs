@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::ports::{Ports, port_of};
-use super::{Action, Connection, End, Link, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable, Watchdog};
+use super::{Action, Connection, Link, LinkEnd, Nanos, Reaction, Reactor, Scenario, Script, Ty, Variable, Watchdog};
 
 /// The program as a federation, or, with `federated` false, as one main reactor.
 pub(crate) fn source(scenario: &Scenario, federated: bool) -> String {
@@ -172,19 +172,19 @@ impl Names<'_> {
 
     /// A connection, with those to the other channels of its destination.
     fn link(&self, text: &mut String, connection: &Link) {
-        let from = |end: End| match end {
-            End::Own(port) => format!("in{port}"),
-            End::Child(child, port) => format!("c{child}.out{port}"),
+        let from = |end: LinkEnd| match end {
+            LinkEnd::Own(port) => format!("in{port}"),
+            LinkEnd::Child(child, port) => format!("c{child}.out{port}"),
         };
         let capacity = connection.after.map(|_| connection.capacity);
         let ends = match connection.to {
-            End::Own(port) => format!("{} -> out{port}", from(connection.from)),
-            End::Child(child, port) => {
+            LinkEnd::Own(port) => format!("{} -> out{port}", from(connection.from)),
+            LinkEnd::Child(child, port) => {
                 let (first, width) = port_of(&self.children[child].inputs, port);
                 if port > first {
                     return;
                 }
-                let into = |input: usize| self.reactor.links.iter().find(|it| it.to == End::Child(child, input));
+                let into = |input: usize| self.reactor.links.iter().find(|it| it.to == LinkEnd::Child(child, input));
                 let sources: Vec<_> = (first..first + width).filter_map(into).map(|link| from(link.from)).collect();
                 let sources = sources.join(", ");
                 let is_bank = self.reactor.children[child].bank.is_some();

@@ -16,7 +16,7 @@ pub(super) enum Verdict {
 
 /// What became of all programs.
 #[derive(Default)]
-pub(super) struct Counts {
+pub(super) struct Verdicts {
     /// By folder: how many passed, failed and were refused.
     folders: BTreeMap<String, [usize; 3]>,
     libraries: usize,
@@ -26,7 +26,7 @@ pub(super) struct Counts {
     refused: BTreeMap<String, Vec<String>>,
 }
 
-impl Counts {
+impl Verdicts {
     /// Says what became of a program, and counts it.
     pub(super) fn add(&mut self, name: &str, verdict: Verdict) {
         let column = match verdict {

@@ -10,6 +10,7 @@ use syn::visit::{self, Visit};
 use syn::{Item, ItemMod, ItemUse, UseTree, Visibility};
 
 use super::finding::Finding;
+use super::sources::{is_conditional, sources};
 use super::tree::Tree;
 
 /// The path of a module within its crate.
@@ -19,33 +20,20 @@ type Name = Vec<String>;
 pub(super) fn no_circles(tree: &Tree) -> Vec<Finding> {
     let mut crates: BTreeMap<&str, BTreeMap<Name, Module>> = BTreeMap::new();
     let mut findings = Vec::new();
-    for file in tree.files.iter().filter(|file| file.path.starts_with("rust/")) {
-        let (Some((folder, path)), Some(text)) = (file.path.split_once("/src/"), &file.text) else { continue };
-        let Some(name) = path.strip_suffix(".rs").map(module) else { continue };
-        if name.iter().any(|part| part == "tests") {
-            continue;
-        }
-        match syn::parse_file(text) {
+    for source in sources(tree) {
+        let place = &source.file.path;
+        match source.parsed {
             Ok(parsed) => {
-                let read = Module::read(&file.path, &parsed.items);
-                crates.entry(folder).or_default().insert(name, read);
+                let read = Module::read(place, &parsed.items);
+                crates.entry(source.folder).or_default().insert(source.module, read);
             }
-            Err(error) => findings.push(Finding { place: file.path.clone(), what: format!("is no Rust: {error}") }),
+            Err(error) => findings.push(Finding { place: place.clone(), what: format!("is no Rust: {error}") }),
         }
     }
     for modules in crates.values() {
         findings.extend(circles(modules));
     }
     findings
-}
-
-/// The module in a file: `a/mod.rs` is `a`, the file of the crate itself has no name.
-fn module(path: &str) -> Name {
-    let mut name: Name = path.split('/').map(str::to_owned).collect();
-    if name.last().is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str())) {
-        name.pop();
-    }
-    name
 }
 
 /// What a file defines and names.
@@ -95,8 +83,7 @@ impl Module {
 
 impl<'ast> Visit<'ast> for Module {
     fn visit_item_mod(&mut self, item: &'ast ItemMod) {
-        let is_test = item.attrs.iter().any(|attribute| attribute.path().is_ident("cfg"));
-        if !is_test {
+        if !is_conditional(item) {
             visit::visit_item_mod(self, item);
         }
     }
@@ -204,6 +191,7 @@ fn shortest_circle(uses: &BTreeMap<&Name, BTreeSet<Name>>, start: &Name) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use super::super::sources::module;
     use super::*;
 
     fn found(files: &[(&str, &str)]) -> Vec<String> {

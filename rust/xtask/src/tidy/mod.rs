@@ -6,7 +6,9 @@ mod circles;
 mod crates;
 mod documents;
 mod finding;
+mod names;
 mod rules;
+mod sources;
 mod tree;
 
 use std::path::Path;
@@ -31,6 +33,7 @@ const RULES: &[(&str, Rule)] = &[
     ("crates in the map", crates::map_complete),
     ("what crates may know", crates::known_crates),
     ("circles of files", circles::no_circles),
+    ("names of types", names::unique),
 ];
 
 /// Checks the repository; every rule counts as one test.

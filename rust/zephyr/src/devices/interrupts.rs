@@ -17,7 +17,7 @@ use crate::kconfig::LF_INTERRUPTS;
 use crate::raw;
 
 /// A device that is watched, or could be.
-struct Place {
+struct WatchPlace {
     taken: AtomicBool,
     /// What its interrupts do, and whose they are.
     watched: Mutex<RefCell<Option<(EventPoster, &'static str)>>>,
@@ -25,8 +25,8 @@ struct Place {
     lost: AtomicU32,
 }
 
-static PLACES: [Place; LF_INTERRUPTS] = [const {
-    Place { taken: AtomicBool::new(false), watched: Mutex::new(RefCell::new(None)), lost: AtomicU32::new(0) }
+static PLACES: [WatchPlace; LF_INTERRUPTS] = [const {
+    WatchPlace { taken: AtomicBool::new(false), watched: Mutex::new(RefCell::new(None)), lost: AtomicU32::new(0) }
 }; LF_INTERRUPTS];
 
 /// Whether any place has lost some.
@@ -51,13 +51,8 @@ pub trait Source: fmt::Debug {
 
 impl<S: Source> Watch<S> {
     /// Watches the device of this name.
-    pub(super) fn new(
-        name: &'static str,
-        source: S,
-        link: PhysicalLink,
-        poster: EventPoster,
-    ) -> Result<Self, Problem> {
-        let take = |place: &Place| !place.taken.swap(true, Ordering::Acquire);
+    pub(super) fn new(name: &'static str, source: S, link: PhysicalLink, poster: EventPoster) -> Result<Self, Problem> {
+        let take = |place: &WatchPlace| !place.taken.swap(true, Ordering::Acquire);
         let free = PLACES.iter().position(take).ok_or(Problem::NoInterruptLeft { interrupts: LF_INTERRUPTS })?;
         let place = &PLACES[free];
         critical_section::with(|section| {
@@ -82,7 +77,7 @@ impl<S: Source> Drop for Watch<S> {
     }
 }
 
-impl Place {
+impl WatchPlace {
     fn name(&self) -> Option<&'static str> {
         critical_section::with(|section| self.watched.borrow_ref(section).as_ref().map(|(_, name)| *name))
     }

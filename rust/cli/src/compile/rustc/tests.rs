@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Diagnostics as rustc writes them, about a program whose second line is line 7 of the generated file.
 
-use super::{Diagnostic, Origin, Place, Scope, byte_of, render_all};
+use super::{Diagnostic, LfPlace, Origin, Scope, byte_of, render_all};
 
 const TEXT: &str = "reaction(t) {=\n    let é: u8 = \"x\";\n=}\n";
 const BODY_COLUMN_SHIFT: usize = 4;
@@ -9,8 +9,8 @@ const BODY_COLUMN_SHIFT: usize = 4;
 struct Program;
 
 impl Origin for Program {
-    fn place(&self, generated: &str, line: usize, column: usize) -> Option<Place> {
-        let place = |line, column, verbatim| Place { path: "src/P.lf".to_owned(), line, column, verbatim };
+    fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
+        let place = |line, column, verbatim| LfPlace { path: "src/P.lf".to_owned(), line, column, verbatim };
         match (generated, line) {
             ("a/src/main.rs", 7) => Some(place(2, column - BODY_COLUMN_SHIFT, true)),
             ("a/src/main.rs", 3) => Some(place(1, 1, false)),

@@ -27,18 +27,9 @@ impl World {
         let world = Self { folder: tempfile::tempdir().expect("a temporary folder") };
         let file = world.path("Wrong.lf");
         fs::write(&file, TEXT).expect("it can be written");
-        let out = Some(world.path("out"));
-        let places = Places { release: false, out, target_dir: None, home: None };
+        let places = Places { out: Some(world.path("out")), ..Places::default() };
         let (platform, board) = (Some(Platform::Zephyr), Some("some_board"));
-        let request = Request {
-            file: &file,
-            platform,
-            board,
-            federates: &[],
-            deployment: None,
-            places: &places,
-            checks_only: false,
-        };
+        let request = Request { platform, board, ..Request::new(&file, &places) };
         request.build().expect("crates for Zephyr are generated and not compiled");
         world
     }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::{emit_on, listing, rust_files};
+use super::{all_on, emit_on, listing, rust_files};
 use crate::deployment::{Deployment, Platform};
 use crate::plan::Plan;
 use crate::{SourceProvider, Style, compile};
@@ -34,8 +34,7 @@ fn check(name: &str, path: &str) {
     let emitted = emit_on(&plan, &Deployment::default());
     insta::assert_snapshot!(format!("{name}_host"), listing(&emitted));
     // The reactors are the same for an image; what differs is shown.
-    let board = Platform::Zephyr("native_sim/native/64".to_owned());
-    let mut image = emit_on(&plan, &Deployment::all_on(&plan, &board));
+    let mut image = emit_on(&plan, &all_on(&plan, "native_sim/native/64"));
     let host = emitted.files;
     image.files.retain(|file| !host.contains(file));
     for file in rust_files(&image) {

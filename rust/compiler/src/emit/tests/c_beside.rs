@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::emit_on;
+use super::{all_on, emit_on};
 use crate::compile;
-use crate::deployment::{Deployment, Platform};
+use crate::deployment::Deployment;
 use crate::plan::Plan;
 
 const FILES: [(&str, &str); 11] = [
@@ -56,7 +56,7 @@ fn plan(files: &[(&str, &str)]) -> Result<Plan, String> {
 fn only_federates_whose_file_asks_for_c_get_it() {
     let plan = plan(&FILES).unwrap_or_else(|said| panic!("{said}"));
     let mut text = String::new();
-    for deployment in [Deployment::default(), Deployment::all_on(&plan, &Platform::Zephyr("some_board".to_owned()))] {
+    for deployment in [Deployment::default(), all_on(&plan, "some_board")] {
         for file in emit_on(&plan, &deployment).files {
             let is_of_fan = file.path.starts_with("fan/") && !file.path.ends_with("federate.rs");
             let names = ["build.rs", "c.cmake", "program.cmake", "plain/Cargo.toml", "plain/src/plain/mod.rs"];

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::emit_on;
+use super::{all_on, emit_on};
 use crate::compile;
-use crate::deployment::{Deployment, Platform};
+use crate::deployment::Deployment;
 use crate::plan::Plan;
 
 const PROGRAM: &str = r#"
@@ -31,7 +31,7 @@ fn crates_and_modules_are_told_to_cargo() {
     let said = compilation.diagnostics.render(crate::Style::Plain);
     let plan = compilation.plan.unwrap_or_else(|| panic!("{said}"));
     let mut text = said;
-    for deployment in [Deployment::default(), Deployment::all_on(&plan, &Platform::Zephyr("some_board".to_owned()))] {
+    for deployment in [Deployment::default(), all_on(&plan, "some_board")] {
         for file in emit_on(&plan, &deployment).files {
             if ["Cargo.toml", "lib.rs"].iter().any(|end| file.path.ends_with(end)) {
                 text = text + "======== " + &file.path + "\n" + &file.text;
@@ -73,6 +73,6 @@ fn devices_are_a_feature_of_programs_that_speak_of_them() {
     let host = |_: &Plan| Deployment::default();
     assert!(manifest("device!(led0).output().unwrap();", &host).contains("features = [\"devices\"]"));
     assert!(!manifest("println!();", &host).contains("devices"));
-    let image = |plan: &Plan| Deployment::all_on(plan, &Platform::Zephyr("some_board".to_owned()));
+    let image = |plan: &Plan| all_on(plan, "some_board");
     assert!(!manifest("device!(led0).output().unwrap();", &image).contains("devices"));
 }

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use super::{EmitError, Emitted, File, Settings, emit};
 use crate::compile;
-use crate::deployment::{Deployment, Platform};
+use crate::deployment::{Deployment, Place, Platform};
 use crate::plan::{Plan, ReactorClass, Value};
 
 fn settings(deployment: &Deployment) -> Settings<'_> {
@@ -25,6 +25,13 @@ fn settings(deployment: &Deployment) -> Settings<'_> {
         current: "/work",
         deployment,
     }
+}
+
+/// All federates on boards of this name.
+fn all_on(plan: &Plan, board: &str) -> Deployment {
+    let place = || Place { platform: Platform::Zephyr(board.to_owned()), ..Place::default() };
+    let federates = plan.federates.iter().map(|federate| (federate.name.clone(), place())).collect();
+    Deployment { federates, ..Deployment::default() }
 }
 
 fn emit_on(plan: &Plan, deployment: &Deployment) -> Emitted {
@@ -152,7 +159,7 @@ fn all_federates_look_for_the_rti_where_it_is_deployed() {
 #[test]
 fn what_is_emitted_is_rust() {
     let plan = fixture::plan();
-    for deployment in [Deployment::default(), Deployment::all_on(&plan, &Platform::Zephyr("some_board".to_owned()))] {
+    for deployment in [Deployment::default(), all_on(&plan, "some_board")] {
         for file in rust_files(&emit_on(&plan, &deployment)) {
             if let Err(error) = syn::parse_file(&file.text) {
                 panic!("{}: {error}\n{}", file.path, file.text);
@@ -308,7 +315,7 @@ fn authentication_asks_zephyr_for_random_numbers() {
         );
         let sources = std::collections::BTreeMap::from([("Quiet.lf".to_owned(), text)]);
         let plan = crate::compile("Quiet.lf", &sources).plan.expect("the program is right");
-        let deployment = Deployment::all_on(&plan, &crate::deployment::Platform::Zephyr("some_board".to_owned()));
+        let deployment = all_on(&plan, "some_board");
         let emitted = emit_on(&plan, &deployment);
         let fragment =
             emitted.files.iter().find(|file| file.text.contains("CONFIG_LF_SOCKETS")).expect("it is emitted");

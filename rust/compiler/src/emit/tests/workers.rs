@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::emit_on;
+use super::{all_on, emit_on};
 use crate::compile;
-use crate::deployment::{Deployment, Platform};
+use crate::deployment::Deployment;
 
 const PROGRAM: &str = r"
 target Rust { workers: 3 }
@@ -50,7 +50,7 @@ fn the_reactions_of_a_level_are_lent_with_what_they_use() {
         between(text("filter.rs"), "const _", "/// An instance"),
     ];
     insta::assert_snapshot!(shown.join("\n...\n"));
-    let image = emit_on(&plan, &Deployment::all_on(&plan, &Platform::Zephyr("some_board".to_owned())));
+    let image = emit_on(&plan, &all_on(&plan, "some_board"));
     let mentions = |word: &str| image.files.iter().any(|file| file.text.contains(word));
     assert!(!mentions("Workers") && !mentions("fn share") && !mentions("moves_between_threads"));
 }

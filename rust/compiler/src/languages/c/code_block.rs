@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What hides the end of a block of code, and brackets: C's strings and comments.
 
-use crate::languages::lexical::brackets;
+use crate::languages::lexical::{brackets, is_word};
 use crate::languages::{CodeKind, CodeProblem};
 
 /// What is wrong with the brackets of a block. Macros and conditions of the preprocessor can open what is closed
@@ -25,10 +25,6 @@ pub(super) fn skip(text: &str, at: usize) -> usize {
         byte if is_word(byte) => word_end(bytes, at),
         _ => at + text[at..].chars().next().map_or(1, char::len_utf8),
     }
-}
-
-fn is_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_'
 }
 
 /// A line ends at a line feed that nothing continues.

@@ -2,11 +2,12 @@
 //! Integers that can be worked out when the program is compiled.
 
 use super::code_block::skip;
+use crate::languages::integer::operation;
 
 /// The value of an expression of integers and parameters, which can be written as members of `self`; nothing for any
 /// other one.
 pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {
-    let mut reader = Reader { words: words(code), parameter };
+    let mut reader = IntegerParser { words: words(code), parameter };
     reader.words.reverse();
     let value = reader.sum(0)?;
     reader.words.is_empty().then_some(value)
@@ -27,7 +28,7 @@ fn words(code: &str) -> Vec<&str> {
     words
 }
 
-struct Reader<'a> {
+struct IntegerParser<'a> {
     /// The next one comes last.
     words: Vec<&'a str>,
     parameter: &'a dyn Fn(&str) -> Option<i64>,
@@ -39,7 +40,7 @@ const OPERATORS: [&[&str]; 3] = [&["<<", ">>"], &["+", "-"], &["*", "/", "%"]];
 /// The most operators and brackets that can be within each other.
 const DEPTH_MAX: usize = 64;
 
-impl Reader<'_> {
+impl IntegerParser<'_> {
     /// What is between brackets, or everything.
     fn sum(&mut self, depth: usize) -> Option<i64> {
         if depth > DEPTH_MAX { None } else { self.operands(0, depth) }
@@ -50,15 +51,7 @@ impl Reader<'_> {
         let mut value = self.operands(binding + 1, depth)?;
         while let Some(operator) = operators.iter().find(|operator| self.eat(operator)) {
             let other = self.operands(binding + 1, depth)?;
-            value = match *operator {
-                "+" => value.checked_add(other)?,
-                "-" => value.checked_sub(other)?,
-                "*" => value.checked_mul(other)?,
-                "/" => value.checked_div(other)?,
-                "%" => value.checked_rem(other)?,
-                "<<" => value.checked_shl(u32::try_from(other).ok()?)?,
-                _ => value.checked_shr(u32::try_from(other).ok()?)?,
-            };
+            value = operation(operator, value, other)?;
         }
         Some(value)
     }

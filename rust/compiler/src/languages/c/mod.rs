@@ -16,7 +16,7 @@ use super::lexical;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer, Shape};
-use crate::syntax::ast::{Expression, Literal, Type};
+use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 
 /// Its name in the target declaration.
 pub(in crate::languages) const NAME: &str = "C";
@@ -58,11 +58,11 @@ impl Language for C {
         format!("self->{name}")
     }
 
-    fn type_text(&self, ty: &Type) -> String {
+    fn type_text(&self, ty: &TypeSyntax) -> String {
         types::text(ty)
     }
 
-    fn type_problem(&self, ty: &Type) -> Option<Diagnostic> {
+    fn type_problem(&self, ty: &TypeSyntax) -> Option<Diagnostic> {
         types::problem(ty)
     }
 

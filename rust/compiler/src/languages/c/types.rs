@@ -3,7 +3,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::languages::{LiteralKind, Unsendable};
-use crate::syntax::ast::{Literal, Type, TypeKind};
+use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 
 /// C's type for LF's `time`.
 pub(super) const INTERVAL: &str = "interval_t";
@@ -12,7 +12,7 @@ pub(super) const INTERVAL: &str = "interval_t";
 pub(super) const VOID: &str = "void";
 
 /// A type as bodies spell it; `*` and `[]` come without spaces.
-pub(super) fn text(ty: &Type) -> String {
+pub(super) fn text(ty: &TypeSyntax) -> String {
     match &ty.kind {
         TypeKind::Time => INTERVAL.to_owned(),
         TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
@@ -28,7 +28,7 @@ pub(super) fn text(ty: &Type) -> String {
 }
 
 /// Arrays of which there is none in C.
-pub(super) fn problem(ty: &Type) -> Option<Diagnostic> {
+pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     let TypeKind::Path { segments, c_suffix: Some(suffix), .. } = &ty.kind else { return None };
     let length = suffix.text.split_once('[').map(|(_, rest)| rest.trim_end_matches(']'));
     let (message, hint) = match length {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What hides the end of a block of code, and brackets: Rust's strings and comments.
 
+use crate::languages::lexical::is_word;
+
 /// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the
 /// character.
 pub(super) fn skip(text: &str, at: usize) -> usize {
@@ -13,10 +15,6 @@ pub(super) fn skip(text: &str, at: usize) -> usize {
         byte if is_word(byte) => word_end(bytes, at),
         _ => at + text[at..].chars().next().map_or(1, char::len_utf8),
     }
-}
-
-fn is_word(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_'
 }
 
 fn line_end(bytes: &[u8], at: usize) -> usize {

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Integers that can be worked out when the program is compiled.
 
-use syn::{BinOp, Expr, Lit, UnOp};
+use quote::ToTokens;
+use syn::{Expr, Lit, UnOp};
+
+use crate::languages::integer::operation;
 
 /// The value of an expression of integers and parameters; nothing for any other one.
 pub(super) fn value(code: &str, parameter: &dyn Fn(&str) -> Option<i64>) -> Option<i64> {
@@ -24,16 +27,7 @@ fn evaluate(expression: &Expr, parameter: &dyn Fn(&str) -> Option<i64>) -> Optio
         },
         Expr::Binary(binary) => {
             let (left, right) = (evaluate(&binary.left, parameter)?, evaluate(&binary.right, parameter)?);
-            match binary.op {
-                BinOp::Add(_) => left.checked_add(right),
-                BinOp::Sub(_) => left.checked_sub(right),
-                BinOp::Mul(_) => left.checked_mul(right),
-                BinOp::Div(_) => left.checked_div(right),
-                BinOp::Rem(_) => left.checked_rem(right),
-                BinOp::Shl(_) => left.checked_shl(u32::try_from(right).ok()?),
-                BinOp::Shr(_) => left.checked_shr(u32::try_from(right).ok()?),
-                _ => None,
-            }
+            operation(&binary.op.to_token_stream().to_string(), left, right)
         }
         _ => None,
     }

@@ -9,7 +9,7 @@ use proc_macro2::Ident;
 use super::names::ident;
 use super::sending::{SentPort, copied_ports, declared, sent_ports};
 use crate::emit::names::{Names, snake_case};
-use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
+use crate::plan::{ClassIndex, Federate, FileIndex, Plan};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
 const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
@@ -51,18 +51,8 @@ impl<'p> Layout<'p> {
         workers: u16,
     ) -> Self {
         let instances = || federate.iter().flat_map(|federate| &federate.instances);
-        let parent = |instance: &Instance| {
-            let parent = instance.parent.and_then(|parent| federate?.instances.get(parent.0));
-            parent.map_or(plan.main, |parent| parent.class)
-        };
-        let children = instances().filter_map(|instance| Some((parent(instance), instance.child?))).collect();
-        let reactions = federate.iter().flat_map(|federate| {
-            federate.reactions.iter().filter_map(|reaction| match reaction.kind {
-                ReactionKind::Body { instance, reaction, .. } => Some((federate.instances[instance.0].class, reaction)),
-                _ => None,
-            })
-        });
-        let reactions = reactions.collect();
+        let children = federate.map(|federate| federate.children(plan.main)).unwrap_or_default();
+        let reactions = federate.map(Federate::bodies).unwrap_or_default();
         let mut used: BTreeMap<ClassIndex, bool> = types.iter().map(|class| (*class, false)).collect();
         used.extend(instances().map(|instance| (instance.class, true)));
         used.extend(federate.map(|_| (plan.main, true)));

@@ -24,7 +24,7 @@ use super::lexical;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::emit::{EmitError, File, Job, SourceMap};
 use crate::plan::{Plan, Serializer, Shape};
-use crate::syntax::ast::{Expression, Literal, Type};
+use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 
 /// `target Rust`
 #[derive(Debug)]
@@ -63,11 +63,11 @@ impl Language for Rust {
         format!("self.{name}")
     }
 
-    fn type_text(&self, ty: &Type) -> String {
+    fn type_text(&self, ty: &TypeSyntax) -> String {
         types::text(ty)
     }
 
-    fn type_problem(&self, ty: &Type) -> Option<Diagnostic> {
+    fn type_problem(&self, ty: &TypeSyntax) -> Option<Diagnostic> {
         types::problem(ty)
     }
 

@@ -15,7 +15,7 @@ use super::splice::Splices;
 use super::types::{DURATION, is_copy};
 use crate::emit::{EmitError, File, FileMap};
 use crate::plan::{
-    BANK_INDEX, Child, ClassIndex, Code, Location, Method, Plan, Reaction, ReactorClass, Tardy, Type, Value,
+    BANK_INDEX, Child, ClassIndex, Location, Method, Plan, Reaction, ReactorClass, SourceCode, Tardy, Type, Value,
     VariableKind,
 };
 
@@ -27,7 +27,7 @@ pub(super) fn emit(
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
     let (is_whole, splices) = (layout.has(class), Splices::new(plan));
-    let mut module = Module { plan, layout, index: class, class: &plan.classes[class.0], is_whole, splices };
+    let mut module = ReactorModule { plan, layout, index: class, class: &plan.classes[class.0], is_whole, splices };
     let tokens = module.tokens()?;
     module.splices.finish(path, tokens)
 }
@@ -102,7 +102,7 @@ fn duration(ns: i64) -> TokenStream {
     text.parse().unwrap_or_default()
 }
 
-struct Module<'p> {
+struct ReactorModule<'p> {
     plan: &'p Plan,
     layout: &'p Layout<'p>,
     index: ClassIndex,
@@ -112,7 +112,7 @@ struct Module<'p> {
     splices: Splices<'p>,
 }
 
-impl<'p> Module<'p> {
+impl<'p> ReactorModule<'p> {
     fn tokens(&mut self) -> Result<TokenStream, EmitError> {
         let class = self.class;
         let name = ident(&class.name);
@@ -450,7 +450,7 @@ impl<'p> Module<'p> {
         name: &Ident,
         doc: &str,
         reaction: &'p Reaction,
-        body: &'p Code,
+        body: &'p SourceCode,
         at: Location,
     ) -> Result<TokenStream, EmitError> {
         let doc = self.splices.doc(doc, at);

@@ -15,22 +15,22 @@ const BOUND: &str = "write `@max_length(1000)` before the port, or ";
 pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable> {
     let parsed: Type = syn::parse_str(ty).ok()?;
     let max_length = serializer.and_then(|serializer| serializer.max_length);
-    let look = Look { preambles, by_serde: serializer.is_some_and(|serializer| serializer.name.is_some()) };
+    let look = SendableCheck { preambles, by_serde: serializer.is_some_and(|serializer| serializer.name.is_some()) };
     let found = match growing(&parsed) {
         _ if look.by_serde => look.look(&parsed, max_length.is_some()),
         Some(Growing::List(element)) if max_length.is_some() => look.look(element, false),
         Some(Growing::Text) if max_length.is_some() => None,
         _ if max_length.is_some() => {
             let hint = "remove `@max_length`, which is for `String`, `Vec<T>` and `@serializer(\"postcard\")`";
-            Some(Why::new(ty, "has a bound of its own, or none that a number could say", hint))
+            Some(UnsendablePart::new(ty, "has a bound of its own, or none that a number could say", hint))
         }
         Some(Growing::Text) => {
             let instead = format!("{BOUND}the type `heapless::String<N>`, which boards have, too");
-            Some(Why::new(ty, "has no bound, by which buffers could be sized", &instead))
+            Some(UnsendablePart::new(ty, "has no bound, by which buffers could be sized", &instead))
         }
         Some(Growing::List(_)) => {
             let instead = format!("{BOUND}the type `heapless::Vec<T, N>`, which boards have, too");
-            Some(Why::new(ty, "has no bound, by which buffers could be sized", &instead))
+            Some(UnsendablePart::new(ty, "has no bound, by which buffers could be sized", &instead))
         }
         None => look.look(&parsed, false),
     }?;
@@ -44,7 +44,7 @@ pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: P
 pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {
     let Type::Path(path) = syn::parse_str(ty).ok()? else { return None };
     let name = path.path.get_ident()?.to_string();
-    let look = Look { preambles, by_serde: false };
+    let look = SendableCheck { preambles, by_serde: false };
     let (attributes, keyword) = match look.declared(&name)? {
         Item::Struct(item) => (item.attrs, "struct"),
         Item::Enum(item) => (item.attrs, "enum"),
@@ -84,27 +84,27 @@ pub(super) fn arguments(path: &TypePath) -> Vec<&GenericArgument> {
 }
 
 /// A part of a type that cannot be sent.
-struct Why {
+struct UnsendablePart {
     ty: String,
     reason: String,
     hint: String,
 }
 
-impl Why {
+impl UnsendablePart {
     fn new(ty: &str, reason: &str, hint: &str) -> Self {
         Self { ty: ty.to_owned(), reason: reason.to_owned(), hint: hint.to_owned() }
     }
 }
 
-struct Look<'a> {
+struct SendableCheck<'a> {
     preambles: Preambles<'a>,
     by_serde: bool,
 }
 
-impl Look<'_> {
+impl SendableCheck<'_> {
     /// Looks at a type and what it is made of. A bound that is given is enough for types of serde.
-    fn look(&self, ty: &Type, bounded: bool) -> Option<Why> {
-        let why = |reason: &str, hint: &str| Some(Why::new(&text(ty), reason, hint));
+    fn look(&self, ty: &Type, bounded: bool) -> Option<UnsendablePart> {
+        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
         match ty {
             Type::Path(path) => self.look_at_path(path, ty, bounded),
             Type::Array(array) => self.look(&array.elem, bounded),
@@ -130,8 +130,8 @@ impl Look<'_> {
         }
     }
 
-    fn look_at_path(&self, path: &TypePath, ty: &Type, bounded: bool) -> Option<Why> {
-        let why = |reason: &str, hint: &str| Some(Why::new(&text(ty), reason, hint));
+    fn look_at_path(&self, path: &TypePath, ty: &Type, bounded: bool) -> Option<UnsendablePart> {
+        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
         let name = path.path.segments.last()?.ident.to_string();
         if path.path.get_ident().is_some()
             && let Some(declared) = self.declared(&name)
@@ -174,8 +174,8 @@ impl Look<'_> {
         }
     }
 
-    fn look_at_declared(&self, ty: &Type, name: &str, declared: &Item, bounded: bool) -> Option<Why> {
-        let why = |reason: &str, hint: &str| Some(Why::new(&text(ty), reason, hint));
+    fn look_at_declared(&self, ty: &Type, name: &str, declared: &Item, bounded: bool) -> Option<UnsendablePart> {
+        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
         let (attributes, keyword) = match declared {
             Item::Struct(item) => (&item.attrs, "struct"),
             Item::Enum(item) => (&item.attrs, "enum"),

@@ -37,7 +37,7 @@ pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsenda
     };
     let parsed: Type = syn::parse_str(ty).map_err(|error| refused(&error.to_string(), "write a type of Rust"))?;
     let look = |ty: &Type| {
-        let shape = Look { preambles }.shape(ty, 0);
+        let shape = ShapeReader { preambles }.shape(ty, 0);
         shape.map_err(|(reason, hint)| refused(&reason, hint))
     };
     match growing(&parsed) {
@@ -63,14 +63,14 @@ fn bounded(ty: &Type) -> Option<Growing<'_>> {
 }
 
 /// Why a type has no shape that others know, and what to write.
-type Why = (String, &'static str);
+type NoShape = (String, &'static str);
 
-struct Look<'a> {
+struct ShapeReader<'a> {
     preambles: Preambles<'a>,
 }
 
-impl Look<'_> {
-    fn shape(&self, ty: &Type, depth: usize) -> Result<Shape, Why> {
+impl ShapeReader<'_> {
+    fn shape(&self, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
         let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
         match ty {
             _ if depth > DEPTH_MAX => why("contains itself", "send something smaller"),
@@ -92,7 +92,7 @@ impl Look<'_> {
         }
     }
 
-    fn path(&self, path: &TypePath, ty: &Type, depth: usize) -> Result<Shape, Why> {
+    fn path(&self, path: &TypePath, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
         let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
         let Some(last) = path.path.segments.last() else { return why("has no name", "write a type") };
         let name = last.ident.to_string();
@@ -116,7 +116,7 @@ impl Look<'_> {
         }
     }
 
-    fn declared(&self, declared: &Item, ty: &Type, depth: usize) -> Result<Shape, Why> {
+    fn declared(&self, declared: &Item, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
         const DERIVE: &str = "write `#[derive(Payload)]` before its declaration";
         let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
         let derived = |attributes| derives(attributes).is_some_and(|all| all.iter().any(|one| one == "Payload"));

@@ -12,7 +12,7 @@ use quote::{ToTokens, quote};
 use syn::{Item, Visibility};
 
 use crate::emit::{Anchor, EmitError, File, FileMap, Origin, Piece};
-use crate::plan::{Code, Location, Plan, Type};
+use crate::plan::{Location, Plan, SourceCode, Type};
 
 const TEXT: &str = "lfz_text!(";
 const LINES: &str = "lfz_lines!(";
@@ -27,7 +27,7 @@ type Insertions = Vec<(usize, usize)>;
 
 /// A verbatim piece.
 struct Spliced<'p> {
-    code: Cow<'p, Code>,
+    code: Cow<'p, SourceCode>,
     insertions: Insertions,
     /// How many blanks its lines begin with, behind the first one, that are left out.
     dedent: usize,
@@ -51,7 +51,7 @@ impl<'p> Splices<'p> {
     ///
     /// # Errors
     /// As for [`Splices::lines`].
-    pub(super) fn items(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
+    pub(super) fn items(&mut self, code: &'p SourceCode) -> Result<TokenStream, EmitError> {
         let number = self.add(code, private_items(&code.text), indentation(&code.text))?;
         Ok(quote! { lfz_lines!(#number); })
     }
@@ -60,7 +60,7 @@ impl<'p> Splices<'p> {
     ///
     /// # Errors
     /// If its brackets are not balanced or it has an unterminated literal, so that it would swallow what follows.
-    pub(super) fn lines(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
+    pub(super) fn lines(&mut self, code: &'p SourceCode) -> Result<TokenStream, EmitError> {
         let number = self.add(code, Insertions::new(), 0)?;
         Ok(quote! { lfz_lines!(#number); })
     }
@@ -69,20 +69,20 @@ impl<'p> Splices<'p> {
     ///
     /// # Errors
     /// As for [`Splices::lines`].
-    pub(super) fn inline(&mut self, code: &'p Code) -> Result<TokenStream, EmitError> {
+    pub(super) fn inline(&mut self, code: &'p SourceCode) -> Result<TokenStream, EmitError> {
         let number = self.add(code, Insertions::new(), 0)?;
         Ok(quote! { lfz_inline!(#number) })
     }
 
     /// A type within a line, at the place where the program has it. It has been parsed.
     pub(super) fn ty(&mut self, ty: &Type) -> TokenStream {
-        let code = Cow::Owned(Code { text: ty.text.clone(), at: ty.at });
+        let code = Cow::Owned(SourceCode { text: ty.text.clone(), at: ty.at });
         self.codes.push(Spliced { code, insertions: Insertions::new(), dedent: 0 });
         let number = Literal::usize_unsuffixed(self.codes.len() - 1);
         quote! { lfz_inline!(#number) }
     }
 
-    fn add(&mut self, code: &'p Code, insertions: Insertions, dedent: usize) -> Result<Literal, EmitError> {
+    fn add(&mut self, code: &'p SourceCode, insertions: Insertions, dedent: usize) -> Result<Literal, EmitError> {
         if let Err(error) = code.text.parse::<TokenStream>() {
             let message = format!("this code ends before its brackets or literals do: {error}");
             return Err(EmitError::new(self.plan, code.at, message));

@@ -3,7 +3,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::languages::LiteralKind;
-use crate::syntax::ast::{Literal, Type, TypeKind};
+use crate::syntax::ast::{Literal, TypeKind, TypeSyntax};
 
 /// Rust's type for LF's `time`.
 pub(super) const DURATION: &str = "core::time::Duration";
@@ -32,7 +32,7 @@ const C_TYPES: &[(&str, &str)] = &[
 ];
 
 /// A type in Rust's spelling.
-pub(super) fn text(ty: &Type) -> String {
+pub(super) fn text(ty: &TypeSyntax) -> String {
     match &ty.kind {
         TypeKind::Time => DURATION.to_owned(),
         TypeKind::Code(text) => text.split_whitespace().collect::<Vec<_>>().join(" "),
@@ -50,7 +50,7 @@ pub(super) fn text(ty: &Type) -> String {
 }
 
 /// What is C in a type.
-pub(super) fn problem(ty: &Type) -> Option<Diagnostic> {
+pub(super) fn problem(ty: &TypeSyntax) -> Option<Diagnostic> {
     let TypeKind::Path { segments, c_suffix, .. } = &ty.kind else { return None };
     if let Some(suffix) = c_suffix {
         let diagnostic = Diagnostic::new(Code::Unsupported, suffix.span, "`*` and `[]` behind a type are C, not Rust");

@@ -2,7 +2,7 @@
 //! What stands in files and in reactors alike: preambles and attributes.
 
 use super::super::ast::{Attribute, AttributeParameter, Name, Preamble};
-use super::super::token::Kind;
+use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
 use crate::languages::CodeKind;
@@ -21,7 +21,7 @@ impl Parser<'_> {
 
     pub(super) fn attributes(&mut self) -> Parsed<Vec<Attribute>> {
         let mut attributes = Vec::new();
-        while self.at(Kind::At) {
+        while self.at(TokenKind::At) {
             attributes.push(self.attribute()?);
         }
         Ok(attributes)
@@ -31,13 +31,13 @@ impl Parser<'_> {
         let start: Span = self.here();
         self.advance();
         let token = self.peek(0);
-        if token.kind != Kind::Word {
+        if token.kind != TokenKind::Word {
             return self.unexpected("the name of an attribute");
         }
         self.advance();
         let name = Name { text: self.text_of(token).to_owned(), span: self.span_of(token) };
-        let parameters = if self.eat(Kind::OpenParenthesis) {
-            self.list(Kind::CloseParenthesis, ")", Self::attribute_parameter)?
+        let parameters = if self.eat(TokenKind::OpenParenthesis) {
+            self.list(TokenKind::CloseParenthesis, ")", Self::attribute_parameter)?
         } else {
             Vec::new()
         };
@@ -45,7 +45,7 @@ impl Parser<'_> {
     }
 
     fn attribute_parameter(&mut self) -> Parsed<AttributeParameter> {
-        let named = self.at(Kind::Word) && self.peek(1).kind == Kind::Equals;
+        let named = self.at(TokenKind::Word) && self.peek(1).kind == TokenKind::Equals;
         let name = if named {
             let name = self.name("the name of a parameter")?;
             self.advance();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections, and references to ports and actions.
 
-use super::super::ast::{Attribute, Connection, Name, Reference};
-use super::super::token::Kind;
+use super::super::ast::{Attribute, ConnectionSyntax, Name, Reference};
+use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
@@ -10,26 +10,29 @@ use crate::diagnostics::Span;
 impl Parser<'_> {
     /// Whether a connection begins here: a parenthesis, or a name that is no word of the language.
     pub(super) fn at_connection(&self) -> bool {
-        if self.at(Kind::OpenParenthesis) {
+        if self.at(TokenKind::OpenParenthesis) {
             return true;
         }
-        let follows = matches!(self.peek(1).kind, Kind::Dot | Kind::Comma | Kind::Arrow | Kind::PhysicalArrow);
+        let follows = matches!(
+            self.peek(1).kind,
+            TokenKind::Dot | TokenKind::Comma | TokenKind::Arrow | TokenKind::PhysicalArrow
+        );
         self.word_ahead(0).is_some_and(|word| word == "interleaved" || (follows || !is_reserved(word)))
     }
 
-    pub(super) fn connection(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<Connection> {
+    pub(super) fn connection(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<ConnectionSyntax> {
         let mut iterated = false;
-        let left = if self.eat(Kind::OpenParenthesis) {
-            let left = self.list(Kind::CloseParenthesis, ")", |parser| parser.reference("a port"))?;
-            iterated = self.eat(Kind::Plus);
+        let left = if self.eat(TokenKind::OpenParenthesis) {
+            let left = self.list(TokenKind::CloseParenthesis, ")", |parser| parser.reference("a port"))?;
+            iterated = self.eat(TokenKind::Plus);
             left
         } else {
             self.references("a port")?
         };
-        let physical = if self.at(Kind::PhysicalArrow) {
+        let physical = if self.at(TokenKind::PhysicalArrow) {
             let token = self.advance();
             Some(self.span_of(token))
-        } else if self.eat(Kind::Arrow) {
+        } else if self.eat(TokenKind::Arrow) {
             None
         } else {
             return self.unexpected("`->` and the ports to connect to");
@@ -44,12 +47,12 @@ impl Parser<'_> {
             None => None,
         };
         let span = Span::new(self.file, start, self.before().end);
-        Ok(Connection { mode: self.mode, attributes, left, iterated, physical, right, after, serializer, span })
+        Ok(ConnectionSyntax { mode: self.mode, attributes, left, iterated, physical, right, after, serializer, span })
     }
 
     pub(super) fn references(&mut self, what: &str) -> Parsed<Vec<Reference>> {
         let mut references = vec![self.reference(what)?];
-        while self.eat(Kind::Comma) {
+        while self.eat(TokenKind::Comma) {
             references.push(self.reference(what)?);
         }
         Ok(references)
@@ -58,16 +61,16 @@ impl Parser<'_> {
     /// `variable`, `container.variable`, or one of them in `interleaved( … )`, and maybe `as alias`.
     pub(super) fn reference(&mut self, what: &str) -> Parsed<Reference> {
         let start = self.here();
-        let interleaved = self.at_word("interleaved") && self.peek(1).kind == Kind::OpenParenthesis;
+        let interleaved = self.at_word("interleaved") && self.peek(1).kind == TokenKind::OpenParenthesis;
         if interleaved {
             self.advance();
             self.advance();
         }
         let first = self.reference_name(what)?;
         let (container, name) =
-            if self.eat(Kind::Dot) { (Some(first), self.name("the name of a port")?) } else { (None, first) };
+            if self.eat(TokenKind::Dot) { (Some(first), self.name("the name of a port")?) } else { (None, first) };
         if interleaved {
-            self.expect(Kind::CloseParenthesis, "`)`")?;
+            self.expect(TokenKind::CloseParenthesis, "`)`")?;
         }
         let alias = if self.eat_word("as").is_some() { Some(self.name("a name for the port")?) } else { None };
         Ok(Reference { container, name, interleaved, alias, transition: None, span: start.to(self.before()) })
@@ -75,7 +78,7 @@ impl Parser<'_> {
 
     fn reference_name(&mut self, what: &str) -> Parsed<super::Name> {
         // A word that begins a declaration is no name here: something was left out before it.
-        let declares = matches!(self.peek(1).kind, Kind::Word | Kind::Equals);
+        let declares = matches!(self.peek(1).kind, TokenKind::Word | TokenKind::Equals);
         if self.peek(0).first_of_line && self.at_member_start() && declares {
             return self.unexpected(what);
         }

@@ -4,7 +4,7 @@
 use lf_model::units::unit_ns;
 
 use super::super::ast::{Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
-use super::super::token::Kind;
+use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -14,10 +14,10 @@ impl Parser<'_> {
     /// `= e`, or the older `(e)` and `{e}`, which get a warning; nothing if none of them is here. `kind` and `name` are
     /// those of what is initialised.
     pub(super) fn initialiser(&mut self, kind: &str, name: &Name) -> Parsed<Option<Initialiser>> {
-        if self.eat(Kind::Equals) {
+        if self.eat(TokenKind::Equals) {
             return Ok(Some(Initialiser { value: self.expression()? }));
         }
-        if !matches!(self.kind(), Kind::OpenParenthesis | Kind::OpenBrace) {
+        if !matches!(self.kind(), TokenKind::OpenParenthesis | TokenKind::OpenBrace) {
             return Ok(None);
         }
         let declared = self.slice(name.span.to(self.before())).to_owned();
@@ -51,10 +51,10 @@ impl Parser<'_> {
     fn expression_here(&mut self) -> Parsed<Expression> {
         let start = self.here();
         let kind = match self.kind() {
-            Kind::Code => ExpressionKind::Code(self.code_of(CodeKind::Expression)?),
-            Kind::OpenBrace => self.list_expression(Kind::CloseBrace, "}")?,
-            Kind::OpenBracket => self.list_expression(Kind::CloseBracket, "]")?,
-            Kind::OpenParenthesis => match self.list_expression(Kind::CloseParenthesis, ")")? {
+            TokenKind::Code => ExpressionKind::Code(self.code_of(CodeKind::Expression)?),
+            TokenKind::OpenBrace => self.list_expression(TokenKind::CloseBrace, "}")?,
+            TokenKind::OpenBracket => self.list_expression(TokenKind::CloseBracket, "]")?,
+            TokenKind::OpenParenthesis => match self.list_expression(TokenKind::CloseParenthesis, ")")? {
                 ExpressionKind::List(mut items) if items.len() == 1 => items.remove(0).kind,
                 list => list,
             },
@@ -72,7 +72,7 @@ impl Parser<'_> {
         Ok(Expression { kind, span: start.to(self.before()) })
     }
 
-    fn list_expression(&mut self, close: Kind, close_text: &str) -> Parsed<ExpressionKind> {
+    fn list_expression(&mut self, close: TokenKind, close_text: &str) -> Parsed<ExpressionKind> {
         self.advance();
         Ok(ExpressionKind::List(self.list(close, close_text, Self::expression)?))
     }
@@ -82,10 +82,10 @@ impl Parser<'_> {
         let token = self.peek(0);
         let text = self.text_of(token);
         let literal = match token.kind {
-            Kind::Text => Literal::Text(text.to_owned()),
-            Kind::Character => Literal::Character(text.to_owned()),
-            Kind::Int | Kind::Float | Kind::Minus => return self.number().map(Some),
-            Kind::Word => match text {
+            TokenKind::Text => Literal::Text(text.to_owned()),
+            TokenKind::Character => Literal::Character(text.to_owned()),
+            TokenKind::Int | TokenKind::Float | TokenKind::Minus => return self.number().map(Some),
+            TokenKind::Word => match text {
                 "true" | "True" => Literal::Bool(true),
                 "false" | "False" => Literal::Bool(false),
                 "forever" | "never" => {
@@ -102,18 +102,18 @@ impl Parser<'_> {
     }
 
     fn number(&mut self) -> Parsed<ExpressionKind> {
-        let negative = self.eat(Kind::Minus);
+        let negative = self.eat(TokenKind::Minus);
         let sign = if negative { "-" } else { "" };
         let token = self.peek(0);
         match token.kind {
-            Kind::Float => {
+            TokenKind::Float => {
                 self.advance();
                 let text = self.text_of(token);
                 // LF allows `.5`, Rust does not.
                 let zero = if text.starts_with('.') { "0" } else { "" };
                 Ok(ExpressionKind::Literal(Literal::Float(format!("{sign}{zero}{text}"))))
             }
-            Kind::Int => {
+            TokenKind::Int => {
                 self.advance();
                 let digits = self.text_of(token).to_owned();
                 match self.unit() {
@@ -131,7 +131,10 @@ impl Parser<'_> {
         let token = self.peek(0);
         let begins_other = !token.adjacent
             && unit_ns(word).is_none()
-            && matches!(self.peek(1).kind, Kind::Equals | Kind::Dot | Kind::Arrow | Kind::PhysicalArrow);
+            && matches!(
+                self.peek(1).kind,
+                TokenKind::Equals | TokenKind::Dot | TokenKind::Arrow | TokenKind::PhysicalArrow
+            );
         if token.first_of_line || is_reserved(word) || begins_other {
             return None;
         }

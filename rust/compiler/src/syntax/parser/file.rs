@@ -2,7 +2,7 @@
 //! The top of a file: target, imports, preambles, reactors.
 
 use super::super::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
-use super::super::token::{Kind, Tokens, tokens};
+use super::super::token::{TokenKind, Tokens, tokens};
 use super::{Parsed, Parser};
 use crate::diagnostics::{Diagnostic, FileId};
 
@@ -55,13 +55,13 @@ impl Parser<'_> {
                 let reactor = self.reactor(Vec::new(), self.peek(0).start)?;
                 unit.reactors.push(reactor);
             }
-            _ if self.at(Kind::At) => {
+            _ if self.at(TokenKind::At) => {
                 let start = self.peek(0).start;
                 let attributes = self.attributes()?;
                 let reactor = self.reactor(attributes, start)?;
                 unit.reactors.push(reactor);
             }
-            _ if self.eat(Kind::Semicolon) => {}
+            _ if self.eat(TokenKind::Semicolon) => {}
             _ => return self.unexpected("`target`, `import`, `preamble` or a reactor"),
         }
         Ok(())
@@ -74,7 +74,7 @@ impl Parser<'_> {
         }
         while !self.at_end() && !self.at_file_start() {
             let starts = matches!(self.word_ahead(0), Some("private" | "public" | "preamble"));
-            if starts || self.at(Kind::At) {
+            if starts || self.at(TokenKind::At) {
                 break;
             }
             self.advance();
@@ -85,19 +85,19 @@ impl Parser<'_> {
         let start = self.here();
         self.advance();
         let mut reactors = vec![self.imported_reactor()?];
-        while self.eat(Kind::Comma) {
+        while self.eat(TokenKind::Comma) {
             reactors.push(self.imported_reactor()?);
         }
         if self.eat_word("from").is_none() {
             return self.unexpected("`,`, `as` or `from`");
         }
-        let source = if self.at(Kind::Less) {
+        let source = if self.at(TokenKind::Less) {
             ImportSource::Package(self.package_path()?)
         } else {
             ImportSource::File(self.string("a file name in quotes")?)
         };
         let span = start.to(self.before());
-        self.eat(Kind::Semicolon);
+        self.eat(TokenKind::Semicolon);
         Ok(Import { reactors, source, span })
     }
 
@@ -108,11 +108,11 @@ impl Parser<'_> {
     }
 
     fn package_path(&mut self) -> Parsed<Name> {
-        let open = self.expect(Kind::Less, "`<`")?;
-        while !matches!(self.kind(), Kind::Greater | Kind::End) && !self.peek(0).first_of_line {
+        let open = self.expect(TokenKind::Less, "`<`")?;
+        while !matches!(self.kind(), TokenKind::Greater | TokenKind::End) && !self.peek(0).first_of_line {
             self.advance();
         }
-        let close = self.expect(Kind::Greater, "`>`")?;
+        let close = self.expect(TokenKind::Greater, "`>`")?;
         Ok(Name { text: self.text[open.end..close.start].to_owned(), span: open.to(close) })
     }
 }

@@ -2,7 +2,7 @@
 //! `at user@host:port`.
 
 use super::super::ast::Host;
-use super::super::token::Kind;
+use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic};
 
@@ -17,17 +17,17 @@ impl Parser<'_> {
         while first || self.peek(0).adjacent {
             let part = matches!(
                 self.kind(),
-                Kind::Word
-                    | Kind::Int
-                    | Kind::Float
-                    | Kind::Dot
-                    | Kind::Colon
-                    | Kind::DoubleColon
-                    | Kind::Minus
-                    | Kind::At
-                    | Kind::OpenBracket
-                    | Kind::CloseBracket
-                    | Kind::Percent
+                TokenKind::Word
+                    | TokenKind::Int
+                    | TokenKind::Float
+                    | TokenKind::Dot
+                    | TokenKind::Colon
+                    | TokenKind::DoubleColon
+                    | TokenKind::Minus
+                    | TokenKind::At
+                    | TokenKind::OpenBracket
+                    | TokenKind::CloseBracket
+                    | TokenKind::Percent
             );
             if !part {
                 break;

@@ -2,15 +2,15 @@
 //! The declarations in the body of a reactor, except connections and reactions.
 
 use super::super::ast::{
-    Action, ActionKind, Assignment, Attribute, Body, Direction, Expression, Initialiser, Instantiation, Method, Port,
-    Reaction, ReactionKind, State, Timer,
+    ActionKind, ActionSyntax, Assignment, Attribute, Direction, Expression, Initialiser, Instantiation, MethodSyntax,
+    PortSyntax, ReactionKeyword, ReactionSyntax, ReactorBody, StateSyntax, Timer,
 };
-use super::super::token::Kind;
+use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 
 impl Parser<'_> {
     /// One declaration, from its first word on; `start` is where its attributes begin.
-    pub(super) fn member(&mut self, body: &mut Body, attributes: Vec<Attribute>, start: usize) -> Parsed<()> {
+    pub(super) fn member(&mut self, body: &mut ReactorBody, attributes: Vec<Attribute>, start: usize) -> Parsed<()> {
         match self.word_ahead(0) {
             Some("preamble" | "private" | "public") => {
                 let preamble = self.preamble()?;
@@ -40,14 +40,14 @@ impl Parser<'_> {
                 let (watchdog, handler) = self.watchdog(attributes)?;
                 body.actions.push(watchdog);
                 // Handlers run before reactions, wherever they stand.
-                let handlers = body.reactions.iter().take_while(|it| it.kind == ReactionKind::Watchdog).count();
+                let handlers = body.reactions.iter().take_while(|it| it.kind == ReactionKeyword::Watchdog).count();
                 body.reactions.insert(handlers, handler);
             }
             Some("reaction" | "mutation") => {
                 let reaction = self.reaction(attributes)?;
                 body.reactions.push(reaction);
             }
-            Some(_) if self.peek(1).kind == Kind::Equals => {
+            Some(_) if self.peek(1).kind == TokenKind::Equals => {
                 let instance = self.instantiation(attributes)?;
                 body.instances.push(instance);
             }
@@ -57,11 +57,11 @@ impl Parser<'_> {
             }
             _ => return self.unexpected("a declaration, a connection or a reaction"),
         }
-        self.eat(Kind::Semicolon);
+        self.eat(TokenKind::Semicolon);
         Ok(())
     }
 
-    fn state(&mut self, attributes: Vec<Attribute>) -> Parsed<State> {
+    fn state(&mut self, attributes: Vec<Attribute>) -> Parsed<StateSyntax> {
         let reset = self.eat_word("reset");
         if self.eat_word("state").is_none() {
             return self.unexpected("`state`");
@@ -69,25 +69,25 @@ impl Parser<'_> {
         let name = self.name("the name of a state variable")?;
         let ty = self.type_annotation()?;
         let init = self.initialiser("state variable", &name)?;
-        Ok(State { mode: self.mode, attributes, reset, name, ty, init })
+        Ok(StateSyntax { mode: self.mode, attributes, reset, name, ty, init })
     }
 
-    fn method(&mut self) -> Parsed<Method> {
+    fn method(&mut self) -> Parsed<MethodSyntax> {
         let constant = self.eat_word("const").is_some();
         if self.eat_word("method").is_none() {
             return self.unexpected("`method`");
         }
         let name = self.name("the name of a method")?;
-        self.expect(Kind::OpenParenthesis, "`(`")?;
-        let arguments = self.list(Kind::CloseParenthesis, ")", |parser| {
+        self.expect(TokenKind::OpenParenthesis, "`(`")?;
+        let arguments = self.list(TokenKind::CloseParenthesis, ")", |parser| {
             Ok((parser.name("the name of an argument")?, parser.type_annotation()?))
         })?;
         let ty = self.type_annotation()?;
         let code = self.code()?;
-        Ok(Method { name, constant, arguments, ty, code })
+        Ok(MethodSyntax { name, constant, arguments, ty, code })
     }
 
-    fn port(&mut self, attributes: Vec<Attribute>) -> Parsed<Port> {
+    fn port(&mut self, attributes: Vec<Attribute>) -> Parsed<PortSyntax> {
         let mutable = self.eat_word("mutable").is_some();
         let direction = if self.eat_word("input").is_some() {
             Direction::Input
@@ -100,7 +100,7 @@ impl Parser<'_> {
         let what = if direction == Direction::Input { "the name of an input" } else { "the name of an output" };
         let name = self.name(what)?;
         let ty = self.type_annotation()?;
-        Ok(Port { attributes, direction, mutable, width, name, ty })
+        Ok(PortSyntax { attributes, direction, mutable, width, name, ty })
     }
 
     fn timer(&mut self, attributes: Vec<Attribute>) -> Parsed<Timer> {
@@ -113,20 +113,20 @@ impl Parser<'_> {
     /// `(e, …)` with at most `count` values, if it is here.
     fn arguments(&mut self, expected: &str, count: usize) -> Parsed<Vec<Expression>> {
         let mut values = Vec::new();
-        if self.eat(Kind::OpenParenthesis) {
-            while !self.at(Kind::CloseParenthesis) && values.len() < count {
+        if self.eat(TokenKind::OpenParenthesis) {
+            while !self.at(TokenKind::CloseParenthesis) && values.len() < count {
                 values.push(self.expression()?);
-                if values.len() == count || !self.eat(Kind::Comma) {
+                if values.len() == count || !self.eat(TokenKind::Comma) {
                     break;
                 }
             }
             let expected = if values.len() == count { "`)`" } else { expected };
-            self.expect(Kind::CloseParenthesis, expected)?;
+            self.expect(TokenKind::CloseParenthesis, expected)?;
         }
         Ok(values)
     }
 
-    fn action(&mut self, attributes: Vec<Attribute>) -> Parsed<Action> {
+    fn action(&mut self, attributes: Vec<Attribute>) -> Parsed<ActionSyntax> {
         let kind = if self.eat_word("physical").is_some() { ActionKind::Physical } else { ActionKind::Logical };
         if kind == ActionKind::Logical {
             self.eat_word("logical");
@@ -136,34 +136,34 @@ impl Parser<'_> {
         }
         let name = self.name("the name of an action")?;
         let (mut min_delay, mut min_spacing, mut policy) = (None, None, None);
-        if self.eat(Kind::OpenParenthesis) && !self.eat(Kind::CloseParenthesis) {
+        if self.eat(TokenKind::OpenParenthesis) && !self.eat(TokenKind::CloseParenthesis) {
             min_delay = Some(self.expression()?);
-            if self.eat(Kind::Comma) {
+            if self.eat(TokenKind::Comma) {
                 min_spacing = Some(self.expression()?);
-                if self.eat(Kind::Comma) {
+                if self.eat(TokenKind::Comma) {
                     policy = Some(self.string("a policy in quotes: \"defer\", \"drop\" or \"replace\"")?);
                 }
             }
-            self.expect(Kind::CloseParenthesis, "`,` or `)`")?;
+            self.expect(TokenKind::CloseParenthesis, "`,` or `)`")?;
         }
         let ty = self.type_annotation()?;
-        Ok(Action { mode: self.mode, attributes, kind, name, min_delay, min_spacing, policy, ty })
+        Ok(ActionSyntax { mode: self.mode, attributes, kind, name, min_delay, min_spacing, policy, ty })
     }
 
     /// A watchdog and its handler.
-    fn watchdog(&mut self, attributes: Vec<Attribute>) -> Parsed<(Action, Reaction)> {
+    fn watchdog(&mut self, attributes: Vec<Attribute>) -> Parsed<(ActionSyntax, ReactionSyntax)> {
         let token = self.advance();
         let keyword = self.span_of(token);
         let name = self.name("the name of a watchdog")?;
-        self.expect(Kind::OpenParenthesis, "`(` and the timeout")?;
+        self.expect(TokenKind::OpenParenthesis, "`(` and the timeout")?;
         let timeout = self.expression()?;
-        self.expect(Kind::CloseParenthesis, "`)`")?;
-        let effects = if self.eat(Kind::Arrow) { self.effects()? } else { Vec::new() };
-        let handler = Reaction {
+        self.expect(TokenKind::CloseParenthesis, "`)`")?;
+        let effects = if self.eat(TokenKind::Arrow) { self.effects()? } else { Vec::new() };
+        let handler = ReactionSyntax {
             mode: self.mode,
             attributes: Vec::new(),
             keyword,
-            kind: ReactionKind::Watchdog,
+            kind: ReactionKeyword::Watchdog,
             triggers: vec![name.clone().into()],
             name: Some(name.clone()),
             uses: Vec::new(),
@@ -172,7 +172,7 @@ impl Parser<'_> {
             tardy: None,
             deadline: None,
         };
-        let watchdog = Action {
+        let watchdog = ActionSyntax {
             mode: self.mode,
             attributes,
             kind: ActionKind::Watchdog,
@@ -187,15 +187,16 @@ impl Parser<'_> {
 
     fn instantiation(&mut self, attributes: Vec<Attribute>) -> Parsed<Instantiation> {
         let name = self.name("the name of an instance")?;
-        self.expect(Kind::Equals, "`=`")?;
+        self.expect(TokenKind::Equals, "`=`")?;
         if self.eat_word("new").is_none() {
             return self.unexpected("`new` and the name of a reactor");
         }
         let width = self.width()?;
         let class = self.name("the name of a reactor")?;
-        let type_arguments = if self.eat(Kind::Less) { self.list(Kind::Greater, ">", Self::ty)? } else { Vec::new() };
-        self.expect(Kind::OpenParenthesis, "`(` and the parameters")?;
-        let arguments = self.list(Kind::CloseParenthesis, ")", Self::assignment)?;
+        let type_arguments =
+            if self.eat(TokenKind::Less) { self.list(TokenKind::Greater, ">", Self::ty)? } else { Vec::new() };
+        self.expect(TokenKind::OpenParenthesis, "`(` and the parameters")?;
+        let arguments = self.list(TokenKind::CloseParenthesis, ")", Self::assignment)?;
         let host = self.host()?;
         Ok(Instantiation { mode: self.mode, attributes, name, width, class, type_arguments, arguments, host })
     }

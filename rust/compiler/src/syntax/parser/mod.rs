@@ -12,10 +12,10 @@ mod reactor;
 mod target;
 mod types;
 
-use super::ast::{Code, Name};
-use super::token::{Kind, Token};
+use super::ast::{CodeBlock, Name};
+use super::token::{Token, TokenKind};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
-use crate::diagnostics::{Code as ErrorCode, Diagnostic, FileId, Span};
+use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::languages::CodeKind;
 
 pub(crate) use file::parse;
@@ -39,7 +39,7 @@ struct Parser<'t> {
     /// The mode whose declarations are read, by its position in the reactor.
     mode: Option<usize>,
     /// All code blocks that are closed.
-    codes: Vec<(Code, CodeKind)>,
+    codes: Vec<(CodeBlock, CodeKind)>,
 }
 
 impl<'t> Parser<'t> {
@@ -49,7 +49,7 @@ impl<'t> Parser<'t> {
         self.tokens[(self.position + ahead).min(last)]
     }
 
-    fn kind(&self) -> Kind {
+    fn kind(&self) -> TokenKind {
         self.peek(0).kind
     }
 
@@ -72,18 +72,18 @@ impl<'t> Parser<'t> {
 
     fn advance(&mut self) -> Token {
         let token = self.peek(0);
-        if token.kind != Kind::End {
+        if token.kind != TokenKind::End {
             self.position += 1;
         }
         token
     }
 
-    fn at(&self, kind: Kind) -> bool {
+    fn at(&self, kind: TokenKind) -> bool {
         self.kind() == kind
     }
 
     fn at_end(&self) -> bool {
-        self.at(Kind::End)
+        self.at(TokenKind::End)
     }
 
     /// Whether the current token is this word.
@@ -93,10 +93,10 @@ impl<'t> Parser<'t> {
 
     fn word_ahead(&self, ahead: usize) -> Option<&'t str> {
         let token = self.peek(ahead);
-        (token.kind == Kind::Word).then(|| self.text_of(token))
+        (token.kind == TokenKind::Word).then(|| self.text_of(token))
     }
 
-    fn eat(&mut self, kind: Kind) -> bool {
+    fn eat(&mut self, kind: TokenKind) -> bool {
         let found = self.at(kind);
         if found {
             self.advance();
@@ -111,7 +111,7 @@ impl<'t> Parser<'t> {
         })
     }
 
-    fn expect(&mut self, kind: Kind, what: &str) -> Parsed<Span> {
+    fn expect(&mut self, kind: TokenKind, what: &str) -> Parsed<Span> {
         if self.at(kind) {
             let token = self.advance();
             return Ok(self.span_of(token));
@@ -123,9 +123,9 @@ impl<'t> Parser<'t> {
     fn unexpected<T>(&mut self, expected: &str) -> Parsed<T> {
         let token = self.peek(0);
         let found = match token.kind {
-            Kind::End => "the end of the file".to_owned(),
-            Kind::Code => "a code block".to_owned(),
-            Kind::Text => "a string".to_owned(),
+            TokenKind::End => "the end of the file".to_owned(),
+            TokenKind::Code => "a code block".to_owned(),
+            TokenKind::Text => "a string".to_owned(),
             _ => format!("`{}`", self.text_of(token)),
         };
         let message = format!("expected {expected}, found {found}");
@@ -137,7 +137,7 @@ impl<'t> Parser<'t> {
             self.span_of(token)
         };
         let label = format!("expected {expected}");
-        self.report(Diagnostic::new(ErrorCode::Syntax, span, message).label(label));
+        self.report(Diagnostic::new(Code::Syntax, span, message).label(label));
         Err(Failed)
     }
 
@@ -147,7 +147,7 @@ impl<'t> Parser<'t> {
 
     /// A name; a word of the language in its place is reported and taken as the name.
     fn name(&mut self, what: &str) -> Parsed<Name> {
-        if !self.at(Kind::Word) {
+        if !self.at(TokenKind::Word) {
             return self.unexpected(what);
         }
         let token = self.advance();
@@ -156,23 +156,23 @@ impl<'t> Parser<'t> {
         if is_reserved(text) {
             let message = format!("`{text}` is a word of the language and cannot be {what}");
             let hint = format!("choose another name, for example `{text}_`");
-            self.report(Diagnostic::new(ErrorCode::ReservedWord, span, message).hint(hint));
+            self.report(Diagnostic::new(Code::ReservedWord, span, message).hint(hint));
         }
         Ok(Name { text: text.to_owned(), span })
     }
 
     /// Statements.
-    fn code(&mut self) -> Parsed<Code> {
+    fn code(&mut self) -> Parsed<CodeBlock> {
         self.code_of(CodeKind::Statements)
     }
 
-    fn code_of(&mut self, kind: CodeKind) -> Parsed<Code> {
-        let span = self.expect(Kind::Code, "a code block `{= … =}`")?;
+    fn code_of(&mut self, kind: CodeKind) -> Parsed<CodeBlock> {
+        let span = self.expect(TokenKind::Code, "a code block `{= … =}`")?;
         let text = &self.text[span.start..span.end];
         let start = span.start + 2;
         let end = if text.len() >= 4 && text.ends_with("=}") { span.end - 2 } else { span.end };
-        let code = Code { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) };
-        let is_open = |found: &Diagnostic| found.code == ErrorCode::UnterminatedCode && found.span.start == span.start;
+        let code = CodeBlock { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) };
+        let is_open = |found: &Diagnostic| found.code == Code::UnterminatedCode && found.span.start == span.start;
         if !self.diagnostics.iter().any(is_open) {
             self.codes.push((code.clone(), kind));
         }
@@ -181,7 +181,7 @@ impl<'t> Parser<'t> {
 
     /// The quoted text of a string, without the quotes.
     fn string(&mut self, what: &str) -> Parsed<Name> {
-        let span = self.expect(Kind::Text, what)?;
+        let span = self.expect(TokenKind::Text, what)?;
         let text = self.text[span.start..span.end].trim_matches('"').to_owned();
         Ok(Name { text, span })
     }
@@ -189,14 +189,14 @@ impl<'t> Parser<'t> {
     /// Items between commas up to `close`, which is consumed; a comma before `close` is allowed.
     fn list<T>(
         &mut self,
-        close: Kind,
+        close: TokenKind,
         close_text: &str,
         mut item: impl FnMut(&mut Self) -> Parsed<T>,
     ) -> Parsed<Vec<T>> {
         let mut items = Vec::new();
         while !self.at(close) {
             items.push(item(self)?);
-            if !self.eat(Kind::Comma) {
+            if !self.eat(TokenKind::Comma) {
                 break;
             }
         }
@@ -210,7 +210,7 @@ impl<'t> Parser<'t> {
             let message = format!("this is nested more than {DEPTH_MAX} levels deep");
             let hint = "write the value or the type as a code block `{= … =}`";
             let span = self.here();
-            self.report(Diagnostic::new(ErrorCode::NestingTooDeep, span, message).hint(hint));
+            self.report(Diagnostic::new(Code::NestingTooDeep, span, message).hint(hint));
             return Err(Failed);
         }
         self.depth += 1;
@@ -226,11 +226,11 @@ impl<'t> Parser<'t> {
 
     /// Whether a declaration of a reactor begins here, as far as one token tells.
     fn at_member_start(&self) -> bool {
-        if self.at(Kind::At) {
+        if self.at(TokenKind::At) {
             return true;
         }
         let Some(word) = self.word_ahead(0) else { return false };
-        MEMBER_STARTS.contains(&word) || (self.peek(1).kind == Kind::Equals && self.word_ahead(2) == Some("new"))
+        MEMBER_STARTS.contains(&word) || (self.peek(1).kind == TokenKind::Equals && self.word_ahead(2) == Some("new"))
     }
 
     /// The comment that ends directly before a place, without comment marks.

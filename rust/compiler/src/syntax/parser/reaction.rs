@@ -1,24 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reactions.
 
-use super::super::ast::{Attribute, Deadline, Name, Reaction, ReactionKind, Reference, Tardy, Transition};
-use super::super::token::Kind;
+use super::super::ast::{
+    Attribute, DeadlineSyntax, Name, ReactionKeyword, ReactionSyntax, Reference, TardySyntax, Transition,
+};
+use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic};
 
 impl Parser<'_> {
-    pub(super) fn reaction(&mut self, attributes: Vec<Attribute>) -> Parsed<Reaction> {
+    pub(super) fn reaction(&mut self, attributes: Vec<Attribute>) -> Parsed<ReactionSyntax> {
         let token = self.advance();
         let keyword = self.span_of(token);
-        let kind = if self.text_of(token) == "mutation" { ReactionKind::Mutation } else { ReactionKind::Reaction };
-        let name = if self.at(Kind::Word) { Some(self.name("the name of a reaction")?) } else { None };
-        self.expect(Kind::OpenParenthesis, "`(` and the triggers")?;
-        let triggers = self.list(Kind::CloseParenthesis, ")", Self::trigger)?;
+        let kind =
+            if self.text_of(token) == "mutation" { ReactionKeyword::Mutation } else { ReactionKeyword::Reaction };
+        let name = if self.at(TokenKind::Word) { Some(self.name("the name of a reaction")?) } else { None };
+        self.expect(TokenKind::OpenParenthesis, "`(` and the triggers")?;
+        let triggers = self.list(TokenKind::CloseParenthesis, ")", Self::trigger)?;
         let uses = if self.at_use() { self.references("a port or an action")? } else { Vec::new() };
-        let effects = if self.eat(Kind::Arrow) { self.effects()? } else { Vec::new() };
-        let code = if self.at(Kind::Code) { Some(self.code()?) } else { None };
-        let mut reaction = Reaction {
+        let effects = if self.eat(TokenKind::Arrow) { self.effects()? } else { Vec::new() };
+        let code = if self.at(TokenKind::Code) { Some(self.code()?) } else { None };
+        let mut reaction = ReactionSyntax {
             mode: self.mode,
             attributes,
             keyword,
@@ -38,8 +41,9 @@ impl Parser<'_> {
     /// A name after the triggers belongs to the uses unless it begins something else.
     fn at_use(&self) -> bool {
         let Some(word) = self.word_ahead(0) else { return false };
-        let other = matches!(self.peek(1).kind, Kind::Equals | Kind::OpenParenthesis) && word != "interleaved";
-        (!is_reserved(word) && !other) || (word == "interleaved" && self.peek(1).kind == Kind::OpenParenthesis)
+        let other =
+            matches!(self.peek(1).kind, TokenKind::Equals | TokenKind::OpenParenthesis) && word != "interleaved";
+        (!is_reserved(word) && !other) || (word == "interleaved" && self.peek(1).kind == TokenKind::OpenParenthesis)
     }
 
     fn trigger(&mut self) -> Parsed<Reference> {
@@ -53,7 +57,7 @@ impl Parser<'_> {
 
     pub(super) fn effects(&mut self) -> Parsed<Vec<Reference>> {
         let mut effects = vec![self.effect()?];
-        while self.eat(Kind::Comma) {
+        while self.eat(TokenKind::Comma) {
             effects.push(self.effect()?);
         }
         Ok(effects)
@@ -66,19 +70,19 @@ impl Parser<'_> {
             Some("reset") => Transition::Reset,
             _ => Transition::History,
         };
-        if !matches!(self.word_ahead(0), Some("reset" | "history")) || self.peek(1).kind != Kind::OpenParenthesis {
+        if !matches!(self.word_ahead(0), Some("reset" | "history")) || self.peek(1).kind != TokenKind::OpenParenthesis {
             return self.reference("a port, an action or a mode");
         }
         self.advance();
         self.advance();
         let name = self.name("the name of a mode")?;
-        self.expect(Kind::CloseParenthesis, "`)`")?;
+        self.expect(TokenKind::CloseParenthesis, "`)`")?;
         let span = start.to(self.before());
         Ok(Reference { container: None, name, interleaved: false, alias: None, transition: Some(transition), span })
     }
 
     /// `STP(…)`, `STAA(…)`, `tardy` and `deadline(…)` behind the body.
-    fn handlers(&mut self, reaction: &mut Reaction) -> Parsed<()> {
+    fn handlers(&mut self, reaction: &mut ReactionSyntax) -> Parsed<()> {
         loop {
             let token = self.peek(0);
             match self.word_ahead(0) {
@@ -94,11 +98,11 @@ impl Parser<'_> {
                 }
                 Some("deadline") => {
                     self.advance();
-                    self.expect(Kind::OpenParenthesis, "`(`")?;
+                    self.expect(TokenKind::OpenParenthesis, "`(`")?;
                     let value = self.expression()?;
-                    self.expect(Kind::CloseParenthesis, "`)`")?;
+                    self.expect(TokenKind::CloseParenthesis, "`)`")?;
                     let code = self.code()?;
-                    reaction.deadline = Some(Deadline { value, code });
+                    reaction.deadline = Some(DeadlineSyntax { value, code });
                 }
                 _ => return Ok(()),
             }
@@ -106,15 +110,15 @@ impl Parser<'_> {
     }
 
     /// What follows the word `tardy`, `STP` or `STAA`.
-    fn tardy(&mut self, word: Name) -> Parsed<Tardy> {
+    fn tardy(&mut self, word: Name) -> Parsed<TardySyntax> {
         if word.text == "tardy" {
-            let code = if self.at(Kind::Code) { Some(self.code()?) } else { None };
-            return Ok(Tardy { word, absent_after: None, code });
+            let code = if self.at(TokenKind::Code) { Some(self.code()?) } else { None };
+            return Ok(TardySyntax { word, absent_after: None, code });
         }
-        self.expect(Kind::OpenParenthesis, "`(`")?;
+        self.expect(TokenKind::OpenParenthesis, "`(`")?;
         let absent_after = Some(self.expression()?);
-        self.expect(Kind::CloseParenthesis, "`)`")?;
+        self.expect(TokenKind::CloseParenthesis, "`)`")?;
         let code = Some(self.code()?);
-        Ok(Tardy { word, absent_after, code })
+        Ok(TardySyntax { word, absent_after, code })
     }
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A reactor: its head, and its body as a list of declarations.
 
-use super::super::ast::{Attribute, Body, Mode, Name, Parameter, Reactor, ReactorKind, TypeParameter};
-use super::super::token::Kind;
+use super::super::ast::{
+    Attribute, ModeSyntax, Name, ParameterSyntax, Reactor, ReactorBody, ReactorKind, TypeParameter,
+};
+use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::CodeKind;
@@ -27,19 +29,22 @@ impl Parser<'_> {
             }
             self.advance();
         };
-        let named = self.at(Kind::Word) && !matches!(self.word_ahead(0), Some("at" | "extends"));
+        let named = self.at(TokenKind::Word) && !matches!(self.word_ahead(0), Some("at" | "extends"));
         let name = if named { Some(self.name("the name of a reactor")?) } else { None };
-        let type_parameters =
-            if self.eat(Kind::Less) { self.list(Kind::Greater, ">", Self::type_parameter)? } else { Vec::new() };
-        let parameters = if self.eat(Kind::OpenParenthesis) {
-            self.list(Kind::CloseParenthesis, ")", Self::parameter)?
+        let type_parameters = if self.eat(TokenKind::Less) {
+            self.list(TokenKind::Greater, ">", Self::type_parameter)?
+        } else {
+            Vec::new()
+        };
+        let parameters = if self.eat(TokenKind::OpenParenthesis) {
+            self.list(TokenKind::CloseParenthesis, ")", Self::parameter)?
         } else {
             Vec::new()
         };
         let host = self.host()?;
         let extends = self.extends()?;
-        let open = self.expect(Kind::OpenBrace, "`{`")?;
-        let mut body = Body::default();
+        let open = self.expect(TokenKind::OpenBrace, "`{`")?;
+        let mut body = ReactorBody::default();
         self.declarations(open, &mut body);
         Ok(Reactor {
             attributes,
@@ -58,7 +63,7 @@ impl Parser<'_> {
 
     /// One or more words, or a code block, of which the first word is the name.
     fn type_parameter(&mut self) -> Parsed<TypeParameter> {
-        if self.at(Kind::Code) {
+        if self.at(TokenKind::Code) {
             let code = self.code_of(CodeKind::TypeParameter)?;
             let text = code.text.trim_start();
             let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
@@ -66,23 +71,23 @@ impl Parser<'_> {
             return Ok(TypeParameter { name });
         }
         let name = self.name("a type parameter")?;
-        while self.eat(Kind::Word) {}
+        while self.eat(TokenKind::Word) {}
         Ok(TypeParameter { name })
     }
 
-    fn parameter(&mut self) -> Parsed<Parameter> {
+    fn parameter(&mut self) -> Parsed<ParameterSyntax> {
         let attributes = self.attributes()?;
         let name = self.name("the name of a parameter")?;
         let ty = self.type_annotation()?;
         let init = self.initialiser("parameter", &name)?;
-        Ok(Parameter { attributes, name, ty, init })
+        Ok(ParameterSyntax { attributes, name, ty, init })
     }
 
     fn extends(&mut self) -> Parsed<Vec<Name>> {
         let mut names = Vec::new();
         if self.eat_word("extends").is_some() {
             names.push(self.name("the name of a reactor")?);
-            while self.eat(Kind::Comma) {
+            while self.eat(TokenKind::Comma) {
                 names.push(self.name("the name of a reactor")?);
             }
         }
@@ -90,9 +95,9 @@ impl Parser<'_> {
     }
 
     /// The declarations up to `}`; `open` is the `{`.
-    fn declarations(&mut self, open: Span, body: &mut Body) {
+    fn declarations(&mut self, open: Span, body: &mut ReactorBody) {
         loop {
-            if self.eat(Kind::CloseBrace) {
+            if self.eat(TokenKind::CloseBrace) {
                 return;
             }
             if self.at_end() || self.at_file_start() {
@@ -114,8 +119,8 @@ impl Parser<'_> {
         }
     }
 
-    fn body_member(&mut self, body: &mut Body) -> Parsed<()> {
-        if self.eat(Kind::Semicolon) {
+    fn body_member(&mut self, body: &mut ReactorBody) -> Parsed<()> {
+        if self.eat(TokenKind::Semicolon) {
             return Ok(());
         }
         let start = self.peek(0).start;
@@ -131,17 +136,17 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn mode(&mut self, body: &mut Body) -> Parsed<()> {
+    fn mode(&mut self, body: &mut ReactorBody) -> Parsed<()> {
         let start = self.here();
         let initial = self.eat_word("initial").is_some();
         if self.eat_word("mode").is_none() {
             return self.unexpected("`mode`");
         }
-        let name = if self.at(Kind::OpenBrace) { None } else { Some(self.name("the name of a mode")?) };
+        let name = if self.at(TokenKind::OpenBrace) { None } else { Some(self.name("the name of a mode")?) };
         let span = start.to(self.before());
-        let open = self.expect(Kind::OpenBrace, "`{`")?;
+        let open = self.expect(TokenKind::OpenBrace, "`{`")?;
         self.mode = Some(body.modes.len());
-        body.modes.push(Mode { name, initial, span });
+        body.modes.push(ModeSyntax { name, initial, span });
         self.declarations(open, body);
         self.mode = None;
         Ok(())
@@ -150,14 +155,14 @@ impl Parser<'_> {
     /// Skips to the next declaration, over nested braces, taking at least one token since `start`.
     fn recover_in_body(&mut self, start: usize) {
         let mut depth = 0_usize;
-        if self.position == start && !self.at(Kind::CloseBrace) {
+        if self.position == start && !self.at(TokenKind::CloseBrace) {
             self.advance();
         }
         while !self.at_end() && !self.at_file_start() {
             match self.kind() {
-                Kind::OpenBrace => depth += 1,
-                Kind::CloseBrace | Kind::Semicolon if depth == 0 => return,
-                Kind::CloseBrace => depth -= 1,
+                TokenKind::OpenBrace => depth += 1,
+                TokenKind::CloseBrace | TokenKind::Semicolon if depth == 0 => return,
+                TokenKind::CloseBrace => depth -= 1,
                 _ if depth == 0 && self.at_member_start() => return,
                 _ => {}
             }

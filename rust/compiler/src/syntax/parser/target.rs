@@ -1,40 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target declaration with its properties.
 
-use super::super::ast::{ExpressionKind, Name, Property, PropertyKind, PropertyValue, Target};
-use super::super::token::Kind;
+use super::super::ast::{ExpressionKind, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
+use super::super::token::TokenKind;
 use super::{Parsed, Parser};
 use crate::diagnostics::Span;
 
 impl Parser<'_> {
-    pub(super) fn target(&mut self) -> Parsed<Target> {
+    pub(super) fn target(&mut self) -> Parsed<TargetSyntax> {
         self.advance();
         let name = self.name("the name of a target")?;
-        let properties = if self.at(Kind::OpenBrace) { self.properties()? } else { Vec::new() };
-        self.eat(Kind::Semicolon);
-        Ok(Target { name, properties })
+        let properties = if self.at(TokenKind::OpenBrace) { self.properties()? } else { Vec::new() };
+        self.eat(TokenKind::Semicolon);
+        Ok(TargetSyntax { name, properties })
     }
 
     fn properties(&mut self) -> Parsed<Vec<Property>> {
-        self.expect(Kind::OpenBrace, "`{`")?;
-        self.list(Kind::CloseBrace, "}", Self::property)
+        self.expect(TokenKind::OpenBrace, "`{`")?;
+        self.list(TokenKind::CloseBrace, "}", Self::property)
     }
 
     fn property(&mut self) -> Parsed<Property> {
         let key = self.property_key()?;
-        self.expect(Kind::Colon, "`:` and the value of the property")?;
+        self.expect(TokenKind::Colon, "`:` and the value of the property")?;
         let value = self.nested(Self::property_value)?;
         Ok(Property { key, value })
     }
 
     /// Words joined by `-` without spaces, or a string.
     fn property_key(&mut self) -> Parsed<Name> {
-        if self.at(Kind::Text) {
+        if self.at(TokenKind::Text) {
             return self.string("the name of a property");
         }
-        let start = self.expect(Kind::Word, "the name of a property")?;
+        let start = self.expect(TokenKind::Word, "the name of a property")?;
         let mut span = start;
-        while self.at(Kind::Minus) && self.peek(0).adjacent && self.peek(1).adjacent && self.peek(1).kind == Kind::Word
+        while self.at(TokenKind::Minus)
+            && self.peek(0).adjacent
+            && self.peek(1).adjacent
+            && self.peek(1).kind == TokenKind::Word
         {
             self.advance();
             let token = self.advance();
@@ -46,10 +49,12 @@ impl Parser<'_> {
     fn property_value(&mut self) -> Parsed<PropertyValue> {
         let start = self.here();
         let kind = match self.kind() {
-            Kind::OpenBrace => PropertyKind::Map(self.properties()?),
-            Kind::OpenBracket => {
+            TokenKind::OpenBrace => PropertyKind::Map(self.properties()?),
+            TokenKind::OpenBracket => {
                 self.advance();
-                PropertyKind::List(self.list(Kind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?)
+                PropertyKind::List(
+                    self.list(TokenKind::CloseBracket, "]", |parser| parser.nested(Self::property_value))?,
+                )
             }
             _ if self.at_path() => {
                 let span = self.path();
@@ -66,10 +71,10 @@ impl Parser<'_> {
 
     fn at_path(&self) -> bool {
         match self.kind() {
-            Kind::Word => {
+            TokenKind::Word => {
                 !matches!(self.word_ahead(0), Some("true" | "True" | "false" | "False" | "forever" | "never"))
             }
-            Kind::Dot | Kind::Slash | Kind::Backslash => true,
+            TokenKind::Dot | TokenKind::Slash | TokenKind::Backslash => true,
             _ => false,
         }
     }
@@ -81,7 +86,13 @@ impl Parser<'_> {
             let token = self.peek(0);
             let part = matches!(
                 token.kind,
-                Kind::Word | Kind::Int | Kind::Float | Kind::Dot | Kind::Minus | Kind::Slash | Kind::Backslash
+                TokenKind::Word
+                    | TokenKind::Int
+                    | TokenKind::Float
+                    | TokenKind::Dot
+                    | TokenKind::Minus
+                    | TokenKind::Slash
+                    | TokenKind::Backslash
             );
             if !part || !token.adjacent {
                 return span;

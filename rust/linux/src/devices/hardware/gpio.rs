@@ -14,7 +14,7 @@ use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::super::watch::{Lost, Watch};
 use super::listener::Listener;
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 use crate::outside::{HostOutside, HostOutsideAt};
 
 const ADVICE: Advice = Advice {
@@ -32,7 +32,7 @@ const EDGES: u32 = 256;
 /// A pin.
 #[derive(Debug)]
 pub struct Gpio {
-    place: Place,
+    place: DevicePlace,
     line: u32,
     is_active_low: bool,
     pull: Option<Pull>,
@@ -42,7 +42,7 @@ pub struct Gpio {
 impl Gpio {
     /// The pin of a line of the script; what it is to be says the next call.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &ADVICE);
+        let place = DevicePlace::of(name, bound, &ADVICE);
         let Kind::Gpio { line, is_active_low, pull } = bound.binding.kind else { return Err(place.is_other()) };
         Ok(Self { place, line, is_active_low, pull, request: OnceLock::new() })
     }

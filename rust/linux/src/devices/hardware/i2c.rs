@@ -11,7 +11,7 @@ use linux_embedded_hal::I2cdev;
 use linux_embedded_hal::i2cdev::linux::LinuxI2CError;
 
 use super::super::binding::{Bound, Kind};
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is the driver i2c-dev loaded, and the bus enabled? `i2cdetect -l` lists them",
@@ -21,35 +21,35 @@ const ADVICE: Advice = Advice {
 };
 
 /// An I²C bus, or a device on it.
-pub struct I2c {
-    place: Place,
+pub struct KernelI2c {
+    place: DevicePlace,
     address: Option<u8>,
     bus: Mutex<I2cdev>,
 }
 
-impl I2c {
+impl KernelI2c {
     /// Opens the bus of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &ADVICE);
+        let place = DevicePlace::of(name, bound, &ADVICE);
         let Kind::I2c { address } = bound.binding.kind else { return Err(place.is_other()) };
         let bus = I2cdev::new(place.path).map_err(|error| place.refuses(&error.into()))?;
         Ok(Self { place, address, bus: Mutex::new(bus) })
     }
 }
 
-impl fmt::Debug for I2c {
+impl fmt::Debug for KernelI2c {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("I2c").field("place", &self.place).field("address", &self.address).finish_non_exhaustive()
     }
 }
 
-impl Device for I2c {
+impl Device for KernelI2c {
     fn name(&self) -> &'static str {
         self.place.name
     }
 }
 
-impl I2cBus for I2c {
+impl I2cBus for KernelI2c {
     fn is_ready(&self) -> Result<(), Problem> {
         Ok(())
     }

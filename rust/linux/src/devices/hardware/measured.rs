@@ -14,7 +14,7 @@ use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::super::watch::Watch;
 use super::sysfs::{number, optional_number};
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 
 const OF_ADC: Advice = Advice {
     missing: "which is not there, or has no such channel: `ls /sys/bus/iio/devices/*/in_*_raw` lists them",
@@ -110,15 +110,15 @@ impl Source {
 
 /// A channel of an analog-to-digital converter.
 #[derive(Debug)]
-pub struct Adc {
-    place: Place,
+pub struct KernelAdc {
+    place: DevicePlace,
     source: Source,
 }
 
-impl Adc {
+impl KernelAdc {
     /// The channel of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &OF_ADC);
+        let place = DevicePlace::of(name, bound, &OF_ADC);
         let Kind::Iio { channel: Some(channel) } = &bound.binding.kind else { return Err(place.is_other()) };
         let source = Source::of_iio(Path::new(place.path), channel);
         let source = source.and_then(|source| source.ok_or_else(|| io::ErrorKind::NotFound.into()));
@@ -126,13 +126,13 @@ impl Adc {
     }
 }
 
-impl Device for Adc {
+impl Device for KernelAdc {
     fn name(&self) -> &'static str {
         self.place.name
     }
 }
 
-impl AnalogInput for Adc {
+impl AnalogInput for KernelAdc {
     fn configure(&self) -> Result<(), Problem> {
         self.sample().map(drop)
     }
@@ -153,16 +153,16 @@ impl AnalogInput for Adc {
 
 /// A sensor that the kernel has a driver for.
 #[derive(Debug)]
-pub struct Sensor {
-    place: Place,
+pub struct KernelSensor {
+    place: DevicePlace,
     channels: BTreeMap<Channel, (Source, f64)>,
     measured: Mutex<BTreeMap<Channel, SensorValue>>,
 }
 
-impl Sensor {
+impl KernelSensor {
     /// The sensor of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &OF_SENSOR);
+        let place = DevicePlace::of(name, bound, &OF_SENSOR);
         let folder = Path::new(place.path);
         let channels = match bound.binding.kind {
             Kind::Iio { channel: None } => channels(IIO, |channel| Source::of_iio(folder, channel)),
@@ -194,13 +194,13 @@ fn channels(
     Ok(found)
 }
 
-impl Device for Sensor {
+impl Device for KernelSensor {
     fn name(&self) -> &'static str {
         self.place.name
     }
 }
 
-impl SensorDevice for Sensor {
+impl SensorDevice for KernelSensor {
     type Watch = Watch;
 
     fn is_ready(&self) -> Result<(), Problem> {
@@ -251,17 +251,17 @@ mod tests {
     fn a_voltage_has_the_scale_of_its_channel_or_of_all() {
         let files = [("in_voltage1_raw", "1000"), ("in_voltage_scale", "0.805664062"), ("in_voltage2_raw", "-20")];
         let (folder, line) = device(&files, "iio", "voltage1");
-        let adc = Adc::open("x", bound(&line)).expect("it is there");
+        let adc = KernelAdc::open("x", bound(&line)).expect("it is there");
         let sample = adc.sample().expect("it can be read");
         assert_eq!((sample, adc.millivolts(sample)), (1000, Ok(806)));
         for (file, content) in [("in_voltage2_scale", "0.5"), ("in_voltage2_offset", "100")] {
             fs::write(folder.path().join(file), content).expect("there is room");
         }
-        let adc = Adc::open("x", bound(&line.replace("voltage1", "voltage2"))).expect("it is there");
+        let adc = KernelAdc::open("x", bound(&line.replace("voltage1", "voltage2"))).expect("it is there");
         assert_eq!((adc.sample(), adc.millivolts(-20)), (Ok(-20), Ok(40)));
-        let told = refused(Adc::open, |_| Ok(()), &line.replace("voltage1", "voltage3"));
+        let told = refused(KernelAdc::open, |_| Ok(()), &line.replace("voltage1", "voltage3"));
         assert!(told.contains("has no such channel"), "{told}");
-        let told = refused(Adc::open, |_| Ok(()), &line.replace("voltage1", ""));
+        let told = refused(KernelAdc::open, |_| Ok(()), &line.replace("voltage1", ""));
         assert!(told.contains("write iio, the folder of its device and a channel"), "{told}");
     }
 
@@ -293,7 +293,7 @@ mod tests {
             ),
         ] {
             let (folder, line) = device(files, kind, "");
-            let sensor = Sensor::open("x", bound(&line)).expect("it is there");
+            let sensor = KernelSensor::open("x", bound(&line)).expect("it is there");
             assert_eq!(sensor.value(expected[0].0), Ok(SensorValue::default()));
             sensor.fetch().expect("it can be read");
             for (channel, micro) in expected {
@@ -304,7 +304,7 @@ mod tests {
             assert_eq!(sensor.fetch(), Err(Problem::Failed(2)));
         }
         let (_folder, line) = device(&[("name", "nothing")], "hwmon", "");
-        let told = refused(Sensor::open, |_| Ok(()), &line);
+        let told = refused(KernelSensor::open, |_| Ok(()), &line);
         assert!(told.contains("has no channel that is known here"), "{told}");
     }
 }

@@ -17,15 +17,15 @@ use lf_devices::Problem;
 use super::binding::Bound;
 
 pub(super) use gpio::Gpio;
-pub(super) use i2c::I2c;
-pub(super) use measured::{Adc, Sensor};
-pub(super) use pwm::Pwm;
+pub(super) use i2c::KernelI2c;
+pub(super) use measured::{KernelAdc, KernelSensor};
+pub(super) use pwm::KernelPwm;
 pub(super) use serial::Serial;
-pub(super) use spi::Spi;
+pub(super) use spi::KernelSpi;
 
 /// A device, by its name in the program and by the line of the script that says which one it is.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct DevicePlace {
     name: &'static str,
     line: u32,
     path: &'static str,
@@ -42,7 +42,7 @@ struct Advice {
     other: &'static str,
 }
 
-impl Place {
+impl DevicePlace {
     fn of(name: &'static str, bound: &'static Bound, advice: &'static Advice) -> Self {
         Self { name, line: bound.line, path: &bound.binding.path, advice }
     }
@@ -105,8 +105,8 @@ mod tests {
     fn a_device_that_cannot_be_used_is_named_with_what_to_do() {
         use lf_devices::{I2cBus, Pin, SerialLine, SpiTarget};
         let input = |line: &str| refused(Gpio::open, Pin::configure_input, line);
-        let i2c = |line: &str| refused(I2c::open, I2cBus::is_ready, line);
-        let spi = |line: &str| refused(Spi::open, SpiTarget::is_ready, line);
+        let i2c = |line: &str| refused(KernelI2c::open, I2cBus::is_ready, line);
+        let spi = |line: &str| refused(KernelSpi::open, SpiTarget::is_ready, line);
         let serial = |line: &str| refused(Serial::open, SerialLine::is_ready, line);
         for (told, has) in [
             (

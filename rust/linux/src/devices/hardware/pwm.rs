@@ -10,7 +10,7 @@ use super::super::binding::{Bound, Kind};
 use super::super::recording::Signal;
 use super::super::simulation::Simulation;
 use super::sysfs::{number, set};
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 
 const ADVICE: Advice = Advice {
     missing: "where the chip or the channel is not: `ls /sys/class/pwm` lists the chips",
@@ -21,16 +21,16 @@ const ADVICE: Advice = Advice {
 
 /// A channel of a PWM chip.
 #[derive(Debug)]
-pub struct Pwm {
-    place: Place,
+pub struct KernelPwm {
+    place: DevicePlace,
     channel: PathBuf,
     period: u32,
 }
 
-impl Pwm {
+impl KernelPwm {
     /// Takes the channel of a line of the script into use. It stays as it is, but for its period.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &ADVICE);
+        let place = DevicePlace::of(name, bound, &ADVICE);
         let Kind::Pwm { channel, period } = bound.binding.kind else { return Err(place.is_other()) };
         let folder = prepared(Path::new(place.path), channel, period).map_err(|error| place.refuses(&error))?;
         Ok(Self { place, channel: folder, period })
@@ -50,13 +50,13 @@ fn prepared(chip: &Path, channel: u32, period: u32) -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-impl Device for Pwm {
+impl Device for KernelPwm {
     fn name(&self) -> &'static str {
         self.place.name
     }
 }
 
-impl PwmChannel for Pwm {
+impl PwmChannel for KernelPwm {
     fn is_ready(&self) -> Result<(), Problem> {
         Ok(())
     }
@@ -91,13 +91,13 @@ mod tests {
         }
         let content = |file| fs::read_to_string(folder.join(file)).expect("it is there");
         let line = format!("x pwm {} 1 20 ms", chip.path().display());
-        let pwm = Pwm::open("x", bound(&line)).expect("it is there");
+        let pwm = KernelPwm::open("x", bound(&line)).expect("it is there");
         assert_eq!((content("period"), content("duty_cycle")), ("20000000".to_owned(), "0".to_owned()));
         assert_eq!((content("enable"), pwm.period()), ("0".to_owned(), 20_000_000));
         pwm.set_pulse(1_500_000).expect("it can be set");
         assert_eq!((content("duty_cycle"), content("enable")), ("1500000".to_owned(), "1".to_owned()));
         // A channel that was not exported, of a chip that is not there.
-        let told = refused(Pwm::open, |_| Ok(()), &format!("x pwm {} 2 20 ms", chip.path().display()));
+        let told = refused(KernelPwm::open, |_| Ok(()), &format!("x pwm {} 2 20 ms", chip.path().display()));
         assert!(told.contains("where the chip or the channel is not"), "{told}");
         assert!(!chip.path().join("export").exists());
     }

@@ -15,7 +15,7 @@ use rustix::termios::{ControlModes, OptionalActions, ioctl_tiocexcl, tcgetattr, 
 use super::super::binding::{Bound, Kind};
 use super::super::watch::Watch;
 use super::listener::Listener;
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is it plugged in? `ls /dev/serial/by-id` lists adapters",
@@ -31,14 +31,14 @@ const PAUSE_NS: i64 = 100_000_000;
 /// A serial line.
 #[derive(Debug)]
 pub struct Serial {
-    place: Place,
+    place: DevicePlace,
     line: Arc<OwnedFd>,
 }
 
 impl Serial {
     /// Opens the line of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &ADVICE);
+        let place = DevicePlace::of(name, bound, &ADVICE);
         let Kind::Serial { baud } = bound.binding.kind else { return Err(place.is_other()) };
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let line = open(place.path, flags, Mode::empty()).map_err(|error| place.refuses(&error.into()))?;

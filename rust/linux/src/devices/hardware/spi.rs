@@ -11,7 +11,7 @@ use linux_embedded_hal::SpidevDevice;
 use linux_embedded_hal::spidev::{SpiModeFlags, Spidev, SpidevOptions};
 
 use super::super::binding::{Bound, Kind};
-use super::{Advice, Place, failed};
+use super::{Advice, DevicePlace, failed};
 
 const ADVICE: Advice = Advice {
     missing: "which is not there: is the driver spidev loaded, and the bus enabled?",
@@ -21,15 +21,15 @@ const ADVICE: Advice = Advice {
 };
 
 /// A device on an SPI bus.
-pub struct Spi {
-    place: Place,
+pub struct KernelSpi {
+    place: DevicePlace,
     device: Mutex<SpidevDevice>,
 }
 
-impl Spi {
+impl KernelSpi {
     /// Opens the device of a line of the script.
     pub(in super::super) fn open(name: &'static str, bound: &'static Bound) -> Result<Self, Problem> {
-        let place = Place::of(name, bound, &ADVICE);
+        let place = DevicePlace::of(name, bound, &ADVICE);
         let Kind::Spi { hertz, mode } = bound.binding.kind else { return Err(place.is_other()) };
         let device = configured(place.path, hertz, mode).map_err(|error| place.refuses(&error))?;
         Ok(Self { place, device: Mutex::new(SpidevDevice(device)) })
@@ -49,19 +49,19 @@ fn configured(path: &str, hertz: Option<u32>, mode: Option<u8>) -> io::Result<Sp
     Ok(device)
 }
 
-impl fmt::Debug for Spi {
+impl fmt::Debug for KernelSpi {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Spi").field("place", &self.place).finish_non_exhaustive()
     }
 }
 
-impl Device for Spi {
+impl Device for KernelSpi {
     fn name(&self) -> &'static str {
         self.place.name
     }
 }
 
-impl SpiTarget for Spi {
+impl SpiTarget for KernelSpi {
     fn is_ready(&self) -> Result<(), Problem> {
         Ok(())
     }

@@ -2,9 +2,8 @@
 //! The program, its tables and its memory.
 
 use lf::model::{
-    ActionTiming, Full, InputId, Interval, OutputId, PayloadError, PhysicalActionQueue, PhysicalInbox, PortCell,
-    PortId, Program, ReactionId, ReactionInfo, ReactionKind, Tables, Tag, TriggerCell, TriggerId, TriggerInfo,
-    TriggerKind, Undelivered,
+    ActionTiming, Interval, PhysicalActionQueue, PhysicalInbox, Program, ReactionId, ReactionInfo, Tables, TriggerCell,
+    TriggerId, TriggerInfo, TriggerKind,
 };
 use lf::prelude::*;
 
@@ -52,7 +51,7 @@ impl Main {
 }
 
 const fn reaction(name: &'static str) -> ReactionInfo {
-    ReactionInfo { name, level: 0, deadline: None, tardy: false, kind: ReactionKind::Body }
+    ReactionInfo { name, ..ReactionInfo::DEFAULT }
 }
 
 /// What never changes.
@@ -110,29 +109,11 @@ impl Program for Main {
         }
     }
 
-    fn miss_deadline(&mut self, _: ReactionId, _: &mut ReactionContext<'_>) {}
-
-    fn port(&mut self, _: PortId) -> Option<&mut dyn PortCell> {
-        None
-    }
-
     fn trigger(&mut self, trigger: TriggerId) -> Option<&mut dyn TriggerCell> {
         match trigger.0 {
             2 => Some(&mut self.timer),
             3 => Some(&mut self.button),
             _ => None,
         }
-    }
-
-    fn capture(&mut self, _: TriggerId, _: Tag) -> Result<(), Full> {
-        Ok(())
-    }
-
-    fn encode(&self, _: OutputId, _: &mut [u8]) -> Result<usize, PayloadError> {
-        Ok(0)
-    }
-
-    fn deliver(&mut self, _: InputId, _: Tag, _: &[u8]) -> Result<(), Undelivered> {
-        Err(Undelivered::NoSuchPort)
     }
 }

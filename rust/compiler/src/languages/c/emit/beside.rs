@@ -3,18 +3,18 @@
 
 use std::collections::BTreeSet;
 
-use super::compilation::{Compilation, concerns};
+use super::compilation::{CompilerArguments, concerns};
 use crate::emit::{EmitError, File, Job};
 use crate::plan::Location;
 
 /// The C that a participant has beside its bodies.
-pub(in crate::languages) struct Beside<'p>(Compilation<'p>);
+pub(in crate::languages) struct Beside<'p>(CompilerArguments<'p>);
 
 impl<'p> Beside<'p> {
     /// What is said in the files that the crate has: of the others it would not see the types. An RTI alone, which runs
     /// nothing, has the headers only.
     pub(in crate::languages) fn new(job: &Job<'p>, has_file: impl Fn(Location) -> bool) -> Self {
-        let (native, mut all) = (&job.plan.target.c, Compilation::default());
+        let (native, mut all) = (&job.plan.target.c, CompilerArguments::default());
         let runs = |at: Location| job.federate.is_some() && concerns(job, at);
         let sources = native.sources.iter().filter(|file| runs(file.at));
         all.sources.extend(sources.map(|file| job.settings.absolute(&file.path)));
@@ -67,8 +67,8 @@ impl<'p> Beside<'p> {
             let text = all.cmake(job, std::iter::empty()) + bindings;
             files.push(File { path: format!("{folder}/c.cmake"), text });
             // Folders CMake tells by another way, with what files for it add.
-            let Compilation { flags, headers, place, .. } = all;
-            all = Compilation { flags, headers, place, ..Compilation::default() };
+            let CompilerArguments { flags, headers, place, .. } = all;
+            all = CompilerArguments { flags, headers, place, ..CompilerArguments::default() };
         } else {
             all.read_cmake(job)?;
         }

@@ -6,7 +6,7 @@ use crate::plan::{CmakeFile, FileIndex, Location, Logging};
 
 /// What compilers of C are told.
 #[derive(Default)]
-pub(super) struct Compilation<'p> {
+pub(super) struct CompilerArguments<'p> {
     /// Folders in which headers are looked for.
     pub(super) folders: Vec<String>,
     /// Arguments of the compiler.
@@ -23,7 +23,7 @@ pub(super) struct Compilation<'p> {
     pub(super) cmake: Vec<&'p CmakeFile>,
 }
 
-impl<'p> Compilation<'p> {
+impl<'p> CompilerArguments<'p> {
     /// That of bodies in C.
     pub(super) fn of_bodies(job: &Job<'p>) -> Self {
         let (plan, native, mut all) = (job.plan, &job.plan.target.c, Self::default());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A participant's crate: tables, queues and entry point in Rust, and a folder with all that is C.
 
-use super::compilation::Compilation;
+use super::compilation::CompilerArguments;
 use super::sizes::Sizes;
 use super::symbols::{Symbols, preamble_headers};
 use super::{class, counterparts, external, header, parameters, program};
@@ -64,12 +64,12 @@ pub(in crate::languages) fn workspace(plan: &Plan, folders: &[String]) -> File {
 
 /// What has the C compiled, and its sizes measured. Zephyr's build compiles C itself, and asks for the sizes only.
 fn build_script(job: &Job<'_>, files: &mut Vec<File>) -> Result<(), EmitError> {
-    let (mut all, folder) = (Compilation::of_bodies(job), job.folder);
+    let (mut all, folder) = (CompilerArguments::of_bodies(job), job.folder);
     let headers = if header::are_needed(job.plan) { &header::FOLDERS[..] } else { &[] };
     if job.is_image {
         let own = headers.iter().map(|folder| format!("${{CMAKE_CURRENT_LIST_DIR}}/../{folder}"));
         files.push(File { path: format!("{folder}/c/program.cmake"), text: all.cmake(job, own) });
-        all = Compilation::default();
+        all = CompilerArguments::default();
     } else {
         all.read_cmake(job)?;
         all.folders.extend(headers.iter().map(|folder| (*folder).to_owned()));

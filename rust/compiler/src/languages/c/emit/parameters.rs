@@ -12,7 +12,7 @@ use crate::plan::{Fixed, Plan, Value};
 
 /// What a value is on a command line.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum ArgumentKind {
     Time,
     Bool,
     Whole,
@@ -22,7 +22,7 @@ enum Kind {
     Other,
 }
 
-impl Kind {
+impl ArgumentKind {
     fn of(ty: &CType) -> Self {
         match ty.text() {
             INTERVAL | "instant_t" => Self::Time,
@@ -40,13 +40,13 @@ pub(super) fn of_main(plan: &Plan) -> Option<TokenStream> {
     let class = &plan.classes[plan.main.0];
     let rows = class.parameters.iter().map(|parameter| {
         let (name, ty) = (&parameter.name, CType::new(class, &parameter.ty));
-        let kind = match Kind::of(&ty) {
-            Kind::Time => quote!(lf::ParameterKind::Time),
-            Kind::Bool => quote!(lf::ParameterKind::Bool),
-            Kind::Whole => quote!(lf::ParameterKind::Whole),
-            Kind::Real => quote!(lf::ParameterKind::Real),
-            Kind::Text => quote!(lf::ParameterKind::Text),
-            Kind::Other => quote!(lf::ParameterKind::Other),
+        let kind = match ArgumentKind::of(&ty) {
+            ArgumentKind::Time => quote!(lf::ParameterKind::Time),
+            ArgumentKind::Bool => quote!(lf::ParameterKind::Bool),
+            ArgumentKind::Whole => quote!(lf::ParameterKind::Whole),
+            ArgumentKind::Real => quote!(lf::ParameterKind::Real),
+            ArgumentKind::Text => quote!(lf::ParameterKind::Text),
+            ArgumentKind::Other => quote!(lf::ParameterKind::Other),
         };
         let kind = match parameter.fixed {
             Some(Fixed::Width) => quote!(lf::ParameterKind::FixedWidth),
@@ -80,17 +80,17 @@ impl ClassFile<'_, '_> {
         for (index, parameter) in class.parameters.iter().enumerate().filter(|(_, one)| one.fixed.is_none()) {
             let ty = self.ty(&parameter.ty);
             let (variable, place) = (format!("lf_value_{index}"), ty.declare(&format!("lf_value_{index}")));
-            let lines = match Kind::of(&ty) {
-                Kind::Other => continue,
-                Kind::Time | Kind::Bool => format!("{variable} = lf_whole;"),
+            let lines = match ArgumentKind::of(&ty) {
+                ArgumentKind::Other => continue,
+                ArgumentKind::Time | ArgumentKind::Bool => format!("{variable} = lf_whole;"),
                 // What the type cannot have comes out as something else.
-                Kind::Whole => format!(
+                ArgumentKind::Whole => format!(
                     "{variable} = ({})lf_whole;\n        if ((long long){variable} != lf_whole || ({variable} < 0) != \
                      (lf_whole < 0)) {{\n            return false;\n        }}",
                     ty.text()
                 ),
-                Kind::Real => format!("{variable} = ({})lf_real;", ty.text()),
-                Kind::Text => format!("{variable} = lf_text;"),
+                ArgumentKind::Real => format!("{variable} = ({})lf_real;", ty.text()),
+                ArgumentKind::Text => format!("{variable} = lf_text;"),
             };
             self.text.line(format_args!(
                 "    case {index}: {{\n        static {place};\n        {lines}\n        \

@@ -4,12 +4,12 @@
 use std::fmt::Write as _;
 
 use super::class_file::ClassFile;
-use crate::plan::{ChildPort, ClassIndex, Code, Reaction, ReactionParameter, Tardy, VariableKind};
+use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, SourceCode, Tardy, VariableKind};
 
 /// A body of a reaction, and what the name of its function ends with.
-pub(super) struct Body<'p> {
+pub(super) struct ReactionBody<'p> {
     pub(super) suffix: &'static str,
-    pub(super) code: &'p Code,
+    pub(super) code: &'p SourceCode,
 }
 
 /// What the names of the functions end with that run in place of a reaction.
@@ -17,11 +17,11 @@ pub(super) const DEADLINE: &str = "_deadline";
 pub(super) const TARDY: &str = "_tardy";
 
 /// The bodies of a reaction.
-pub(super) fn functions(reaction: &Reaction) -> Vec<Body<'_>> {
-    let mut bodies = vec![Body { suffix: "", code: &reaction.body }];
-    bodies.extend(reaction.deadline.as_ref().map(|code| Body { suffix: DEADLINE, code }));
+pub(super) fn functions(reaction: &Reaction) -> Vec<ReactionBody<'_>> {
+    let mut bodies = vec![ReactionBody { suffix: "", code: &reaction.body }];
+    bodies.extend(reaction.deadline.as_ref().map(|code| ReactionBody { suffix: DEADLINE, code }));
     if let Some(Tardy::Handler(code)) = &reaction.tardy {
-        bodies.push(Body { suffix: TARDY, code });
+        bodies.push(ReactionBody { suffix: TARDY, code });
     }
     bodies
 }
@@ -60,7 +60,7 @@ struct Contained<'p> {
 
 impl<'p> ClassFile<'p, '_> {
     /// The functions of a body.
-    pub(super) fn reaction(&mut self, reaction: &'p Reaction, body: &Body<'_>) {
+    pub(super) fn reaction(&mut self, reaction: &'p Reaction, body: &ReactionBody<'_>) {
         let (name, types) = (self.name, self.types);
         let function = format!("{name}_reaction_{}{}", reaction.number, body.suffix);
         let (mut variables, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());

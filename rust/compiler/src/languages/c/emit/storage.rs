@@ -37,7 +37,7 @@ impl ClassFile<'_, '_> {
             if symbols.is_copied(index) {
                 self.as_bytes(&ty, &variable, &port.path);
             }
-            let cell = Cell { ty: &ty, name: &name, id: index, readers: symbols.readers(index), pool: None };
+            let cell = ValueCell { ty: &ty, name: &name, id: index, readers: symbols.readers(index), pool: None };
             self.text.line(cell.declare(&variable));
         }
         for (index, trigger) in federate.triggers.iter().enumerate() {
@@ -50,7 +50,7 @@ impl ClassFile<'_, '_> {
                     let (name, variable) = (format!("{types}_{declared}_t"), format!("lf_trigger_{index}"));
                     self.text.line(format_args!("/* {} */", trigger.path));
                     let pool = self.pool(index, &ty, trigger.capacity, &trigger.path);
-                    let cell = Cell { ty: &ty, name: &name, id: index, readers: 1, pool };
+                    let cell = ValueCell { ty: &ty, name: &name, id: index, readers: 1, pool };
                     self.text.line(cell.declare(&variable));
                 }
                 TriggerKind::Timer { .. } | TriggerKind::Watchdog { .. } => {
@@ -110,7 +110,7 @@ pub(super) fn pool_name(trigger: usize) -> String {
 }
 
 /// A port or an action.
-struct Cell<'a> {
+struct ValueCell<'a> {
     ty: &'a CType,
     /// The name of its struct.
     name: &'a str,
@@ -119,7 +119,7 @@ struct Cell<'a> {
     pool: Option<usize>,
 }
 
-impl Cell<'_> {
+impl ValueCell<'_> {
     /// Its variable, which begins with what kind of values it has, and where they are. Members come in the order in
     /// which they are declared, as C++ has it.
     fn declare(&self, variable: &str) -> String {

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::emit::names::{Names, plain};
-use crate::plan::{ClassIndex, Federate, FileIndex, Instance, Plan, ReactionKind};
+use crate::plan::{ClassIndex, Federate, FileIndex, Plan, ReactionKind};
 
 /// What a participant has of the program, and how it is called.
 pub(super) struct Symbols<'p> {
@@ -33,21 +33,14 @@ impl<'p> Symbols<'p> {
                 [class_names.give(&name), format!("_{}", type_names.give(&name.to_lowercase()))]
             });
         }
-        let parent = |instance: &Instance| instance.parent.map_or(plan.main, |at| federate.instances[at.0].class);
-        let children = federate.instances.iter().filter_map(|instance| Some((parent(instance), instance.child?)));
-        let reactions = federate.reactions.iter().filter_map(|reaction| match reaction.kind {
-            ReactionKind::Body { instance, reaction, .. } => Some((federate.instances[instance.0].class, reaction)),
-            _ => None,
-        });
-        let (children, reactions) = (children.collect(), reactions.collect());
         Self {
             plan,
             federate,
             names,
             files: preamble_headers(plan),
             readers: readers(plan, federate),
-            children,
-            reactions,
+            children: federate.children(plan.main),
+            reactions: federate.bodies(),
         }
     }
 

@@ -4,7 +4,7 @@
 use core::fmt::Display;
 
 use crate::emit::File;
-use crate::plan::{Code, Location, Plan};
+use crate::plan::{Location, Plan, SourceCode};
 
 /// A file, line by line. The compiler is told by `#line` which lines are the program's.
 pub(super) struct Text<'p> {
@@ -37,7 +37,7 @@ impl<'p> Text<'p> {
     }
 
     /// Adds the program's code, on lines of its own.
-    pub(super) fn code(&mut self, code: &Code) -> &mut Self {
+    pub(super) fn code(&mut self, code: &SourceCode) -> &mut Self {
         if self.plan.target.c.no_lines {
             return self.line(code.text.trim_end());
         }

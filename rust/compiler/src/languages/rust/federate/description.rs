@@ -3,11 +3,11 @@
 
 use lf_model::time::Interval;
 
-use super::module::Module;
+use super::module::FederateModule;
 use crate::languages::rust::print::{Fields, grouped, interval, optional_ns};
 use crate::plan::{ClockSync, Coordination, Logging, Rti, Trigger, TriggerKind};
 
-impl Module<'_> {
+impl FederateModule<'_> {
     /// The description, and what it uses of the runtime.
     pub(super) fn description(&self) -> (String, Vec<&'static str>) {
         let target = &self.plan.target;

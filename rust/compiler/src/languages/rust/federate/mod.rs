@@ -23,8 +23,8 @@ use crate::plan::{Federate, Plan};
 use crate::tables::Tables;
 pub(super) use description::log_level;
 pub(in crate::languages) use module::Bodies;
-use module::Module;
-use symbols::Symbols;
+use module::FederateModule;
+use symbols::Identifiers;
 
 /// Emits the module of a federate.
 pub(in crate::languages) fn emit(
@@ -35,10 +35,10 @@ pub(in crate::languages) fn emit(
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
     let (tables, mut splices) = (Tables::of(plan, federate), Splices::new(plan));
-    let symbols = Symbols::new(federate, &tables);
+    let symbols = Identifiers::new(federate, &tables);
     let (rti, rti_is_image) = (deployment.rti_of(plan), deployment.rti.home != RtiHome::Program);
     let named = RefCell::new(BTreeSet::new());
-    let module = Module { plan, federate, tables, bodies, rti, rti_is_image, symbols, named };
+    let module = FederateModule { plan, federate, tables, bodies, rti, rti_is_image, symbols, named };
     let name = type_name(plan, federate);
     let tables = splices.text(module.tables_text()?);
     let (description, uses) = module.description();
@@ -74,7 +74,7 @@ pub(in crate::languages) fn type_name(plan: &Plan, federate: &Federate) -> Ident
 }
 
 /// The imports: the model whole, of the runtime what is used, and the modules of the classes.
-fn imports(module: &Module<'_>, uses: &[&str]) -> String {
+fn imports(module: &FederateModule<'_>, uses: &[&str]) -> String {
     let braced = |names: &[&str]| match names {
         [name] => (*name).to_owned(),
         _ => format!("{{{}}}", names.join(", ")),

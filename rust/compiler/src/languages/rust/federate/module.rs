@@ -4,7 +4,7 @@
 use core::cell::RefCell;
 use std::collections::BTreeSet;
 
-use super::symbols::Symbols;
+use super::symbols::Identifiers;
 use crate::emit::EmitError;
 use crate::languages::c::Sizes;
 use crate::languages::rust::layout::Layout;
@@ -29,7 +29,7 @@ pub(in crate::languages) enum Bodies<'p> {
 }
 
 /// The module in the making.
-pub(super) struct Module<'p> {
+pub(super) struct FederateModule<'p> {
     pub(super) plan: &'p Plan,
     pub(super) federate: &'p Federate,
     pub(super) tables: Tables<'p>,
@@ -38,12 +38,12 @@ pub(super) struct Module<'p> {
     pub(super) rti: Option<Rti>,
     /// Whether the RTI's clock is that of an image, which no program of this computer has.
     pub(super) rti_is_image: bool,
-    pub(super) symbols: Symbols,
+    pub(super) symbols: Identifiers,
     /// The classes that have been named, whose modules are imported.
     pub(super) named: RefCell<BTreeSet<ClassIndex>>,
 }
 
-impl<'p> Module<'p> {
+impl<'p> FederateModule<'p> {
     /// The modules of the classes, where the bodies are Rust.
     pub(super) fn layout(&self) -> Option<&'p Layout<'p>> {
         match self.bodies {

@@ -4,7 +4,7 @@
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::quote;
 
-use super::module::Module;
+use super::module::FederateModule;
 use crate::emit::EmitError;
 use crate::languages::rust::layout::Layout;
 use crate::languages::rust::reactor::child_method;
@@ -25,7 +25,7 @@ fn tokens(text: &str) -> TokenStream {
     text.parse().unwrap_or_default()
 }
 
-impl Module<'_> {
+impl FederateModule<'_> {
     /// Statics through which other threads reach the physical actions.
     pub(super) fn inboxes(&self, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
         let mut statics = TokenStream::new();

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use lf_model::{PortId, ReactionId, TriggerId};
 use proc_macro2::Ident;
 
-use super::module::Module;
+use super::module::FederateModule;
 use super::tables::ids;
 use crate::languages::rust::reactor::{deadline_method, reaction_method, reset_method, tardy_method};
 use crate::languages::rust::sending::serializer_type;
@@ -51,7 +51,7 @@ const DELIVER_TARDY: [&str; 3] = [
     "Err(Undelivered::NoSuchPort),",
 ];
 
-impl Module<'_> {
+impl FederateModule<'_> {
     /// `impl Program for …`.
     pub(super) fn program(&self, owner: &str) -> String {
         let tables = &self.tables;

@@ -9,7 +9,7 @@ use crate::plan::Federate;
 use crate::tables::Tables;
 
 /// All names, each given once.
-pub(super) struct Symbols {
+pub(super) struct Identifiers {
     /// The variable that holds the federated reactor while the instances are made.
     pub(super) main: Ident,
     pub(super) instances: Vec<Ident>,
@@ -20,7 +20,7 @@ pub(super) struct Symbols {
     pub(super) inboxes: Vec<Ident>,
 }
 
-impl Symbols {
+impl Identifiers {
     pub(super) fn new(federate: &Federate, tables: &Tables<'_>) -> Self {
         let (mut fields, mut statics) = (Names::default(), Names::reserving(&["TABLES", "FEDERATION", "DESCRIPTION"]));
         let main = ident(&fields.give("main"));

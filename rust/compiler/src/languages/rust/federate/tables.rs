@@ -4,12 +4,12 @@
 use lf_model::time::Interval;
 use lf_model::{ActionTiming, ModeId, ModeTrigger, Policy, ReactionKind, TriggerKind};
 
-use super::module::Module;
+use super::module::FederateModule;
 use crate::emit::EmitError;
 use crate::languages::rust::print::{Fields, interval, optional};
 use crate::tables::ModeEvents;
 
-impl Module<'_> {
+impl FederateModule<'_> {
     /// The tables, checked when they are compiled.
     pub(super) fn tables_text(&self) -> Result<String, EmitError> {
         let mut text = self.modes_text();
