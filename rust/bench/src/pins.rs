@@ -37,19 +37,19 @@ struct Signal {
 #[derive(Deserialize)]
 struct Report {
     reference: String,
-    compared: Vec<Comparison>,
+    compared: Vec<ComparedPin>,
 }
 
 #[derive(Deserialize)]
-struct Comparison {
+struct ComparedPin {
     signal: String,
-    delay: Option<Delay>,
+    delay: Option<PinDelay>,
     drift: Option<Drift>,
     pairs: Vec<Pair>,
 }
 
 #[derive(Deserialize)]
-struct Delay {
+struct PinDelay {
     min_us: f64,
     max_us: f64,
 }
@@ -96,7 +96,7 @@ fn two_of(signals: &[Signal]) -> Option<(&str, &str)> {
 
 fn pins_in(report: &str) -> Result<Pins> {
     let Report { reference, mut compared } = serde_json::from_str(report)?;
-    let Comparison { signal, delay, drift, pairs } = compared.pop().ok_or("lfz scope has compared nothing")?;
+    let ComparedPin { signal, delay, drift, pairs } = compared.pop().ok_or("lfz scope has compared nothing")?;
     let (Some(delay), Some(drift), Some(first)) = (delay, drift, pairs.first()) else {
         return Err("the pins have too few edges in common; record the program for longer".into());
     };

@@ -135,7 +135,8 @@ proptest! {
     fn any_instants_are_survived(instants in vec(any::<[i64; 4]>(), 1..20)) {
         let mut estimator = Estimator::new();
         for [t1, t2, t3, t4] in instants {
-            estimator.record(Exchange { t1: Instant::from_nanos(t1), t2: Instant::from_nanos(t2), t3: Instant::from_nanos(t3), t4: Instant::from_nanos(t4) });
+            let [t1, t2, t3, t4] = [t1, t2, t3, t4].map(Instant::from_nanos);
+            estimator.record(Exchange { t1, t2, t3, t4 });
         }
         prop_assert!(estimator.estimate().is_some());
     }

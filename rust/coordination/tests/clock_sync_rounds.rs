@@ -233,7 +233,8 @@ proptest! {
             let (there, back) = (delay(), delay());
             let late = if hiccups && round % 10 == 7 { 3 * MS } else { 0 };
             let t2 = Instant::from_nanos(own(t1 + there) - late);
-            let exchange = Exchange { t1: Instant::from_nanos(t1), t2, t3: t2, t4: Instant::from_nanos(t1 + there + back) };
+            let [t1, t4] = [t1, t1 + there + back].map(Instant::from_nanos);
+            let exchange = Exchange { t1, t2, t3: t2, t4 };
             tracker.record(Round { exchange, gap: None });
         }
         let line = tracker.line().unwrap();
@@ -255,8 +256,8 @@ proptest! {
         for round in 0..2_000 {
             let own = round * 5 * MS;
             let rti = own + AHEAD + if round < 1_000 { 0 } else { step };
-            let exchange =
-                Exchange { t1: Instant::from_nanos(rti), t2: Instant::from_nanos(own + 50), t3: Instant::from_nanos(own + 50), t4: Instant::from_nanos(rti + 100) };
+            let [t1, t2, t4] = [rti, own + 50, rti + 100].map(Instant::from_nanos);
+            let exchange = Exchange { t1, t2, t3: t2, t4 };
             tracker.record(Round { exchange, gap: None });
         }
         let found = tracker.line().unwrap().offset_at(Instant::from_nanos(10_000 * MS)).as_nanos();
@@ -269,7 +270,8 @@ proptest! {
         let mut tracker = Tracker::new();
         let mut clock = ClockCorrection::NONE;
         for ([t1, t2, t3, t4], now) in all {
-            let exchange = Exchange { t1: Instant::from_nanos(t1), t2: Instant::from_nanos(t2), t3: Instant::from_nanos(t3), t4: Instant::from_nanos(t4) };
+            let [t1, t2, t3, t4] = [t1, t2, t3, t4].map(Instant::from_nanos);
+            let exchange = Exchange { t1, t2, t3, t4 };
             tracker.record(Round { exchange, gap: Some(Interval::from_nanos(now)) });
             if let Some(line) = tracker.line() {
                 clock.steer(Instant::from_nanos(now), &line, 1);
@@ -282,7 +284,8 @@ proptest! {
     fn any_datagram_is_survived(all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60)) {
         let mut responder = Responder::new();
         for (now, port, datagram) in all {
-            let heard = responder.handle(Instant::from_nanos(now), SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2), &datagram);
+            let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2);
+            let heard = responder.handle(Instant::from_nanos(now), from, &datagram);
             if heard.answer {
                 responder.answered(Instant::from_nanos(now));
             }

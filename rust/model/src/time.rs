@@ -16,12 +16,18 @@ const NS_PER_SEC: i64 = 1_000_000_000;
 ///
 /// Where registers have 32 bits it is two halves, aligned as these. A tag is three words then, and the compiler hands
 /// on where it lies. With a number of 64 bits in it, it would hand on the words, and an RTI's flash was 3 % larger.
-#[cfg(target_pointer_width = "32")]
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 struct Nanos {
+    #[cfg(target_pointer_width = "32")]
     low: u32,
+    #[cfg(target_pointer_width = "32")]
     high: u32,
+    #[cfg(not(target_pointer_width = "32"))]
+    number: i64,
 }
+
+#[cfg(target_pointer_width = "32")]
+const _: () = assert!(size_of::<Tag>() == 12, "a tag is three words");
 
 #[cfg(target_pointer_width = "32")]
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the halves are cut off")]
@@ -35,22 +41,14 @@ impl Nanos {
     }
 }
 
-#[cfg(target_pointer_width = "32")]
-const _: () = assert!(size_of::<Tag>() == 12, "a tag is three words");
-
-/// A number of nanoseconds as it lies in memory.
-#[cfg(not(target_pointer_width = "32"))]
-#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
-struct Nanos(i64);
-
 #[cfg(not(target_pointer_width = "32"))]
 impl Nanos {
     const fn new(number: i64) -> Self {
-        Self(number)
+        Self { number }
     }
 
     const fn get(self) -> i64 {
-        self.0
+        self.number
     }
 }
 

@@ -162,7 +162,7 @@ fn what_comes_after_the_last_tag_does_not_happen() {
 #[test]
 fn a_body_can_change_how_long_tags_wait() {
     let raise = |_: &mut Cells, ctx: &mut ReactionContext<'_>| {
-        ctx.set_max_wait(ctx.max_wait().saturating_add(Interval::from_nanos(5)))
+        ctx.set_max_wait(ctx.max_wait().saturating_add(Interval::from_nanos(5)));
     };
     let mut bench = program().reaction(0, &[By::Timer(0)], raise).build();
     let before = bench.engine.max_wait(InputId(0));

@@ -37,7 +37,8 @@ proptest! {
         let duration = Duration::new(secs, nanos);
         let exact = i64::try_from(duration.as_nanos()).ok().filter(|_| secs < 9_223_372_036);
         prop_assert_eq!(Interval::from(duration), exact.map_or(Interval::FOREVER, Interval::from_nanos));
-        prop_assert_eq!(Instant::from_nanos(0) + duration - duration, if exact.is_some() { Instant::from_nanos(0) } else { Instant::FOREVER });
+        let there_and_back = if exact.is_some() { Instant::from_nanos(0) } else { Instant::FOREVER };
+        prop_assert_eq!(Instant::from_nanos(0) + duration - duration, there_and_back);
     }
 
     #[test]

@@ -212,9 +212,10 @@ proptest! {
         prop_assert_eq!(report.late_messages[2], late.len() as u64);
         for (input, (period, delay)) in periods.into_iter().zip(delays).enumerate() {
             let own: Vec<_> = log.iter().enumerate().filter(|(_, entry)| entry.2 == input).collect();
-            let tag_of = |number: i64| Tag::at(Instant::from_nanos(MS(number * period).as_nanos())).delayed(delay.map(MS));
+            let at = |time: i64| Tag::at(Instant::from_nanos(MS(time).as_nanos()));
+            let tag_of = |number: i64| at(number * period).delayed(delay.map(MS));
             // What would happen after the sender's last tag is not sent.
-            let sent = (0..=60 / period).filter(|number| tag_of(*number) <= Tag::at(Instant::from_nanos(MS(60).as_nanos())));
+            let sent = (0..=60 / period).filter(|number| tag_of(*number) <= at(60));
             prop_assert_eq!(own.len(), sent.count(), "{:?}", log);
             for (number, (at, (time, microstep, _, value))) in (0..).zip(own) {
                 prop_assert_eq!(i64::from(*value), number + 1);

@@ -173,7 +173,8 @@ mod tests {
         prop_oneof![
             1 => Just(Tag::NEVER),
             1 => Just(Tag::FOREVER),
-            6 => (0..40i64, 0..4u32).prop_map(|(time, microstep)| Tag::new(Instant::from_nanos(time), Microstep(microstep))),
+            6 => (0..40i64, 0..4u32)
+                .prop_map(|(time, microstep)| Tag::new(Instant::from_nanos(time), Microstep(microstep))),
         ]
     }
 

@@ -101,7 +101,7 @@ impl Rti<'_> {
         let slot = &mut self.members.slots[federate];
         match *message {
             Message::Timestamp(clock) if !has_started => {
-                self.take_clock(federate, Instant::from_nanos(clock), outlet)?
+                self.take_clock(federate, Instant::from_nanos(clock), outlet)?;
             }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
             Message::AddressAdvertisement { port } => slot.port = port,
