@@ -6,7 +6,9 @@
 
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 pub use lf_coordination::rti::ClockSync;
-use lf_coordination::rti::{AfterLoss, Config, Connection, Node, Outcome, PathWords, RtiStorage, START_REPORT, Slot};
+use lf_coordination::rti::{
+    AfterLoss, Config, Connection, Node, Notice, Outcome, PathWords, RtiStorage, START_REPORT, Slot,
+};
 use lf_model::time::{Interval, Tag};
 use lf_runtime::platform::{NetError, Platform, SocketId};
 pub use lf_runtime::{AUTHENTICATOR, Authenticator};
@@ -106,6 +108,22 @@ impl<P: Platform + Send + 'static, S: Storage> Memory<P, S> {
     pub const fn new() -> Self {
         Self { listening: Handover::new(), storage: Once::new((S::EMPTY, Place::EMPTY)) }
     }
+
+    /// Makes the event loop in its place. What that takes of the stack is given back before the loop runs.
+    #[inline(never)]
+    fn begin<'a, N: FnMut(Notice<'_>)>(
+        &'static self,
+        description: &Description,
+        notices: &'a mut N,
+    ) -> Result<&'a mut RtiLoop<'a, 'static, P, N>, RtiError> {
+        let Listening { platform, listener, datagrams, federation_id } =
+            self.listening.take().ok_or(RtiError::Order)?;
+        let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
+        let setup = storage.setup(description.config(federation_id), *datagrams);
+        // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
+        let rti = RtiLoop::new(platform, setup, *listener, notices).map_err(RtiError::Setup)?;
+        Ok(place.room().write(rti))
+    }
 }
 
 impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
@@ -132,14 +150,8 @@ impl<P: Platform + Send + 'static, S: Storage> ImageRti<P> for Memory<P, S> {
     }
 
     fn run(&'static self, description: &Description) -> Result<(), RtiError> {
-        let Listening { platform, listener, datagrams, federation_id } =
-            self.listening.take().ok_or(RtiError::Order)?;
-        let (storage, place) = self.storage.take().ok_or(RtiError::Order)?;
-        let setup = storage.setup(description.config(federation_id), *datagrams);
         let mut notices = log_notice;
-        // It stays where it is written to, and is all plain data and borrowed memory, so that there is nothing to drop.
-        let rti = RtiLoop::new(platform, setup, *listener, &mut notices).map(|rti| place.room().write(rti));
-        match rti.map_err(RtiError::Setup)?.run() {
+        match self.begin(description, &mut notices)?.run() {
             Outcome::Complete => Ok(()),
             outcome => Err(RtiError::Ended(outcome)),
         }
