@@ -259,6 +259,7 @@ impl Tag {
     }
 
     /// The first tag at `time`; that of [`Instant::FOREVER`] is FOREVER.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub const fn at(time: Instant) -> Self {
         match time {
             Instant::FOREVER => Self::FOREVER,

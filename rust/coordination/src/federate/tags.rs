@@ -144,6 +144,7 @@ impl<N: Needs> Tags<N> {
     ///
     /// `stops` says that it is the tag of a stop, or that one is being agreed upon. The stop tag may have been granted
     /// before it was one. Then this takes that back (see module `rti::stop`).
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn grant_provisionally(&mut self, tag: Tag, stops: bool) {
         if stops && tag > self.current && tag <= self.net.granted() {
             self.net.take_back(tag);

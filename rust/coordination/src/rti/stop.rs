@@ -55,6 +55,7 @@ impl Stop {
     }
 
     /// Whether a stop waits for the answer of a federate.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     pub(super) fn awaits(&self, slot: &Slot) -> bool {
         self.requested && !self.granted && !slot.stop_agreed
     }

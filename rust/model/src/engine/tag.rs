@@ -222,6 +222,7 @@ impl Engine<'_> {
         }
     }
 
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
     fn capture(&mut self, program: &mut dyn Program, env: &dyn Env, id: TriggerId) {
         let info = &self.tables.triggers[usize::from(id.0)];
         let (fills, tag) = match info.kind {
