@@ -33,6 +33,48 @@ LOG_MODULE_DECLARE(lf, CONFIG_LF_LOG_LEVEL);
 /* How long the others have to acknowledge the ends of their connections: time enough for several retransmissions. */
 #define FINISH_LIMIT K_SECONDS(5)
 
+#ifdef CONFIG_NET_IPV6
+
+#define MY_ADDRESS "CONFIG_NET_CONFIG_MY_IPV6_ADDR"
+
+static bool has_address(struct net_if *interface)
+{
+	return net_if_ipv6_get_global_addr(NET_ADDR_PREFERRED, &interface) != NULL;
+}
+
+/* Zephyr's own settings have the address only: without a prefix no other host is known to be on the same link. */
+static void set_up_routes(struct net_if *interface)
+{
+	struct in6_addr address;
+
+	if (net_addr_pton(AF_INET6, CONFIG_NET_CONFIG_MY_IPV6_ADDR, &address) == 0) {
+		net_if_ipv6_prefix_add(interface, &address, CONFIG_LF_IPV6_PREFIX_LENGTH, UINT32_MAX);
+	}
+	if (sizeof(CONFIG_LF_IPV6_GATEWAY) > 1) {
+		if (net_addr_pton(AF_INET6, CONFIG_LF_IPV6_GATEWAY, &address) == 0) {
+			net_if_ipv6_router_add(interface, &address, 0);
+		} else {
+			LOG_ERR("CONFIG_LF_IPV6_GATEWAY is no IPv6 address: %s", CONFIG_LF_IPV6_GATEWAY);
+		}
+	}
+}
+
+#else
+
+#define MY_ADDRESS "CONFIG_NET_CONFIG_MY_IPV4_ADDR"
+
+static bool has_address(struct net_if *interface)
+{
+	return net_if_ipv4_get_global_addr(interface, NET_ADDR_PREFERRED) != NULL;
+}
+
+static void set_up_routes(struct net_if *interface)
+{
+	ARG_UNUSED(interface);
+}
+
+#endif
+
 int network_wait(void)
 {
 	k_timepoint_t end = sys_timepoint_calc(K_SECONDS(CONFIG_LF_NETWORK_TIMEOUT));
@@ -42,10 +84,11 @@ int network_wait(void)
 		LOG_ERR("There is no network interface: enable the board's driver or offloaded sockets");
 		return -ENODEV;
 	}
-	while (!net_if_is_up(interface) || net_if_ipv4_get_global_addr(interface, NET_ADDR_PREFERRED) == NULL) {
+	set_up_routes(interface);
+	while (!net_if_is_up(interface) || !has_address(interface)) {
 		if (sys_timepoint_expired(end)) {
 			LOG_ERR("No network after %d s: %s", CONFIG_LF_NETWORK_TIMEOUT,
-				net_if_is_up(interface) ? "set CONFIG_NET_CONFIG_MY_IPV4_ADDR"
+				net_if_is_up(interface) ? "set " MY_ADDRESS
 							: "the interface is down, check the cable");
 			return -ETIMEDOUT;
 		}

@@ -34,8 +34,8 @@ class Rti:
 class Network:
     """The addresses of a board, as deployed."""
 
-    ip: ipaddress.IPv4Interface
-    gateway: ipaddress.IPv4Address | None
+    ip: ipaddress.IPv4Interface | ipaddress.IPv6Interface
+    gateway: ipaddress.IPv4Address | ipaddress.IPv6Address | None
     # None where the board has one of its own.
     mac: str | None
 
@@ -225,8 +225,8 @@ def _participant(item: Any) -> Participant:
 def _network(item: Any) -> Network:
     gateway = _optional_text(item["gateway"])
     return Network(
-        ip=ipaddress.IPv4Interface(f"{_text(item['ip'])}/{_text(item['netmask'])}"),
-        gateway=None if gateway is None else ipaddress.IPv4Address(gateway),
+        ip=ipaddress.ip_interface((_text(item["ip"]), _number(item["prefix"]))),
+        gateway=None if gateway is None else ipaddress.ip_address(gateway),
         mac=_optional_text(item["mac"]),
     )
 

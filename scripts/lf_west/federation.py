@@ -6,7 +6,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from ipaddress import AddressValueError, IPv4Address
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from lf_west.image import image_in, is_native_sim
 from lf_west.private_network import PrivateNetwork, plan_network
 
 # Where the RTI is reached by what has this computer's network.
-_ADDRESS = "127.0.0.1"
+_ADDRESS, _ADDRESS_V6 = "127.0.0.1", "::1"
 # How long virtual boards have to end with the others. What tells a board that a connection has ended may be lost where
 # the computer is busy, and TCP repeats it after pauses that become longer.
 _BOARDS_GRACE_NS = 30_000_000_000
@@ -66,9 +66,10 @@ class Federation:
 
     def command(self, participant: Participant) -> list[Word]:
         """A federate that joins this federation, or the image with its RTI, whatever it was built for."""
-        address = _ADDRESS if self.network is None else self.rti.host
+        address = self._rti_address()
         if participant.program is not None:
-            words: list[Word] = [str(participant.program), "--rti", self._port(f"{address}:", participant)]
+            host = f"[{address}]" if ":" in address else address
+            words: list[Word] = [str(participant.program), "--rti", self._port(f"{host}:", participant)]
             return [*words, "--id", self._id(), *self._bench_words(participant, "--vcd", "--devices")]
         image, board = image_file(self.application, participant), participant.board or ""
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
@@ -81,6 +82,12 @@ class Federation:
         words.append(self._port("-lf-rti-port=", participant))
         words += self._bench_words(participant, "-lf-vcd=", "-lf-devices=")
         return words if interface is None else [*words, f"-eth-if={interface}"]
+
+    def _rti_address(self) -> str:
+        """Where it listens: on this computer, at an address of the family of the one that the program names."""
+        if self.network is not None:
+            return self.rti.host
+        return _ADDRESS_V6 if ":" in self.rti.host else _ADDRESS
 
     def description(self, timeout_ns: int | None) -> dict[str, Any]:
         """What `lfz supervise` is to run; the RTI says itself where it listens."""
@@ -272,10 +279,10 @@ def _network(participants: Sequence[Participant], rti: Rti) -> PrivateNetwork | 
     if not boards:
         return None
     try:
-        address = IPv4Address(rti.host)
-    except AddressValueError as error:
+        address = ip_address(rti.host)
+    except ValueError as error:
         raise LfError(
-            f"the RTI has no IPv4 address in the network of virtual boards, but the name {rti.host}.",
+            f"the RTI has no address in the network of virtual boards, but the name {rti.host}.",
             "Say it in the deployment file: rti: { ip: ADDRESS }",
         ) from error
     return plan_network(boards, address)

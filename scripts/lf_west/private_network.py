@@ -14,7 +14,14 @@ import os
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from ipaddress import IPv4Address, IPv4Interface, IPv4Network
+from ipaddress import (
+    IPv4Address,
+    IPv4Interface,
+    IPv6Address,
+    IPv6Interface,
+    ip_interface,
+    ip_network,
+)
 from pathlib import Path
 
 from lf_west.description import Network
@@ -23,6 +30,8 @@ from lf_west.errors import LfError
 _BRIDGE = "lfbridge"
 # What makes a network device of its own for a program, and lets that program be the board's Ethernet.
 _TUN = Path("/dev/net/tun")
+# Absent on a computer without IPv6.
+_IPV6_FORWARDING = Path("/proc/sys/net/ipv6/conf/all/forwarding")
 # As in sched.h.
 _CLONE_NEWUSER, _CLONE_NEWNET = 0x10000000, 0x40000000
 
@@ -34,7 +43,7 @@ class PrivateNetwork:
     # The name of each board's TAP interface.
     interfaces: Mapping[str, str]
     # This computer's addresses in it.
-    addresses: tuple[IPv4Interface, ...]
+    addresses: tuple[IPv4Interface | IPv6Interface, ...]
     # Whether boards reach each other through this computer, which is the gateway between their networks.
     forwards: bool
 
@@ -60,17 +69,19 @@ class PrivateNetwork:
             lines.append(f"tuntap add dev {interface} mode tap")
             lines.append(f"link set dev {interface} addrgenmode none")
             lines.append(f"link set dev {interface} master {_BRIDGE} up")
-        lines += [f"address add {address} dev {_BRIDGE}" for address in self.addresses]
+        # Nobody else can have an address of IPv6, and until that is made sure of, it cannot be used.
+        at_once = {4: "", 6: " nodad"}
+        lines += [f"address add {address} dev {_BRIDGE}{at_once[address.version]}" for address in self.addresses]
         return [*lines, f"link set dev {_BRIDGE} up"]
 
 
-def plan_network(boards: Mapping[str, Network], rti: IPv4Address) -> PrivateNetwork:
+def plan_network(boards: Mapping[str, Network], rti: IPv4Address | IPv6Address) -> PrivateNetwork:
     """Work out the network of these boards; the RTI has this address, on this computer if it is no board's."""
     networks = list(dict.fromkeys(board.ip.network for board in boards.values()))
     taken = {board.ip.ip for board in boards.values()}
     # This computer is all gateways.
     own = {board.gateway: board.ip.network.prefixlen for board in boards.values() if board.gateway is not None}
-    around = next((network for network in networks if rti in network), IPv4Network(rti))
+    around = next((network for network in networks if rti in network), ip_network(rti))
     if rti not in taken:
         own[rti] = around.prefixlen
     elif not own:
@@ -78,7 +89,7 @@ def plan_network(boards: Mapping[str, Network], rti: IPv4Address) -> PrivateNetw
         own |= dict.fromkeys(itertools.islice((h for h in around.hosts() if h not in taken), 1), around.prefixlen)
     return PrivateNetwork(
         interfaces={name: f"lf{index}" for index, name in enumerate(boards)},
-        addresses=tuple(IPv4Interface((ip, prefix)) for ip, prefix in own.items() if ip not in taken),
+        addresses=tuple(ip_interface((ip, prefix)) for ip, prefix in own.items() if ip not in taken),
         forwards=len(networks) > 1,
     )
 
@@ -123,6 +134,8 @@ def _make(commands: Sequence[str]) -> None:
 def _forward() -> None:
     try:
         _write("/proc/sys/net/ipv4/ip_forward", "1")
+        if _IPV6_FORWARDING.exists():
+            _write(str(_IPV6_FORWARDING), "1")
     except OSError as error:
         raise LfError(
             f"this computer cannot be the gateway between the boards' networks: {error.strerror}.",

@@ -206,16 +206,16 @@ class World:
         return {**item, "platform": "zephyr", "board": platform, **files, **place}
 
     def attach(self, rti: str, **addresses: str) -> None:
-        """Let the compiler say that the RTI has this address, and these federates those, with a netmask and perhaps a
+        """Let the compiler say that the RTI has this address, and these federates those, with a prefix and perhaps a
         gateway: `10.0.0.2/24`, `10.0.0.2/24 10.0.0.1`."""
         described = json.loads(self.description.read_text())
         described["rti"]["host"] = rti
         for item in described["participants"]:
             if item["name"] in addresses:
                 address, _, gateway = addresses[item["name"]].partition(" ")
-                ip, netmask = ipaddress.IPv4Interface(address).with_netmask.split("/")
+                ip, prefix = ipaddress.ip_interface(address).with_prefixlen.split("/")
                 mac = f"02:00:00:00:00:{item['id']:02x}"
-                item["network"] = {"ip": ip, "netmask": netmask, "gateway": gateway or None, "mac": mac}
+                item["network"] = {"ip": ip, "prefix": int(prefix), "gateway": gateway or None, "mac": mac}
         self.write(described)
 
     def run(self, *options: str) -> subprocess.CompletedProcess[str]:

@@ -28,7 +28,7 @@ static void add_options(void)
 			.name = "address",
 			.type = 's',
 			.dest = (void *)&given_rti_address,
-			.descript = "IPv4 address of the RTI, instead of CONFIG_LF_RTI_ADDRESS",
+			.descript = "IP address of the RTI, instead of CONFIG_LF_RTI_ADDRESS",
 		},
 		{
 			.option = "lf-rti-port",
@@ -58,11 +58,16 @@ const char *lf_federation_id(void)
 	return given_federation_id != NULL ? given_federation_id : CONFIG_LF_FEDERATION_ID;
 }
 
-bool lf_rti_address(uint8_t octets[4])
+int lf_rti_address(uint8_t octets[16])
 {
 	const char *address = given_rti_address != NULL ? given_rti_address : CONFIG_LF_RTI_ADDRESS;
 
-	return zsock_inet_pton(AF_INET, address, octets) == 1;
+#ifdef CONFIG_NET_IPV6
+	if (zsock_inet_pton(AF_INET6, address, octets) == 1) {
+		return 16;
+	}
+#endif
+	return zsock_inet_pton(AF_INET, address, octets) == 1 ? 4 : 0;
 }
 
 uint32_t lf_rti_port(void)

@@ -7,7 +7,9 @@
 //!
 //! A code looks like `lf#0.c.1f4."a.out -> b.in"`: numbers in hexadecimal, texts between quotation marks.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
+use core::net::Ipv4Addr;
+#[cfg(feature = "ipv6")]
+use core::net::Ipv6Addr;
 use core::time::Duration;
 
 use lf_model::time::{EventTag, Instant, Interval, Microstep, Tag};
@@ -17,7 +19,7 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 use crate::clock_sync::{Line, Trouble};
 use crate::federate::{ClockSyncReport, ConfigError, FederateError, Phase};
 use crate::rti::{Cause, Doubt, Notice, Outcome, Progress, SetupError, Violation, Waits};
-use crate::{FederateId, Times};
+use crate::{Endpoint, FederateId, IpAddress, Times};
 
 /// What each code begins with.
 pub const PREFIX: &str = "lf#";
@@ -199,7 +201,6 @@ numbers! {
     Times: small value => value.0, number => u32::try_from(number).ok().map(Self);
     RejectCode: small value => value.byte().into(), number => u8::try_from(number).ok().map(Self::from_byte);
     MessageType: small value => value.byte().into(), number => Self::from_byte(u8::try_from(number).ok()?);
-    Ipv4Addr: small value => value.to_bits(), number => u32::try_from(number).ok().map(Self::from_bits);
 }
 
 /// What is made of several values.
@@ -217,8 +218,6 @@ macro_rules! structs {
             }
         }
     )*};
-    (@ $self:ident ip) => { $self.ip() };
-    (@ $self:ident port) => { $self.port() };
     (@ $self:ident $field:ident) => { $self.$field };
 }
 
@@ -227,7 +226,38 @@ structs! {
     EventTag { offset_from_t0, microstep } = Self::new(offset_from_t0, microstep);
     ClockSyncReport { exchanges, unused, calm, line } = Self { exchanges, unused, calm, line };
     Line { at, offset, drift_ppb, width } = Self { at, offset, drift_ppb, width };
-    SocketAddrV4 { ip, port } = Self::new(ip, port);
+    Endpoint { ip, port } = Self { ip, port };
+}
+
+/// What stands where the bits of an IPv4 address would be: an IPv6 address follows.
+#[cfg(feature = "ipv6")]
+const IPV6: u64 = 1 << 32;
+
+impl Encode for IpAddress {
+    fn encode(&self, to: &mut Writer<'_>) {
+        match *self {
+            Self::V4(address) => to.small(address.to_bits()),
+            #[cfg(feature = "ipv6")]
+            Self::V6(address, scope) => {
+                let [high, low] = [64, 0].map(|shift| (address.to_bits() >> shift) as u64);
+                [IPV6, high, low].into_iter().for_each(|part| to.number(part));
+                to.small(scope);
+            }
+        }
+    }
+}
+
+impl Decode for IpAddress {
+    fn decode(from: &mut Reader<'_>) -> Option<Self> {
+        let number = from.number()?;
+        #[cfg(feature = "ipv6")]
+        if number == IPV6 {
+            let (high, low) = (from.number()?, from.number()?);
+            let address = Ipv6Addr::from_bits(u128::from(high) << 64 | u128::from(low));
+            return u32::decode(from).map(|scope| Self::v6(address, scope));
+        }
+        u32::try_from(number).ok().map(|bits| Self::V4(Ipv4Addr::from_bits(bits)))
+    }
 }
 
 impl Encode for Microstep {
@@ -316,7 +346,7 @@ coded!(Phase {
     Ended,
     Failed,
 });
-coded!(Trouble { Drift(ppb), Unsteady(off) });
+coded!(Trouble { Drift(ppb), Unsteady(off), OtherPort { port, other }, FarOff(off) });
 coded!(ConfigError { FederationIdTooLong { bytes }, NoTrials, AdvanceInterval });
 coded!(FederateError {
     Rejected(code), RtiNotAuthentic, NoAnswer, NoClockSync, TrialsDiffer { trials }, PeerUnreachable { federate },
@@ -330,13 +360,13 @@ coded!(SetupError {
 });
 coded!(Violation {
     Bytes(error), TooLong { bytes, max }, Unexpected(message), Clock(clock), NoSuchFederate(id),
-    Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication,
+    Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication, HasLeft,
 });
 coded!(Cause {
     Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,
 });
 coded!(Outcome { Complete, Lost { federate, cause }, NotStarted { first, missing }, Aborted });
-coded!(Doubt { NotGranted(tag), Backwards { next, completed }, Ahead { of, by } });
+coded!(Doubt { NotGranted(tag), Backwards { next, completed }, Ahead { of, by }, OtherFamily(of) });
 coded!(Progress { Absent, Handshake(next), Joined });
 coded!(Waits {
     Start { missing, federates, strangers }, StartFor { federate, progress }, StartForMore(more),
@@ -397,6 +427,15 @@ mod tests {
         let full = ModelError::ActionFull { action: "main.a.x", capacity: 16 };
         assert_eq!(code(&full), "lf#2.0.\"main.a.x\".10");
         assert_eq!(back(&code(&full)), Some(full));
+    }
+
+    #[test]
+    fn addresses_of_both_families_can_be_told() {
+        for ip in ["10.0.0.1", "255.255.255.255", "::1", "fd00::abcd:1", "ffff:ffff:ffff:ffff:ffff:ffff:ffff:ffff"] {
+            let ip: core::net::IpAddr = ip.parse().expect("an address");
+            let told = Notice::Stranger(Endpoint::new(ip, 15045));
+            assert_eq!(back(&code(&told)), Some(told));
+        }
     }
 
     #[test]

@@ -10,11 +10,11 @@
 #[cfg(any(test, feature = "heap"))]
 extern crate std;
 
+mod address;
 pub mod auth;
 pub mod clock_sync;
 pub mod code;
 mod deadline;
-mod dotted;
 pub mod federate;
 #[cfg(feature = "heap")]
 pub mod heap;
@@ -24,8 +24,8 @@ pub mod rti;
 mod tag;
 mod tally;
 
+pub use address::{Endpoint, IpAddress};
 pub use deadline::Deadline;
-pub use dotted::Dotted;
 pub use id::FederateId;
 pub use tag::{from_wire, to_wire};
 pub use tally::{Tally, Times};

@@ -2,18 +2,19 @@
 //! What the rounds over UDP promise, whatever the network does with the datagrams and the clocks show.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use std::net::{Ipv4Addr, SocketAddrV4};
+use std::net::Ipv4Addr;
 
 use lf_coordination::clock_sync::{
     ClockCorrection, DRIFT_PPB_MAX, Exchange, Poll, ROUND_TIME_OUT, RTI_UDP_PORT, Responder, Round, SLEW_PPB_MAX,
-    Tracker,
+    Tracker, Trouble,
 };
+use lf_coordination::{Endpoint, IpAddress};
 use lf_model::time::{Instant, Interval};
 use lf_wire::Message;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-const RTI: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, RTI_UDP_PORT);
+const RTI: Endpoint = Endpoint { ip: IpAddress::V4(Ipv4Addr::LOCALHOST), port: RTI_UDP_PORT };
 const MS: i64 = 1_000_000;
 /// The RTI's clock is ahead by this much, at all times.
 const AHEAD: i64 = 1_790_000_000_000_000_123;
@@ -28,14 +29,18 @@ fn bytes(message: &Message<'_>) -> Vec<u8> {
 #[derive(Default)]
 struct Follower {
     responder: Responder,
+    /// What the RTI's clock shows, if that is known.
+    physical: Option<Instant>,
+    troubles: Vec<Trouble>,
     rounds: Vec<Round>,
 }
 
 impl Follower {
     /// Hears a message at this time of its own clock; whether it answers.
-    fn hear_from(&mut self, from: SocketAddrV4, own: i64, message: &Message<'_>) -> bool {
-        let heard = self.responder.handle(Instant::from_nanos(own), from, &bytes(message));
+    fn hear_from(&mut self, from: Endpoint, own: i64, message: &Message<'_>) -> bool {
+        let heard = self.responder.handle(Instant::from_nanos(own), self.physical, from, &bytes(message));
         self.rounds.extend(heard.round);
+        self.troubles.extend(heard.trouble);
         if heard.answer {
             self.responder.answered(Instant::from_nanos(own));
         }
@@ -81,7 +86,7 @@ fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
     assert!(follower.hear(0, &Message::T1(10 * MS)));
     assert!(!follower.hear(5, &Message::T1(10 * MS)), "a copy");
     assert!(!follower.hear(6, &Message::T1(9 * MS)), "an earlier one that comes later");
-    let stranger = SocketAddrV4::new(Ipv4Addr::LOCALHOST, 7);
+    let stranger = Endpoint::new(Ipv4Addr::LOCALHOST, 7);
     follower.hear_from(stranger, 7, &Message::T4(10 * MS + 1));
     follower.hear(7, &Message::T4(9 * MS));
     follower.hear(8, &Message::T4(10 * MS + 2));
@@ -94,6 +99,43 @@ fn stragglers_copies_and_strangers_are_not_taken_for_a_part_of_the_round() {
     assert!(follower.hear(20 * MS, &Message::T1(i64::MAX)));
     assert!(!follower.hear(30 * MS, &Message::T1(30 * MS)));
     assert!(follower.hear(20 * MS + ROUND_TIME_OUT.as_nanos(), &Message::T1(40 * MS)));
+}
+
+/// Somebody else on the RTI's computer cannot steer the clock, cost rounds, or try that without a word.
+#[test]
+fn rounds_of_another_port_are_told_and_count_only_when_the_first_is_silent() {
+    let (mut follower, other) = (Follower::default(), Endpoint::new(Ipv4Addr::LOCALHOST, 4711));
+    let mut now = 0;
+    for _ in 0..100 {
+        now += 10 * MS;
+        assert!(follower.hear(now, &Message::T1(now)));
+        for ahead in [3_600_000 * MS, i64::MAX - 1 - now] {
+            assert!(!follower.hear_from(other, now + 1, &Message::T1(now + ahead)));
+            follower.hear_from(other, now + 2, &Message::T4(now + ahead));
+        }
+        follower.hear(now + 3, &Message::T4(now + 3));
+        follower.hear(now + 4, &Message::CodedProbe(now + 4));
+    }
+    assert_eq!(follower.rounds.len(), 100, "none is lost");
+    let told = Trouble::OtherPort { port: RTI_UDP_PORT, other: 4711 };
+    assert!(follower.troubles.iter().all(|trouble| *trouble == told) && follower.troubles.len() == 400);
+    assert!(!follower.hear_from(other, now + 9_000 * MS, &Message::T1(now + 9_000 * MS)));
+    assert!(follower.hear_from(other, now + 11_000 * MS, &Message::T1(now + 11_000 * MS)));
+}
+
+#[test]
+fn times_that_are_far_off_the_own_clock_are_told_and_ignored() {
+    let mut follower = Follower { physical: Some(Instant::from_nanos(AHEAD)), ..Follower::default() };
+    for time in [i64::MAX - 1, i64::MIN, 0, AHEAD + 3_600_000 * MS, AHEAD - 61_000 * MS] {
+        assert!(!follower.hear(7, &Message::T1(time)), "{time}");
+    }
+    assert_eq!(follower.troubles.len(), 5);
+    assert_eq!(follower.troubles[3], Trouble::FarOff(Interval::from_secs(3_600)));
+    assert!(follower.hear(8, &Message::T1(AHEAD)), "they do not cost a round");
+    follower.hear(9, &Message::T4(i64::MAX));
+    follower.hear(9, &Message::T4(AHEAD + 2));
+    follower.hear(10, &Message::CodedProbe(AHEAD + 3));
+    assert_eq!(follower.rounds.len(), 1);
 }
 
 #[test]
@@ -281,11 +323,14 @@ proptest! {
 
     /// Any datagram is survived, whoever it is from.
     #[test]
-    fn any_datagram_is_survived(all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60)) {
+    fn any_datagram_is_survived(
+        all in vec((any::<i64>(), any::<u16>(), vec(any::<u8>(), 0..12)), 1..60),
+        physical: Option<i64>,
+    ) {
         let mut responder = Responder::new();
         for (now, port, datagram) in all {
-            let from = SocketAddrV4::new(Ipv4Addr::LOCALHOST, port % 2);
-            let heard = responder.handle(Instant::from_nanos(now), from, &datagram);
+            let from = Endpoint::new(Ipv4Addr::LOCALHOST, port % 2);
+            let heard = responder.handle(Instant::from_nanos(now), physical.map(Instant::from_nanos), from, &datagram);
             if heard.answer {
                 responder.answered(Instant::from_nanos(now));
             }

@@ -13,13 +13,13 @@
 mod federate_support;
 
 use std::collections::VecDeque;
-use std::net::{Ipv4Addr, SocketAddrV4};
+use std::net::Ipv4Addr;
 
 use federate_support::{Driver, NONCE, Program};
-use lf_coordination::FederateId;
 use lf_coordination::auth::answer_rti;
 use lf_coordination::clock_sync::RTI_UDP_PORT;
 use lf_coordination::federate::{ClockSync, Config, Disconnected, FederateError, Phase};
+use lf_coordination::{Endpoint, FederateId, IpAddress};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::{Fill, Frame, Recording, Step};
 use lf_wire::{DELAY_NONE, MessageType, RejectCode};
@@ -36,7 +36,7 @@ const OWN_ADDRESS_QUERY: [u8; 3] = [13, 0, 0];
 const ADDRESS_UNKNOWN: [u8; 9] = [14, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
 /// Where the federate awaits datagrams, and from where those of the RTI come.
 const UDP_PORT: u16 = 40_000;
-const RTI_UDP: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::LOCALHOST, RTI_UDP_PORT);
+const RTI_UDP: Endpoint = Endpoint { ip: IpAddress::V4(Ipv4Addr::LOCALHOST), port: RTI_UDP_PORT };
 
 struct Replay<'a> {
     driver: Driver<'a>,
@@ -194,7 +194,7 @@ fn replay(name: &str, program: Program, send_times_ms: &[i64], check: impl FnOnc
         config.clock_sync = ClockSync::Off;
     } else if name == "56-clock-sync-on" {
         config.clock_sync = ClockSync::On { trials: 10, attenuation: 10 };
-        (config.udp_port, config.rti) = (Some(UDP_PORT), Some(*RTI_UDP.ip()));
+        (config.udp_port, config.rti) = (Some(UDP_PORT), Some(RTI_UDP.ip));
     }
     let send_times: Vec<_> = send_times_ms.iter().map(|ms| Interval::from_millis(*ms)).collect();
     let driver = Driver::new(config, program, time_out(&recording), Instant::from_nanos(5_000_000_000));

@@ -2,12 +2,12 @@
 //! How a federate finds the others to which it sends directly, before the start.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use std::net::{Ipv4Addr, SocketAddrV4};
+use std::net::Ipv4Addr;
 
 use lf_coordination::federate::{
     ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, Event, Federate, FederateError, Phase,
 };
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, Endpoint, FederateId};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::Step;
 use lf_testkit::messages::encoded;
@@ -50,7 +50,7 @@ fn reply(port: i32) -> Message<'static> {
 }
 
 fn found(federate: u16, port: u16) -> Event<'static> {
-    Event::PeerFound { federate: FederateId(federate), address: SocketAddrV4::new(Ipv4Addr::LOCALHOST, port) }
+    Event::PeerFound { federate: FederateId(federate), address: Endpoint::new(Ipv4Addr::LOCALHOST, port) }
 }
 
 /// Stops in turn, advertisement, then each of the others, then the time: nobody starts while a connection is missing.

@@ -64,7 +64,13 @@ fn play(script: &[(usize, Vec<u8>)], suspended: bool) -> (Vec<Vec<u8>>, Vec<Stri
     let mut borrowed = memory.clone();
     let mut rti = Rti::new(config(), borrowed.storage()).expect("the storage fits");
     for index in 0..FEDERATES {
-        rti.handle_connect(now, ConnectionId(index), [127, 0, 0, 1], [0; 8], &mut outlet);
+        rti.handle_connect(
+            now,
+            ConnectionId(index),
+            lf_coordination::IpAddress::V4([127, 0, 0, 1].into()),
+            [0; 8],
+            &mut outlet,
+        );
     }
     let mut state = rti.suspend();
     memory.clone_from(&borrowed);

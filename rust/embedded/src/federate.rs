@@ -99,9 +99,9 @@ impl<P: Program, S: EngineStorage, B: BufferStorage> Memory<P, S, B> {
         let Some(federation) = &description.federation else {
             return run_unfederated(platform, program, Engine::new(tables, storage, settings)).map_err(ImageError::Run);
         };
-        let Join { federation_id, rti } = join().map_err(ImageError::Settings)?;
+        let Join { federation_id, rti, others } = join().map_err(ImageError::Settings)?;
         let own_id = federation.federation_id.as_bytes();
-        let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti };
+        let join = Join { federation_id: if federation_id.is_empty() { own_id } else { federation_id }, rti, others };
         description.check_key(join.federation_id);
         let room = &mut parts.federate;
         // The federate is large, and is made where it stays, as is the engine.

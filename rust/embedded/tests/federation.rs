@@ -10,14 +10,13 @@ mod programs;
 #[path = "../../runtime/tests/support/world.rs"]
 mod world;
 
-use std::net::SocketAddrV4;
 use std::sync::Mutex;
 use std::thread;
 
 use lf_embedded::federate::{Least, Sizes};
 use lf_embedded::rti::{self, ImageRti};
 use lf_model::time::Interval;
-use lf_runtime::platform::Platform;
+use lf_runtime::platform::{Endpoint, Platform};
 use lf_runtime::{Description, ImageError, Join, RtiError, SettingsError};
 use lf_testkit::network::address_of;
 
@@ -35,7 +34,7 @@ type RtiMemory = rti::Memory<VirtualPlatform, rti::Parts<2, 3, 1, 4, { RTI.buffe
 
 /// What the settings of an image say: no federation of another name than the program's.
 const JOIN: fn() -> Result<Join<'static>, SettingsError> =
-    || Ok(Join { federation_id: b"", rti: SocketAddrV4::new(address_of(RTI_NUMBER), PORT) });
+    || Ok(Join { federation_id: b"", rti: Endpoint::new(address_of(RTI_NUMBER), PORT), others: &[] });
 
 /// A world with one participant, whose turn it is.
 fn one_participant() -> (World, VirtualPlatform) {

@@ -101,7 +101,13 @@ impl World<'_> {
         }
         self.oracle.peers[connection] = Peer::connected();
         let nonce = [7; 8];
-        self.rti.handle_connect(self.now, ConnectionId(connection), [127, 0, 0, 1], nonce, &mut self.oracle);
+        self.rti.handle_connect(
+            self.now,
+            ConnectionId(connection),
+            lf_coordination::IpAddress::V4([127, 0, 0, 1].into()),
+            nonce,
+            &mut self.oracle,
+        );
         self.resume();
     }
 

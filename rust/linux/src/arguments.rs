@@ -113,19 +113,30 @@ impl Arguments {
         }
     }
 
-    /// Takes `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and means nothing here.
+    /// Takes `HOST`, `HOST:PORT` or `USER@HOST:PORT`; the user is for remote starts and means nothing here. An IPv6
+    /// address stands between brackets if a port follows.
     fn set_rti(&mut self, text: &str) -> Result<(), UsageError> {
         let place = text.rsplit_once('@').map_or(text, |(_, place)| place);
-        let (host, port) = match place.split_once(':') {
-            None => (place, None),
-            Some((host, port)) => {
-                let number = port.parse().ok().filter(|port| *port != 0);
-                let number = number.ok_or_else(|| UsageError(format!("\"{port}\" is no TCP port")))?;
-                (host, Some(number))
+        let (host, port) = match place.strip_prefix('[') {
+            Some(rest) => {
+                let parts = rest.split_once(']').and_then(|(host, rest)| match rest {
+                    "" => Some((host, None)),
+                    rest => Some((host, Some(rest.strip_prefix(':')?))),
+                });
+                parts.ok_or_else(|| UsageError(format!("\"{place}\" is no address such as [::1] or [::1]:15045")))?
             }
+            // More than one colon is an IPv6 address, which has no place for a port here.
+            None => match place.split_once(':').filter(|(_, rest)| !rest.contains(':')) {
+                Some((host, port)) => (host, Some(port)),
+                None => (place, None),
+            },
         };
+        let number = |port: &str| {
+            let number = port.parse().ok().filter(|port| *port != 0);
+            number.ok_or_else(|| UsageError(format!("\"{port}\" is no TCP port")))
+        };
+        self.rti_port = port.map(number).transpose()?;
         self.rti_host = Some(host).filter(|host| !host.is_empty()).map(str::to_owned);
-        self.rti_port = port;
         Ok(())
     }
 }
@@ -160,7 +171,7 @@ pub(crate) fn usage(description: &Description) -> String {
     if let Some(federation) = &description.federation {
         let _ = write!(
             text,
-            "\x20 -r, --rti HOST[:PORT]     where the RTI listens (default: {}:{})\n\
+            "\x20 -r, --rti HOST[:PORT]     where the RTI listens, or [IPV6]:PORT (default: {}:{})\n\
              \x20 -i, --id FEDERATION       the federation to join (default: {})\n\
              \x20     --observations FILE   write down when tags begin and messages go and come\n",
             federation.rti_host, federation.rti_port, federation.federation_id
@@ -203,6 +214,16 @@ mod tests {
         assert_eq!(arguments.rti_port, Some(15046));
         assert_eq!(arguments.federation_id.as_deref(), Some("grid"));
         assert_eq!(run("-r 10.0.0.1").rti_port, None);
+        for (text, host, port) in [
+            ("::1", "::1", None),
+            ("[::1]", "::1", None),
+            ("[::1]:15046", "::1", Some(15046)),
+            ("user@[fe80::2%eth0]:15046", "fe80::2%eth0", Some(15046)),
+            ("fe80::2%eth0", "fe80::2%eth0", None),
+        ] {
+            let arguments = run(&format!("-r {text}"));
+            assert_eq!((arguments.rti_host.as_deref(), arguments.rti_port), (Some(host), port), "{text}");
+        }
         assert_eq!(run("--observations seen.txt").observations, Some(PathBuf::from("seen.txt")));
         assert!(matches!(parse("-o 1 sec --help"), Ok(Invocation::Help)));
     }
@@ -216,6 +237,9 @@ mod tests {
             ("-o 99999999999999999999 sec", "99999999999999999999"),
             ("-r host:port", "port"),
             ("-r host:0", "0"),
+            ("-r [::1", "[::1"),
+            ("-r [::1]15045", "[::1]15045"),
+            ("-r [::1]:port", "port"),
             ("--frobnicate", "frobnicate"),
             ("stray", "stray"),
         ] {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The `main` of a generated program.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, SocketAddrV4, ToSocketAddrs, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::thread::{self, JoinHandle};
@@ -9,6 +9,7 @@ use std::{fmt, io};
 
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, EngineStorage, Program};
+use lf_runtime::platform::{Endpoint, IpAddress};
 use lf_runtime::{
     All, Buffers, ClockSync, Description, Federation, Inbound, Join, Outbound, RunError, run_federate, run_unfederated,
 };
@@ -122,9 +123,10 @@ fn run(
         return run_unfederated(&mut host, program, engine).map_err(MainError::Run);
     };
     // A host name may take its time, and ^C ends that as long as the signals have not been taken over.
-    let rti = rti_address(arguments, federation)?;
+    let addresses = rti_addresses(arguments, federation)?;
+    let (&rti, others) = addresses.split_first().expect("a host without an address is unknown");
     let mut host = Linux::new().map_err(MainError::System)?;
-    let federation = &if federation.local_clock_sync || !is_own_address(*rti.ip()) {
+    let federation = &if federation.local_clock_sync || !addresses.iter().any(|address| is_own_address(*address)) {
         *federation
     } else {
         Federation { clock_sync: ClockSync::Off, test_offset: Interval::ZERO, ..*federation }
@@ -141,7 +143,7 @@ fn run(
     let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
     let mut outbound: Vec<_> = peer_outputs.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
     let buffers = Buffers::new(&mut input, &mut output).with_peers(&mut outbound, &mut inbound);
-    let join = Join { federation_id: federation_id.as_bytes(), rti };
+    let join = Join { federation_id: federation_id.as_bytes(), rti, others };
     let mut known = vec![Tag::NEVER; federation.awaited.len()];
     run_federate::<_, All>(&mut host, program, engine, federation, &join, buffers, &mut known).map_err(MainError::Run)
 }
@@ -156,29 +158,40 @@ impl Arguments {
     }
 }
 
-/// Where the RTI listens: as the command line says, else as the program does.
-fn rti_address(arguments: &Arguments, federation: &Federation) -> Result<SocketAddrV4, MainError> {
+/// The addresses of the RTI's host, as the command line names it, else as the program does: at least one. Those of IPv4
+/// come first, because the stock programs of a federation have no others, and federates find each other in one family.
+fn rti_addresses(arguments: &Arguments, federation: &Federation) -> Result<Vec<Endpoint>, MainError> {
     let host = arguments.rti_host.as_deref().unwrap_or(federation.rti_host);
     let port = arguments.rti_port.unwrap_or(federation.rti_port);
     let unknown = |reason: String| MainError::Resolve { host: host.to_owned(), reason };
-    let addresses = (host, port).to_socket_addrs().map_err(|error| unknown(error.to_string()))?;
-    let ipv4 = addresses.filter_map(|address| match address {
-        SocketAddr::V4(address) => Some(address),
-        SocketAddr::V6(_) => None,
-    });
-    ipv4.into_iter().next().ok_or_else(|| unknown("it has no IPv4 address".to_owned()))
+    let found = (host, port).to_socket_addrs().map_err(|error| unknown(error.to_string()))?;
+    let addresses = in_order(found);
+    if addresses.is_empty() { Err(unknown("it has no address".to_owned())) } else { Ok(addresses) }
+}
+
+/// The addresses of a host in the order in which they are tried, each once.
+fn in_order(found: impl Iterator<Item = SocketAddr>) -> Vec<Endpoint> {
+    let mut addresses = Vec::new();
+    for address in found.map(Endpoint::from) {
+        if !addresses.contains(&address) {
+            addresses.push(address);
+        }
+    }
+    addresses.sort_by_key(|address| !matches!(address.ip, IpAddress::V4(_)));
+    addresses
 }
 
 /// Whether this computer has this address, and with it the clock of who listens there.
-fn is_own_address(address: Ipv4Addr) -> bool {
+fn is_own_address(address: Endpoint) -> bool {
+    let address = SocketAddr::from(address);
+    let any: IpAddr = if address.is_ipv4() { Ipv4Addr::UNSPECIFIED.into() } else { Ipv6Addr::UNSPECIFIED.into() };
     // To connect a UDP socket sends nothing: it looks up the route, and one to oneself begins at the same address.
     let begins_there = || -> io::Result<bool> {
-        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
-        // Any port but 0.
-        socket.connect((address, 1))?;
-        Ok(socket.local_addr()?.ip() == IpAddr::V4(address))
+        let socket = UdpSocket::bind((any, 0))?;
+        socket.connect(address)?;
+        Ok(socket.local_addr()?.ip() == address.ip())
     };
-    address.is_loopback() || begins_there().unwrap_or(false)
+    address.ip().is_loopback() || begins_there().unwrap_or(false)
 }
 
 /// Why a program ends early.
@@ -220,12 +233,25 @@ impl fmt::Display for MainError {
 mod tests {
     use super::*;
 
+    fn address(text: &str) -> Endpoint {
+        Endpoint::new(text.parse::<IpAddr>().expect("an address"), 15045)
+    }
+
     #[test]
     fn the_addresses_of_this_computer_are_told_from_others() {
-        assert!(is_own_address(Ipv4Addr::LOCALHOST));
-        assert!(is_own_address(Ipv4Addr::new(127, 1, 2, 3)));
+        for own in ["127.0.0.1", "127.1.2.3", "::1"] {
+            assert!(is_own_address(address(own)), "{own}");
+        }
         // Addresses that nobody has, in blocks for documentation and for multicast.
-        assert!(!is_own_address(Ipv4Addr::new(198, 51, 100, 77)));
-        assert!(!is_own_address(Ipv4Addr::new(233, 252, 0, 1)));
+        for other in ["198.51.100.77", "233.252.0.1", "2001:db8::77"] {
+            assert!(!is_own_address(address(other)), "{other}");
+        }
+    }
+
+    #[test]
+    fn all_addresses_of_a_host_are_tried_those_of_ipv4_first() {
+        let found = ["::1", "10.0.0.1", "fd00::1", "::ffff:10.0.0.1", "127.0.0.1"];
+        let found = found.iter().map(|text| SocketAddr::new(text.parse().expect("an address"), 15045));
+        assert_eq!(in_order(found), ["10.0.0.1", "127.0.0.1", "::1", "fd00::1"].map(address));
     }
 }

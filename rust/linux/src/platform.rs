@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Linux under an event loop.
 
-use std::net::{Ipv4Addr, SocketAddrV4};
 use std::num::NonZeroU64;
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,7 +9,9 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Observation, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{
+    Endpoint, Interest, IpAddress, NetError, Observation, Platform, RandomError, SocketId, Transfer,
+};
 use lf_runtime::trace::{Event, Header};
 
 use crate::attention::{Attention, Looked, look_until};
@@ -133,7 +134,7 @@ impl Platform for Linux {
         getrandom::fill(buffer).map_err(|error| RandomError(error.raw_os_error().unwrap_or_default()))
     }
 
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
         self.sockets.connect(address)
     }
 
@@ -149,11 +150,11 @@ impl Platform for Linux {
         self.sockets.bind(port)
     }
 
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         self.sockets.receive_from(socket, buffer)
     }
 
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         self.sockets.send_to(socket, to, bytes)
     }
 
@@ -161,7 +162,7 @@ impl Platform for Linux {
         self.sockets.local_port(listener)
     }
 
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         self.sockets.accept(listener)
     }
 

@@ -4,11 +4,11 @@
 mod silence;
 
 use std::fmt;
-use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::{AsFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, SocketId, Transfer};
 use rustix::event::{Timespec, epoll};
 use rustix::io::Errno;
 use rustix::net::{AddressFamily, Protocol, RecvFlags, SendFlags, Shutdown, SocketFlags, SocketType, ipproto, sockopt};
@@ -40,6 +40,8 @@ struct SocketPlace {
 #[derive(Debug)]
 struct Socket {
     descriptor: OwnedFd,
+    /// The family whose addresses its calls take.
+    family: AddressFamily,
     interest: Interest,
 }
 
@@ -82,11 +84,15 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::connect`].
-    pub(crate) fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
-        let descriptor = stream_socket()?;
+    pub(crate) fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
+        let family = match address.ip {
+            IpAddress::V4(_) => AddressFamily::INET,
+            IpAddress::V6(..) => AddressFamily::INET6,
+        };
+        let descriptor = open(family, SocketType::STREAM, ipproto::TCP)?;
         set_up_connection(&descriptor)?;
-        match rustix::net::connect(&descriptor, &SocketAddr::V4(address)) {
-            Ok(()) | Err(Errno::INPROGRESS) => self.insert(descriptor),
+        match rustix::net::connect(&descriptor, &SocketAddr::from(address)) {
+            Ok(()) | Err(Errno::INPROGRESS) => self.insert(descriptor, family),
             Err(errno) => Err(error(errno)),
         }
     }
@@ -103,34 +109,28 @@ impl Sockets {
 
     /// See [`lf_runtime::platform::Platform::listen`].
     pub(crate) fn listen(&mut self, port: u16) -> Result<SocketId, NetError> {
-        let descriptor = stream_socket()?;
+        let (descriptor, family) = open_for_all(SocketType::STREAM, ipproto::TCP)?;
         sockopt::set_socket_reuseaddr(&descriptor, true).map_err(error)?;
-        let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
-        rustix::net::bind(&descriptor, &address).map_err(error)?;
+        rustix::net::bind(&descriptor, &any_address(family, port)).map_err(error)?;
         rustix::net::listen(&descriptor, 1024).map_err(error)?;
-        self.insert(descriptor)
+        self.insert(descriptor, family)
     }
 
     /// See [`lf_runtime::platform::Platform::bind`].
     pub(crate) fn bind(&mut self, port: u16) -> Result<SocketId, NetError> {
-        let descriptor = open(SocketType::DGRAM, ipproto::UDP)?;
-        let address = SocketAddr::V4(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
-        rustix::net::bind(&descriptor, &address).map_err(error)?;
-        self.insert(descriptor)
+        let (descriptor, family) = open_for_all(SocketType::DGRAM, ipproto::UDP)?;
+        rustix::net::bind(&descriptor, &any_address(family, port)).map_err(error)?;
+        self.insert(descriptor, family)
     }
 
     /// See [`lf_runtime::platform::Platform::receive_from`].
-    pub(crate) fn receive_from(
-        &self,
-        id: SocketId,
-        buffer: &mut [u8],
-    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    pub(crate) fn receive_from(&self, id: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         let descriptor = self.descriptor(id)?;
         loop {
             return match rustix::net::recvfrom(descriptor, &mut *buffer, RecvFlags::empty()) {
                 Ok((count, _, from)) => match from.map(SocketAddr::try_from) {
-                    Some(Ok(SocketAddr::V4(from))) => Ok(Some((count, from))),
-                    // The socket is one of IPv4, so there is no such datagram.
+                    Some(Ok(from)) => Ok(Some((count, from.into()))),
+                    // The socket is one of IP, so there is no such datagram.
                     _ => continue,
                 },
                 Err(Errno::INTR) => continue,
@@ -141,9 +141,13 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::send_to`].
-    pub(crate) fn send_to(&self, id: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
-        let descriptor = self.descriptor(id)?;
-        rustix::net::sendto(descriptor, bytes, SendFlags::NOSIGNAL, &SocketAddr::V4(to)).map_err(error)?;
+    pub(crate) fn send_to(&self, id: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
+        let socket = self.socket(id)?;
+        let to = match (to.ip, socket.family) {
+            (IpAddress::V4(ip), AddressFamily::INET6) => SocketAddr::new(ip.to_ipv6_mapped().into(), to.port),
+            _ => to.into(),
+        };
+        rustix::net::sendto(&socket.descriptor, bytes, SendFlags::NOSIGNAL, &to).map_err(error)?;
         Ok(())
     }
 
@@ -154,19 +158,21 @@ impl Sockets {
     }
 
     /// See [`lf_runtime::platform::Platform::accept`].
-    pub(crate) fn accept(&mut self, id: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    pub(crate) fn accept(&mut self, id: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-        let (descriptor, peer) = match rustix::net::acceptfrom_with(self.descriptor(id)?, flags) {
+        let listener = self.socket(id)?;
+        let family = listener.family;
+        let (descriptor, peer) = match rustix::net::acceptfrom_with(&listener.descriptor, flags) {
             Ok(accepted) => accepted,
             Err(Errno::AGAIN | Errno::INTR | Errno::CONNABORTED) => return Ok(None),
             Err(errno) => return Err(error(errno)),
         };
         set_up_connection(&descriptor)?;
         let peer = match peer.map(SocketAddr::try_from) {
-            Some(Ok(SocketAddr::V4(address))) => *address.ip(),
-            _ => Ipv4Addr::UNSPECIFIED,
+            Some(Ok(address)) => Endpoint::from(address).ip,
+            _ => IpAddress::UNSPECIFIED,
         };
-        Ok(Some((self.insert(descriptor)?, peer)))
+        Ok(Some((self.insert(descriptor, family)?, peer)))
     }
 
     /// See [`lf_runtime::platform::Platform::read`].
@@ -262,7 +268,7 @@ impl Sockets {
         let gone = self.silence.turn(now);
         if !gone.is_empty() {
             for socket in sockets {
-                if ends(&socket.descriptor).is_some_and(|ends| gone.contains(&ends)) {
+                if inode(&socket.descriptor).is_some_and(|inode| gone.contains(&inode)) {
                     // It fails only when the connection is at its end already.
                     let _ = rustix::net::shutdown(&socket.descriptor, Shutdown::Both);
                 }
@@ -272,15 +278,17 @@ impl Sockets {
     }
 
     fn descriptor(&self, id: SocketId) -> Result<&OwnedFd, NetError> {
+        self.socket(id).map(|socket| &socket.descriptor)
+    }
+
+    fn socket(&self, id: SocketId) -> Result<&Socket, NetError> {
         match self.places.get(usize::from(id.index)) {
-            Some(SocketPlace { generation, socket: Some(socket) }) if *generation == id.generation => {
-                Ok(&socket.descriptor)
-            }
+            Some(SocketPlace { generation, socket: Some(socket) }) if *generation == id.generation => Ok(socket),
             _ => Err(NetError::Stale),
         }
     }
 
-    fn insert(&mut self, descriptor: OwnedFd) -> Result<SocketId, NetError> {
+    fn insert(&mut self, descriptor: OwnedFd, family: AddressFamily) -> Result<SocketId, NetError> {
         let free = self.places.iter().position(|place| place.socket.is_none());
         let index = free.unwrap_or(self.places.len());
         let id_index = u16::try_from(index).map_err(|_| NetError::NoSocketLeft)?;
@@ -289,7 +297,7 @@ impl Sockets {
         }
         let place = &mut self.places[index];
         let id = SocketId { index: id_index, generation: place.generation };
-        place.socket = Some(Socket { descriptor, interest: Interest::NONE });
+        place.socket = Some(Socket { descriptor, family, interest: Interest::NONE });
         Ok(id)
     }
 }
@@ -304,23 +312,33 @@ fn set_up_connection(descriptor: &OwnedFd) -> Result<(), NetError> {
     sockopt::set_socket_keepalive(descriptor, true).map_err(error)
 }
 
-/// The addresses of a connection.
-fn ends(descriptor: &OwnedFd) -> Option<silence::Ends> {
-    let own = rustix::net::getsockname(descriptor).ok()?;
-    let peer = rustix::net::getpeername(descriptor).ok()??;
-    match (SocketAddr::try_from(own), SocketAddr::try_from(peer)) {
-        (Ok(SocketAddr::V4(own)), Ok(SocketAddr::V4(peer))) => Some((own, peer)),
-        _ => None,
+/// The number by which Linux names a socket in its table of connections.
+fn inode(descriptor: &OwnedFd) -> Option<u64> {
+    rustix::fs::fstat(descriptor).ok().map(|stat| stat.st_ino)
+}
+
+/// A socket that is to take what comes over any family that this computer has: one of IPv6 that takes IPv4, too, or of
+/// IPv4 where there is no other.
+fn open_for_all(kind: SocketType, protocol: Protocol) -> Result<(OwnedFd, AddressFamily), NetError> {
+    let takes_both = open(AddressFamily::INET6, kind, protocol).and_then(|descriptor| {
+        sockopt::set_ipv6_v6only(&descriptor, false).map_err(error)?;
+        Ok((descriptor, AddressFamily::INET6))
+    });
+    takes_both.or_else(|_| Ok((open(AddressFamily::INET, kind, protocol)?, AddressFamily::INET)))
+}
+
+/// All addresses of this computer.
+fn any_address(family: AddressFamily, port: u16) -> SocketAddr {
+    if family == AddressFamily::INET6 {
+        SocketAddr::from((Ipv6Addr::UNSPECIFIED, port))
+    } else {
+        SocketAddr::from((Ipv4Addr::UNSPECIFIED, port))
     }
 }
 
-fn stream_socket() -> Result<OwnedFd, NetError> {
-    open(SocketType::STREAM, ipproto::TCP)
-}
-
-fn open(kind: SocketType, protocol: Protocol) -> Result<OwnedFd, NetError> {
+fn open(family: AddressFamily, kind: SocketType, protocol: Protocol) -> Result<OwnedFd, NetError> {
     let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
-    rustix::net::socket_with(AddressFamily::INET, kind, flags, Some(protocol)).map_err(error)
+    rustix::net::socket_with(family, kind, flags, Some(protocol)).map_err(error)
 }
 
 fn transfer(mut call: impl FnMut() -> Result<usize, Errno>) -> Result<Transfer, NetError> {

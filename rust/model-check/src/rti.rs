@@ -83,7 +83,13 @@ impl Suspension {
             for id in 0..federates {
                 let upstream: Vec<_> = graph.upstream(id).map(|(from, delay)| (number(from), told(delay))).collect();
                 let downstream: Vec<_> = graph.downstream(id).map(|(to, _)| number(to)).collect();
-                rti.handle_connect(NOW, ConnectionId(id), [127, 0, 0, 1], [0; 8], &mut outlet);
+                rti.handle_connect(
+                    NOW,
+                    ConnectionId(id),
+                    lf_coordination::IpAddress::V4([127, 0, 0, 1].into()),
+                    [0; 8],
+                    &mut outlet,
+                );
                 for message in [
                     Message::FedIds { federate: number(id), federation_id: FEDERATION_ID },
                     Message::NeighborStructure(NeighborStructure::new(&upstream, &downstream)),

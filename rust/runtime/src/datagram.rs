@@ -2,8 +2,7 @@
 //! Datagrams of clock synchronization: they are read before anything else, for the time right after that is the one
 //! that counts.
 
-use core::net::SocketAddrV4;
-
+use lf_coordination::Endpoint;
 use lf_model::time::Instant;
 use lf_wire::{Message, MessageType};
 
@@ -47,7 +46,7 @@ impl DatagramPort {
     pub(crate) fn receive<P: Platform>(
         &mut self,
         platform: &mut P,
-        mut handle: impl FnMut(&mut P, SocketId, Instant, SocketAddrV4, &[u8]),
+        mut handle: impl FnMut(&mut P, SocketId, Instant, Endpoint, &[u8]),
     ) {
         let Some(socket) = self.socket.filter(|_| core::mem::take(&mut self.readable)) else { return };
         let mut buffer = [0; BYTES_MAX];
@@ -74,7 +73,7 @@ impl DatagramPort {
 }
 
 /// Sends a message. If it is lost, here or on the way, so is its round.
-pub(crate) fn send<P: Platform>(platform: &mut P, socket: SocketId, to: SocketAddrV4, message: &Message<'_>) {
+pub(crate) fn send<P: Platform>(platform: &mut P, socket: SocketId, to: Endpoint, message: &Message<'_>) {
     let mut bytes = [0; BYTES_MAX];
     if let Ok(len) = message.encode(&mut bytes) {
         let _ = platform.send_to(socket, to, bytes.get(..len).unwrap_or_default());

@@ -2,9 +2,8 @@
 //! Why a participant ends early. Each error says in a sentence what happened, and where it helps, what to do.
 
 use core::fmt;
-use core::net::SocketAddrV4;
 
-use lf_coordination::Dotted;
+use lf_coordination::Endpoint;
 use lf_coordination::federate::{ConfigError, FederateError, Phase, before_start, late};
 use lf_model::time::{EventTag, Interval};
 use lf_model::{DeliverError, ModelError};
@@ -19,7 +18,7 @@ pub enum RunError {
     /// No RTI answered within the connect time-out.
     RtiUnreachable {
         /// Where it was looked for.
-        address: SocketAddrV4,
+        address: Endpoint,
         /// The outcome of the last attempt; `None` when none had an outcome.
         last: Option<NetError>,
     },
@@ -115,7 +114,7 @@ impl fmt::Display for RunError {
             Self::Bind(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Listen(_) if !cfg!(feature = "peers") => Ok(()),
             Self::RtiUnreachable { address, last } => {
-                say!(f, "no RTI answers at {}:{}", Dotted(*address.ip()), address.port())?;
+                say!(f, "no RTI answers at {address}")?;
                 if let Some(last) = last {
                     say!(f, " ({last})")?;
                 }

@@ -42,7 +42,7 @@ impl core::error::Error for ImageError {}
 /// A setting that cannot be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SettingsError {
-    /// The address of the RTI is not an IPv4 address.
+    /// The address of the RTI is not an address of a family that the image has.
     RtiAddress,
     /// The port of the RTI is not one.
     RtiPort(u32),
@@ -52,7 +52,11 @@ impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::RtiAddress => {
-                say!(f, "CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an IPv4 address such as 10.0.0.1")
+                say!(
+                    f,
+                    "CONFIG_LF_RTI_ADDRESS (-lf-rti-address) has to be an address such as 10.0.0.1, or fd00::1 in an \
+                     image with CONFIG_NET_IPV6"
+                )
             }
             Self::RtiPort(port) => say!(f, "the RTI's port is {port}, but has to be one of 1 to 65535"),
         }

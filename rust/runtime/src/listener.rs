@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where connections come from.
 
-use core::net::Ipv4Addr;
-
-use lf_coordination::{Deadline, Tally};
+use lf_coordination::{Deadline, IpAddress, Tally};
 use lf_model::time::{Instant, Interval};
 
 use crate::platform::{Interest, Platform, SocketId};
@@ -58,7 +56,7 @@ impl Listener {
     }
 
     /// Takes a connection, if one waits.
-    pub(crate) fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) -> Option<(SocketId, Ipv4Addr)> {
+    pub(crate) fn accept<P: Platform>(&mut self, platform: &mut P, now: Instant) -> Option<(SocketId, IpAddress)> {
         self.ready = false;
         match platform.accept(self.socket?) {
             Ok(Some(connection)) => return Some(connection),

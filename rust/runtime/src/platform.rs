@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
 //!
-//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, over IPv4, TCP but for those of
-//! [`Platform::bind`]; they are named by [`SocketId`], whose generation makes a stale id an error and never another
-//! socket.
+//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, TCP but for those of [`Platform::bind`]; they
+//! are named by [`SocketId`], whose generation makes a stale id an error and never another socket. A listener and a UDP
+//! port take what comes over any family of IP that the system has, each address in the form that [`IpAddress`] has.
 
 use core::fmt;
-use core::net::{Ipv4Addr, SocketAddrV4};
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
+pub use lf_coordination::{Endpoint, IpAddress};
 use lf_model::Outside;
 use lf_model::time::{Instant, Tag};
 use lf_texts::say;
@@ -157,7 +157,7 @@ pub trait Platform {
     ///
     /// # Errors
     /// When the system refuses at once.
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError>;
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError>;
 
     /// The outcome of [`Platform::connect`], once the socket is writable.
     ///
@@ -183,13 +183,13 @@ pub trait Platform {
     ///
     /// # Errors
     /// When the system reports an error of the port; the next call may succeed.
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError>;
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError>;
 
     /// Sends a datagram, which may get lost without anybody noticing.
     ///
     /// # Errors
     /// When the system does not take it; it is then lost.
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError>;
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError>;
 
     /// The port on which a listener listens, or a UDP port that was bound.
     ///
@@ -201,7 +201,7 @@ pub trait Platform {
     ///
     /// # Errors
     /// [`NetError::NoSocketLeft`] when there is one, but no place for it; it then waits.
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError>;
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError>;
 
     /// Reads what has come, at most `buffer.len()` bytes.
     ///

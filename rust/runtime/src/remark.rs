@@ -3,14 +3,13 @@
 //! out as a [`code`](lf_coordination::code), and be turned back into the sentence elsewhere.
 
 use core::fmt::{self, Write};
-use core::net::{Ipv4Addr, SocketAddrV4};
 use core::time::Duration;
 
 use lf_coordination::clock_sync::Trouble;
 use lf_coordination::code::{Decode, Encode, Reader, Writer};
 use lf_coordination::federate::ClockSyncReport;
 use lf_coordination::rti::Notice;
-use lf_coordination::{Dotted, Times, coded};
+use lf_coordination::{Endpoint, IpAddress, Times, coded};
 use lf_model::time::{EventTag, Instant, Interval};
 use lf_texts::say;
 use lf_wire::RejectCode;
@@ -75,7 +74,7 @@ pub enum Remark {
     /// Its clock is not synchronized while the federation runs.
     NoDatagrams,
     /// A datagram came from there, which is not the RTI.
-    Stranger(SocketAddrV4),
+    Stranger(Endpoint),
     /// What clock synchronization has found out.
     ClockSync(ClockSyncReport),
     /// The system has no buffers for what is to be sent.
@@ -101,7 +100,7 @@ impl fmt::Display for Remark {
                 say!(f, "the clock is synchronized before the start only, because this image has no UDP")
             }
             Self::Stranger(from) => {
-                say!(f, "datagrams from {}:{}, which is not the RTI, are ignored", Dotted(*from.ip()), from.port())
+                say!(f, "datagrams from {from}, which is not the RTI, are ignored")
             }
             Self::ClockSync(report) => say!(f, "clock synchronization: {report}"),
             Self::ClockTrouble(trouble) => trouble.fmt(f),
@@ -196,7 +195,7 @@ pub enum PeerRemark {
     /// A connection was refused.
     Refused {
         /// From where it came.
-        address: Ipv4Addr,
+        address: IpAddress,
         /// Why.
         code: RejectCode,
         /// How many have been.
@@ -205,7 +204,7 @@ pub enum PeerRemark {
     /// A connection was closed whose other end did not say who it is.
     Nameless {
         /// From where it came.
-        address: Ipv4Addr,
+        address: IpAddress,
         /// How many have been.
         times: Times,
     },
@@ -246,14 +245,10 @@ impl fmt::Display for PeerRemark {
                 say!(f, "federate {to} left before this one: messages on their way to it may be lost")
             }
             Self::Refused { address, code, times } => {
-                say!(f, "a connection from {} was refused: {code}{times}", Dotted(*address))
+                say!(f, "a connection from {address} was refused: {code}{times}")
             }
             Self::Nameless { address, times } => {
-                say!(
-                    f,
-                    "a connection from {} did not say which federate it is, and was closed{times}",
-                    Dotted(*address)
-                )
+                say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
             }
         }
     }
@@ -302,7 +297,7 @@ coded!(RunError {
     Listen(error), Peer { federate, fault }, TagFull { input }, BufferTooSmall { buffer, needed, found },
 });
 coded!(Reason {
-    Rti, Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate),
+    Rti(address, last), Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate), Id,
 });
 coded!(SettingsError { RtiAddress, RtiPort(port) });
 coded!(ImageError { Platform(error), Settings(error), Run(error), Running });

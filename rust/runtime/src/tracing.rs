@@ -72,7 +72,7 @@ pub(crate) fn waits(reason: Option<Reason>, input: Option<InputId>, next: Option
         (Some(Reason::Grant(tag)), _) => Waits::Grant(tag),
         (Some(Reason::Input(tag, _)), _) => Waits::Input(tag, input.map_or(u16::MAX, |input| input.0), patience),
         (Some(Reason::Room(tag, peer)), _) => Waits::Room(tag, peer.unwrap_or(RTI)),
-        (Some(Reason::Rti | Reason::Answer(_) | Reason::Peer(..) | Reason::Others), _) => Waits::Start,
+        (Some(Reason::Rti(..) | Reason::Id | Reason::Answer(_) | Reason::Peer(..) | Reason::Others), _) => Waits::Start,
         (None, Some(tag)) if is_timed => Waits::Time(tag),
         (None, _) => Waits::Anything,
     }

@@ -4,10 +4,9 @@
 
 mod support;
 
-use std::net::SocketAddrV4;
-
 use lf_model::time::Interval;
 use lf_model::{Engine, Program as _, Settings};
+use lf_runtime::platform::Endpoint;
 use lf_runtime::{All, Buffers, Join, RunError, run_federate, run_unfederated};
 use lf_testkit::network::address_of;
 use support::federation::{PORT, Plan, RTI, edge, federation_of};
@@ -88,7 +87,7 @@ fn a_buffer_without_room_for_a_message_is_an_error() {
         let mut storage = NodeStorage::new();
         let engine = Engine::new(node.tables(), &mut storage, Settings::DEFAULT);
         let (mut input, mut output) = (vec![0; input_bytes], vec![0; output_bytes]);
-        let join = Join { federation_id: b"virtual", rti: SocketAddrV4::new(address_of(RTI), PORT) };
+        let join = Join { federation_id: b"virtual", rti: Endpoint::new(address_of(RTI), PORT), others: &[] };
         let buffers = Buffers::new(&mut input, &mut output);
         let error =
             run_federate::<_, All>(&mut platform, &mut node, engine, &federation, &join, buffers, &mut []).unwrap_err();

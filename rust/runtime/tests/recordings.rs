@@ -6,12 +6,11 @@
 mod support;
 
 use std::collections::BTreeMap;
-use std::net::SocketAddrV4;
 
 use lf_coordination::Deadline;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
-use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_testkit::golden::{Fill, Frame, Step};
 use lf_testkit::network::address_of;
 use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
@@ -56,7 +55,7 @@ impl Tester {
                     self.connections.insert(*connection, accepted.0);
                 }
                 Step::P2pConnect(connection) => {
-                    let address = SocketAddrV4::new(address_of(FEDERATE), self.advertised);
+                    let address = Endpoint::new(address_of(FEDERATE), self.advertised);
                     let socket = self.platform.connect(address).unwrap();
                     self.wait_for(socket, Interest::WRITE, &at, |platform| platform.connected(socket).ok());
                     self.connections.insert(*connection, socket);
@@ -131,7 +130,8 @@ impl Tester {
                 let mut bytes = frame.bytes.fill_with(port.to_le_bytes());
                 // The tester is not on the computer on which it was recorded.
                 let address = bytes.len() - 4;
-                bytes[address..].copy_from_slice(&address_of(RTI).octets());
+                let IpAddress::V4(ip) = address_of(RTI) else { panic!("the recordings are of IPv4") };
+                bytes[address..].copy_from_slice(&ip.octets());
                 bytes
             }
             Some(other) => panic!("not of a decentralized federate: {other:?}"),

@@ -37,10 +37,10 @@ pub struct Parts {
 impl Parts {
     /// The message that these parts make.
     pub fn message(&self) -> Message<'_> {
-        let Self { port, federate, tag, int, address, nonce, hmac, .. } = *self;
+        let Self { port, federate, tag, int, address, nonce, hmac, code, .. } = *self;
         let (federation_id, payload) = (&self.id[..], &self.payload[..]);
         match self.message_type {
-            MessageType::Reject => Message::Reject(RejectCode::from_byte(self.code)),
+            MessageType::Reject => Message::Reject(RejectCode::from_byte(code)),
             MessageType::FedIds => Message::FedIds { federate, federation_id },
             MessageType::Timestamp => Message::Timestamp(tag.time),
             MessageType::Resign => Message::Resign,
@@ -54,6 +54,11 @@ impl Parts {
             MessageType::StopGranted => Message::StopGranted(tag),
             MessageType::AddressQuery => Message::AddressQuery { federate },
             MessageType::AddressQueryReply => Message::AddressQueryReply { port: int, address },
+            MessageType::AddressQueryReplyIpv6 => {
+                let mut long = [0; 16];
+                long[..4].copy_from_slice(&address);
+                Message::AddressQueryReplyIpv6 { port: int, address: long, scope: code.into() }
+            }
             MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: int },
             MessageType::P2pSendingFedId => Message::P2pSendingFedId { federate, federation_id },
             MessageType::P2pMessage => Message::P2pMessage { port, federate, payload },

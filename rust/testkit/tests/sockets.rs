@@ -2,9 +2,7 @@
 //! The network does what TCP and UDP do.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use std::net::SocketAddrV4;
-
-use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, NetError, SocketId, Transfer};
 use lf_testkit::network::{Medium, Network, address_of};
 
 const PORT: u16 = 7;
@@ -43,7 +41,7 @@ fn network() -> (Network<Wire>, SocketId) {
 }
 
 fn connect(network: &mut Network<Wire>, to: usize) -> SocketId {
-    let socket = network.connect(1, SocketAddrV4::new(address_of(to), PORT), 0).unwrap();
+    let socket = network.connect(1, Endpoint::new(address_of(to), PORT), 0).unwrap();
     network.set_interest(1, socket, BOTH);
     socket
 }
@@ -174,8 +172,8 @@ fn a_place_is_used_again_under_another_id_and_a_port_of_its_own_choice_is_nobody
 fn a_datagram_comes_as_often_as_the_medium_says_and_only_where_somebody_listens() {
     let (mut network, _) = network();
     let (from, to) = (network.bind(1, 0).unwrap(), network.bind(0, PORT).unwrap());
-    let sender = SocketAddrV4::new(address_of(1), network.local_port(1, from).unwrap());
-    let receiver = SocketAddrV4::new(address_of(0), PORT);
+    let sender = Endpoint::new(address_of(1), network.local_port(1, from).unwrap());
+    let receiver = Endpoint::new(address_of(0), PORT);
     network.set_interest(0, to, Interest::READ);
     for (copies, bytes) in [(0, b"ab"), (1, b"cd"), (2, b"ef")] {
         *network.medium_mut() = Wire(copies);
@@ -189,7 +187,7 @@ fn a_datagram_comes_as_often_as_the_medium_says_and_only_where_somebody_listens(
         all.extend(buffer);
     }
     assert_eq!(all, b"cee");
-    assert_eq!(network.send_to(1, from, SocketAddrV4::new(address_of(0), PORT + 1), b"ab", 12), Ok(()));
-    let nobody = SocketAddrV4::new(address_of(2), PORT);
+    assert_eq!(network.send_to(1, from, Endpoint::new(address_of(0), PORT + 1), b"ab", 12), Ok(()));
+    let nobody = Endpoint::new(address_of(2), PORT);
     assert_eq!(network.send_to(1, from, nobody, b"ab", 12), Err(NetError::Unreachable));
 }

@@ -60,6 +60,17 @@ pub enum Message<'a> {
         /// IPv4 address, in the order in which it is written.
         address: [u8; 4],
     },
+    /// ADDRESS_QUERY_REPLY_IPV6 (114), RTI to federate. The stock programs know IPv4 only; this message goes over
+    /// connections of IPv6 only, which none of them makes.
+    #[cfg(feature = "ipv6")]
+    AddressQueryReplyIpv6 {
+        /// TCP port.
+        port: i32,
+        /// IPv6 address, in the order in which it is written.
+        address: [u8; 16],
+        /// For a link-local address, the number of the interface at which the RTI's computer has it.
+        scope: u32,
+    },
     /// ADDRESS_ADVERTISEMENT (15), federate to RTI. Not answered.
     AddressAdvertisement {
         /// TCP port on which the federate listens for other federates.
@@ -163,6 +174,8 @@ impl Message<'_> {
             Self::StopGranted(_) => MessageType::StopGranted,
             Self::AddressQuery { .. } => MessageType::AddressQuery,
             Self::AddressQueryReply { .. } => MessageType::AddressQueryReply,
+            #[cfg(feature = "ipv6")]
+            Self::AddressQueryReplyIpv6 { .. } => MessageType::AddressQueryReplyIpv6,
             Self::AddressAdvertisement { .. } => MessageType::AddressAdvertisement,
             Self::P2pSendingFedId { .. } => MessageType::P2pSendingFedId,
             Self::P2pMessage { .. } => MessageType::P2pMessage,

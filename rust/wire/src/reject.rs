@@ -10,7 +10,7 @@ use lf_texts::{say, text};
 pub enum RejectCode {
     /// 1: the federation id is another one.
     FederationIdMismatch,
-    /// 2: a federate with this id is connected already.
+    /// 2: the id is taken: a federate with it is connected, or has left the federation since that runs.
     IdInUse,
     /// 3: the federation has no federate with this id.
     IdOutOfRange,
@@ -60,7 +60,7 @@ impl fmt::Display for RejectCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = match self {
             Self::FederationIdMismatch => text!("the federation id does not match"),
-            Self::IdInUse => text!("a federate with this id is connected already"),
+            Self::IdInUse => text!("a federate with this id is connected, or has left the running federation"),
             Self::IdOutOfRange => text!("the federation has no federate with this id"),
             Self::UnexpectedMessage => text!("the message was not expected"),
             Self::WrongServer => text!("the connection went to the wrong server"),

@@ -7,21 +7,21 @@ use crate::dialect;
 
 /// Declares the types once, so that name and list cannot drift apart.
 macro_rules! message_types {
-    ($($(#[$doc:meta])* $variant:ident $name:literal;)*) => {
+    ($($(#[doc = $doc:literal])* $(#[cfg($cfg:meta)])? $variant:ident $name:literal;)*) => {
         /// The type of a message.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum MessageType {
-            $($(#[$doc])* $variant,)*
+            $($(#[doc = $doc])* $(#[cfg($cfg)])? $variant,)*
         }
 
         impl MessageType {
             /// All types.
-            pub const ALL: &[Self] = &[$(Self::$variant,)*];
+            pub const ALL: &[Self] = &[$($(#[cfg($cfg)])? Self::$variant,)*];
 
             /// The name in the protocol's own spelling, for messages to people.
             pub const fn name(self) -> &'static str {
                 match self {
-                    $(Self::$variant => $name,)*
+                    $($(#[cfg($cfg)])? Self::$variant => $name,)*
                 }
             }
         }
@@ -57,6 +57,9 @@ message_types! {
     AddressQuery "ADDRESS_QUERY";
     /// Its answer.
     AddressQueryReply "ADDRESS_QUERY_REPLY";
+    /// The same, with an IPv6 address.
+    #[cfg(feature = "ipv6")]
+    AddressQueryReplyIpv6 "ADDRESS_QUERY_REPLY_IPV6";
     /// A federate tells the port on which it listens.
     AddressAdvertisement "ADDRESS_ADVERTISEMENT";
     /// A federate names itself to another federate.

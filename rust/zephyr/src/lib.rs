@@ -9,6 +9,7 @@
 //! has, and with [`rti!`] which RTI; the application's `main()` runs both through the C API of `c_api`.
 #![no_std]
 
+mod address;
 mod c_api;
 pub mod clock;
 #[doc(hidden)]

@@ -2,10 +2,10 @@
 //! Sockets of Zephyr, one call each: descriptors that close themselves, and errors as values.
 
 use core::ffi::{c_int, c_void};
-use core::net::{Ipv4Addr, SocketAddrV4};
 
-use lf_runtime::platform::{NetError, Transfer};
+use lf_runtime::platform::{Endpoint, IpAddress, NetError, Transfer};
 
+use crate::address::{ANY_FAMILY, SystemAddress, integer, size_of_in_bytes};
 use crate::raw::{self, lf_network_error as error};
 
 /// The ports that a listener on "any port" is tried on where the network stack does not tell which one it has chosen.
@@ -26,14 +26,10 @@ impl Drop for Descriptor {
 }
 
 impl Descriptor {
-    /// A TCP socket whose calls return at once.
-    fn stream() -> Result<Self, NetError> {
-        Self::open(raw::net_sock_type::SOCK_STREAM, TCP)
-    }
-
-    fn open(kind: raw::net_sock_type::Type, protocol: u32) -> Result<Self, NetError> {
+    /// A socket whose calls return at once.
+    fn open(family: u32, kind: raw::net_sock_type::Type, protocol: u32) -> Result<Self, NetError> {
         // SAFETY: it has no precondition.
-        let number = unsafe { raw::zsock_socket(integer(raw::AF_INET), integer(kind), integer(protocol)) };
+        let number = unsafe { raw::zsock_socket(integer(family), integer(kind), integer(protocol)) };
         Self::adopt(number)
     }
 
@@ -51,12 +47,12 @@ impl Descriptor {
     }
 
     /// Begins to connect.
-    pub(crate) fn connect(address: SocketAddrV4) -> Result<Self, NetError> {
-        let descriptor = Self::stream()?;
+    pub(crate) fn connect(address: Endpoint) -> Result<Self, NetError> {
+        let address = SystemAddress::of(address);
+        let descriptor = Self::open(address.family(), raw::net_sock_type::SOCK_STREAM, TCP)?;
         descriptor.set_up_connection();
-        let (address, length) = system_address(address);
-        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
-        let result = unsafe { raw::zsock_connect(descriptor.0, (&raw const address).cast(), length) };
+        // SAFETY: pointer and length are those of a local that holds an address.
+        let result = unsafe { raw::zsock_connect(descriptor.0, address.as_ptr(), address.length()) };
         match check(result) {
             Err(_) if last_class() == error::LF_NETWORK_IN_PROGRESS => Ok(descriptor),
             result => result.map(|_| descriptor),
@@ -106,82 +102,77 @@ impl Descriptor {
     }
 
     fn datagrams_on(port: u16) -> Result<Self, NetError> {
-        let descriptor = Self::open(raw::net_sock_type::SOCK_DGRAM, UDP)?;
-        let (address, length) = system_address(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
-        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
-        check(unsafe { raw::zsock_bind(descriptor.0, (&raw const address).cast(), length) })?;
+        let descriptor = Self::open(ANY_FAMILY, raw::net_sock_type::SOCK_DGRAM, UDP)?;
+        descriptor.bind(port)?;
         Ok(descriptor)
     }
 
     /// Takes a datagram that has come, if there is one.
-    pub(crate) fn receive_from(&self, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
-        let mut address = raw::sockaddr_in::default();
-        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
+    pub(crate) fn receive_from(&self, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
+        let mut address = SystemAddress::room();
+        let (sender, length) = address.as_mut_ptrs();
         // SAFETY: pointers and lengths are those of a slice that may be written to, and of a local that has room for an
-        // IPv4 address.
-        let count = unsafe {
-            let (bytes, sender) = (buffer.as_mut_ptr().cast(), (&raw mut address).cast());
-            raw::zsock_recvfrom(self.0, bytes, buffer.len(), 0, sender, &raw mut length)
-        };
+        // address.
+        let count =
+            unsafe { raw::zsock_recvfrom(self.0, buffer.as_mut_ptr().cast(), buffer.len(), 0, sender, length) };
         match usize::try_from(count) {
-            Ok(count) => {
-                // SAFETY: all three views of the address are integers or arrays of them, without invalid values.
-                let sender = unsafe { address.sin_addr.__bindgen_anon_1.s_addr };
-                let sender = Ipv4Addr::from_bits(u32::from_be(sender));
-                Ok(Some((count, SocketAddrV4::new(sender, u16::from_be(address.sin_port)))))
-            }
+            Ok(count) => Ok(Some((count, address.endpoint()))),
             Err(_) if matches!(last_class(), error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED) => Ok(None),
             Err(_) => Err(last_error()),
         }
     }
 
     /// Sends a datagram.
-    pub(crate) fn send_to(&self, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
-        let (address, length) = system_address(to);
-        // SAFETY: pointers and lengths are those of a slice, and of a local that holds an IPv4 address.
+    pub(crate) fn send_to(&self, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
+        let to = SystemAddress::for_any(to);
+        // SAFETY: pointers and lengths are those of a slice, and of a local that holds an address.
         let count = unsafe {
-            let to = (&raw const address).cast();
-            raw::zsock_sendto(self.0, bytes.as_ptr().cast(), bytes.len(), 0, to, length)
+            raw::zsock_sendto(self.0, bytes.as_ptr().cast(), bytes.len(), 0, to.as_ptr(), to.length())
         };
         if count < 0 { Err(last_error()) } else { Ok(()) }
     }
 
     fn listen_on(port: u16, waiting: usize) -> Result<Self, NetError> {
-        let descriptor = Self::stream()?;
+        let descriptor = Self::open(ANY_FAMILY, raw::net_sock_type::SOCK_STREAM, TCP)?;
         // A port must be free again as soon as the program before has ended; a stack without the option is like that.
         descriptor.switch_on(raw::SOL_SOCKET, raw::SO_REUSEADDR);
-        let (address, length) = system_address(SocketAddrV4::new(Ipv4Addr::UNSPECIFIED, port));
-        // SAFETY: pointer and length are those of a local that holds an IPv4 address.
-        check(unsafe { raw::zsock_bind(descriptor.0, (&raw const address).cast(), length) })?;
+        descriptor.bind(port)?;
         let waiting = c_int::try_from(waiting).unwrap_or(c_int::MAX);
         // SAFETY: it takes any descriptor.
         check(unsafe { raw::zsock_listen(descriptor.0, waiting) })?;
         Ok(descriptor)
     }
 
+    /// Takes a port of all addresses, of both families where there are both.
+    fn bind(&self, port: u16) -> Result<(), NetError> {
+        #[cfg(feature = "ipv6")]
+        self.set(raw::net_ip_protocol::IPPROTO_IPV6, raw::IPV6_V6ONLY, 0);
+        let address = SystemAddress::any(port);
+        // SAFETY: pointer and length are those of a local that holds an address.
+        check(unsafe { raw::zsock_bind(self.0, address.as_ptr(), address.length()) })?;
+        Ok(())
+    }
+
     fn local_port(&self) -> Result<u16, NetError> {
-        let mut address = raw::sockaddr_in::default();
-        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
-        // SAFETY: pointer and length are those of a local that has room for an IPv4 address.
-        let result = unsafe { raw::zsock_getsockname(self.0, (&raw mut address).cast(), &raw mut length) };
-        check(result)?;
-        Ok(u16::from_be(address.sin_port))
+        let mut address = SystemAddress::room();
+        let (own, length) = address.as_mut_ptrs();
+        // SAFETY: pointer and length are those of a local that has room for an address.
+        check(unsafe { raw::zsock_getsockname(self.0, own, length) })?;
+        Ok(address.endpoint().port)
     }
 
     /// Takes a waiting connection, if there is one.
-    pub(crate) fn accept(&self) -> Result<Option<(Self, Ipv4Addr)>, NetError> {
-        let mut address = raw::sockaddr_in::default();
-        let mut length = size_of_in_bytes::<raw::sockaddr_in>();
-        // SAFETY: pointer and length are those of a local that has room for an IPv4 address.
-        let number = unsafe { raw::zsock_accept(self.0, (&raw mut address).cast(), &raw mut length) };
+    pub(crate) fn accept(&self) -> Result<Option<(Self, IpAddress)>, NetError> {
+        let mut address = SystemAddress::room();
+        let (peer, length) = address.as_mut_ptrs();
+        // SAFETY: pointer and length are those of a local that has room for an address.
+        let number = unsafe { raw::zsock_accept(self.0, peer, length) };
         if number < 0 && matches!(last_class(), error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED) {
             return Ok(None);
         }
         let descriptor = Self::adopt(number)?;
         descriptor.set_up_connection();
-        // SAFETY: all three views of the address are integers or arrays of them, without invalid values.
-        let peer = unsafe { address.sin_addr.__bindgen_anon_1.s_addr };
-        Ok(Some((descriptor, Ipv4Addr::from_bits(u32::from_be(peer)))))
+        Ok(Some((descriptor, address.endpoint().ip)))
     }
 
     /// Reads what has come.
@@ -222,11 +213,14 @@ impl Descriptor {
 
     /// Sets an option whose absence does no harm.
     fn switch_on(&self, level: u32, option: u32) {
-        let on: c_int = 1;
+        self.set(level, option, 1);
+    }
+
+    fn set(&self, level: u32, option: u32, value: c_int) {
         let length = size_of_in_bytes::<c_int>();
+        let value = (&raw const value).cast();
         // SAFETY: pointer and length are those of a local.
-        let _ =
-            unsafe { raw::zsock_setsockopt(self.0, integer(level), integer(option), (&raw const on).cast(), length) };
+        let _ = unsafe { raw::zsock_setsockopt(self.0, integer(level), integer(option), value, length) };
     }
 }
 
@@ -243,11 +237,6 @@ pub(crate) fn poll(set: &mut [raw::zvfs_pollfd], timeout_ticks: i64) -> usize {
 pub(crate) fn last_error() -> NetError {
     // SAFETY: it has no precondition.
     error_of(unsafe { raw::lf_errno() })
-}
-
-/// A small constant of C as its functions take it.
-pub(crate) const fn integer(value: u32) -> c_int {
-    value.cast_signed()
 }
 
 fn check(result: c_int) -> Result<c_int, NetError> {
@@ -281,19 +270,4 @@ fn error_of(number: c_int) -> NetError {
         error::LF_NETWORK_NO_SOCKET_LEFT => NetError::NoSocketLeft,
         _ => NetError::Os(number),
     }
-}
-
-fn system_address(address: SocketAddrV4) -> (raw::sockaddr_in, raw::socklen_t) {
-    // The type is narrow, but the constant is 1.
-    #[allow(clippy::cast_possible_truncation, reason = "see above")]
-    let sin_family = raw::AF_INET as raw::sa_family_t;
-    let mut system = raw::sockaddr_in { sin_family, sin_port: address.port().to_be(), ..Default::default() };
-    system.sin_addr.__bindgen_anon_1.s_addr = address.ip().to_bits().to_be();
-    (system, size_of_in_bytes::<raw::sockaddr_in>())
-}
-
-/// A size as the functions of C take it.
-#[allow(clippy::cast_possible_truncation, reason = "it is asked only for an address and an integer")]
-fn size_of_in_bytes<T>() -> raw::socklen_t {
-    size_of::<T>() as raw::socklen_t
 }

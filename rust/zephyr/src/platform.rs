@@ -2,14 +2,13 @@
 //! Zephyr under the event loop.
 
 use core::ffi::c_int;
-use core::net::{Ipv4Addr, SocketAddrV4};
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 #[cfg(feature = "traces")]
 use lf_runtime::trace::{Event, Header};
 use lf_runtime::{Remark, tell};
@@ -196,7 +195,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         }
     }
 
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
         if !self.has_place() {
             return Err(NetError::NoSocketLeft);
         }
@@ -223,11 +222,11 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         self.insert(descriptor, Some(port))
     }
 
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         self.socket(socket)?.descriptor.receive_from(buffer)
     }
 
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         self.socket(socket)?.descriptor.send_to(to, bytes)
     }
 
@@ -235,7 +234,7 @@ impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
         self.socket(listener)?.port.ok_or(NetError::Stale)
     }
 
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let has_place = self.has_place();
         let descriptor = &self.socket(listener)?.descriptor;
         if !has_place {

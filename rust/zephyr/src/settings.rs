@@ -3,10 +3,10 @@
 //! from the command line.
 
 use core::ffi::CStr;
-use core::net::{Ipv4Addr, SocketAddrV4};
 use core::sync::atomic::{AtomicU16, Ordering};
 
 use lf_embedded::federate::Least;
+use lf_runtime::platform::{Endpoint, IpAddress};
 use lf_runtime::{Join, SettingsError};
 
 use crate::kconfig::{LF_RECEIVE_BUFFER_SIZE, LF_SEND_BUFFER_SIZE};
@@ -18,9 +18,9 @@ pub const BUFFERS: Least = Least { input_bytes: LF_RECEIVE_BUFFER_SIZE, output_b
 /// The federation to join.
 ///
 /// # Errors
-/// When the RTI's address is not an IPv4 address, or its port not a port.
+/// When the RTI's address is not an address of a family that the image has, or its port not a port.
 pub fn join() -> Result<Join<'static>, SettingsError> {
-    Ok(Join { federation_id: federation_id(), rti: rti_address()? })
+    Ok(Join { federation_id: federation_id(), rti: rti_address()?, others: &[] })
 }
 
 /// The federation id that the federate presents to the RTI; empty for that of its program.
@@ -31,17 +31,21 @@ pub(crate) fn federation_id() -> &'static [u8] {
 }
 
 /// Where the RTI listens.
-fn rti_address() -> Result<SocketAddrV4, SettingsError> {
-    let mut octets = [0; 4];
-    // SAFETY: there are as many bytes as C writes.
-    if !unsafe { raw::lf_rti_address(octets.as_mut_ptr()) } {
-        return Err(SettingsError::RtiAddress);
-    }
+fn rti_address() -> Result<Endpoint, SettingsError> {
+    let mut octets = [0; 16];
+    // SAFETY: C writes as many bytes as it returns, which are no more than there are.
+    let count = unsafe { raw::lf_rti_address(octets.as_mut_ptr()) };
+    let ip = match (count, octets) {
+        (4, [first, second, third, fourth, ..]) => IpAddress::V4([first, second, third, fourth].into()),
+        #[cfg(feature = "ipv6")]
+        (16, octets) => IpAddress::v6(octets.into(), 0),
+        _ => return Err(SettingsError::RtiAddress),
+    };
     let port = match OWN_RTI_PORT.load(Ordering::Acquire) {
         0 => own_rti_port()?,
         own => own,
     };
-    if port == 0 { Err(SettingsError::RtiPort(0)) } else { Ok(SocketAddrV4::new(Ipv4Addr::from(octets), port)) }
+    if port == 0 { Err(SettingsError::RtiPort(0)) } else { Ok(Endpoint::new(ip, port)) }
 }
 
 /// Where an RTI that is part of this image listens; 0 before it does.

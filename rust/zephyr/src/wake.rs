@@ -7,8 +7,8 @@ use core::sync::atomic::{AtomicI32, Ordering};
 
 use lf_runtime::platform::NetError;
 
-use crate::net;
-use crate::raw;
+use crate::address::integer;
+use crate::{net, raw};
 
 /// The descriptor, negative before there is one. It is never closed, so that any thread can use it at any time.
 static DESCRIPTOR: AtomicI32 = AtomicI32::new(-1);
@@ -31,7 +31,7 @@ pub(crate) fn descriptor() -> Result<c_int, NetError> {
         return Ok(descriptor);
     }
     // SAFETY: it has no precondition.
-    let descriptor = unsafe { raw::zvfs_eventfd(0, net::integer(raw::ZVFS_EFD_NONBLOCK)) };
+    let descriptor = unsafe { raw::zvfs_eventfd(0, integer(raw::ZVFS_EFD_NONBLOCK)) };
     if descriptor < 0 {
         return Err(net::last_error());
     }

@@ -208,8 +208,8 @@ void lf_watchdog_stop(void);
 
 /* The settings from Kconfig, which the command line of native_sim overrides. */
 const char *lf_federation_id(void);
-/* Gives the four bytes of the address; false when the setting is none. */
-bool lf_rti_address(uint8_t octets[4]);
+/* Writes the address, and returns how many bytes it has: 4, 16, or 0 when the setting is none. */
+int lf_rti_address(uint8_t octets[16]);
 uint32_t lf_rti_port(void);
 
 #endif /* LF_PLATFORM_H_ */

@@ -93,7 +93,7 @@ fn description(built: &Built) -> Value {
 
 fn add_place(value: &mut Value, place: &Place) {
     value["network"] = json!(place.network.map(|network| {
-        json!({ "ip": network.ip.to_string(), "netmask": network.netmask.to_string(),
+        json!({ "ip": network.ip.to_string(), "prefix": network.prefix_bits,
             "gateway": network.gateway.map(|gateway| gateway.to_string()),
             "mac": place.mac.map(|mac| mac.to_string()) })
     }));
@@ -220,7 +220,7 @@ federated reactor at example.com:4242 {
         assert_eq!((&value["rti"]["host"], &value["rti"]["port"]), (&json!("10.0.0.1"), &json!(15099)));
         let participants = value["participants"].as_array().expect("it is a list");
         assert_eq!(participants.len(), 1, "the other federate is for this computer");
-        let network = json!({ "ip": "10.0.0.2", "netmask": "255.255.255.0", "gateway": null, "mac": null });
+        let network = json!({ "ip": "10.0.0.2", "prefix": 24, "gateway": null, "mac": null });
         assert_eq!(participants[0]["network"], network);
         assert_eq!((&participants[0]["runner"], &participants[0]["probe"]), (&json!("pyocd"), &json!("a1")));
     }

@@ -64,8 +64,9 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         let program =
             program.ok_or_else(|| Failure::message(format!("there is no program for the federate {name}")))?;
         let mut words = vec![Word::from(program)];
-        if planned.is_some() {
-            words.extend(["--rti".into(), Word::known("127.0.0.1:", Known::RtiPort)]);
+        if let Some(planned) = planned {
+            let address = rti_address(planned, arguments);
+            words.extend(["--rti".into(), Word::known(address, Known::RtiPort)]);
             words.extend(["--id".into(), Word::known("", Known::FederationId)]);
         }
         words.extend(arguments.arguments.iter().map(Word::from));
@@ -116,6 +117,12 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
     }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))
+}
+
+/// Where the RTI is reached: on this computer, at an address of the family of the one that the program names. Another
+/// RTI may have no IPv6, as the stock one.
+fn rti_address(rti: &Rti, arguments: &RunArgs) -> &'static str {
+    if rti.host.contains(':') && arguments.rti.is_none() { "[::1]:" } else { "127.0.0.1:" }
 }
 
 /// A port that nothing listens on now.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a deployment file must fulfil beyond its keys: addresses that make sense and occur once, and known names.
 
-use core::net::Ipv4Addr;
+use core::net::{IpAddr, Ipv4Addr};
 use std::collections::BTreeMap;
 
 use serde_saphyr::{Location, Spanned};
@@ -57,7 +57,7 @@ impl DeploymentChecker<'_> {
                 return Some(Place { platform, ..Place::default() });
             }
             let reason = "a native_sim image is a program of this computer, which is not flashed";
-            self.refuse_keys(&keys[4..], &raw.platform.value, reason);
+            self.refuse_keys(&keys[5..], &raw.platform.value, reason);
         }
         let network = self.network(name, raw);
         let made_up = || network.filter(|_| platform.is_virtual()).map(|network| Mac::of_virtual_board(network.ip));
@@ -108,36 +108,82 @@ impl DeploymentChecker<'_> {
         };
         let ip = self.address(Some(raw_ip), "ip")?;
         self.once("IP address", ip.to_string(), name, raw_ip.referenced);
-        let netmask = self.address(raw.netmask.as_ref(), "netmask").unwrap_or(Ipv4Addr::new(255, 255, 255, 0));
-        if let Some(raw_mask) = &raw.netmask
-            && netmask.to_bits().leading_ones() + netmask.to_bits().trailing_zeros() != 32
-        {
-            self.error(raw_mask.referenced, format!("{netmask} is no netmask: its ones must come first"), None);
-        }
+        let prefix_bits = match ip {
+            IpAddr::V4(_) => self.netmask(raw),
+            IpAddr::V6(_) => self.prefix(raw),
+        };
         let gateway = self.address(raw.gateway.as_ref(), "gateway");
+        let network = BoardNetwork { ip, prefix_bits, gateway };
         if let (Some(gateway), Some(raw_gateway)) = (gateway, &raw.gateway)
-            && !same_network(ip, gateway, netmask)
+            && !network.contains(gateway)
         {
-            let message = format!("the gateway {gateway} is not in the network of {ip} with netmask {netmask}");
+            let message = format!("the gateway {gateway} is not in the network of {ip} with {}", network.extent());
             self.error(raw_gateway.referenced, message, None);
         }
-        Some(BoardNetwork { ip, netmask, gateway })
+        Some(network)
     }
 
-    pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<Ipv4Addr> {
-        let raw = raw?;
-        match raw.value.parse::<Ipv4Addr>() {
-            Ok(ip) if key == "netmask" || !(ip.is_unspecified() || ip.is_broadcast() || ip.is_multicast()) => Some(ip),
-            Ok(ip) => {
-                self.error(raw.referenced, format!("`{key}`: {ip} is not the address of one participant"), None);
-                None
+    /// How many ones the netmask has.
+    fn netmask(&mut self, raw: &RawPlace) -> u8 {
+        const DEFAULT: u8 = 24;
+        if let Some(prefix) = &raw.prefix {
+            let hint = "write `netmask`, such as 255.255.255.0";
+            self.error(prefix.referenced, "`prefix` is for IPv6 addresses", Some(hint));
+        }
+        let Some(raw) = &raw.netmask else { return DEFAULT };
+        match raw.value.parse::<Ipv4Addr>().map(Ipv4Addr::to_bits) {
+            Ok(mask) if mask.leading_ones() + mask.trailing_zeros() == 32 => mask.leading_ones().try_into().unwrap_or(32),
+            Ok(mask) => {
+                let message = format!("{} is no netmask: its ones must come first", Ipv4Addr::from_bits(mask));
+                self.error(raw.referenced, message, None);
+                DEFAULT
             }
             Err(_) => {
-                let message = format!("`{key}`: \"{}\" is no IPv4 address", raw.value);
-                self.error(raw.referenced, message, Some("write four numbers, such as 10.0.0.2"));
-                None
+                let message = format!("`netmask`: \"{}\" is no netmask", raw.value);
+                self.error(raw.referenced, message, Some("write four numbers, such as 255.255.255.0"));
+                DEFAULT
             }
         }
+    }
+
+    /// The length of the prefix of an IPv6 network.
+    fn prefix(&mut self, raw: &RawPlace) -> u8 {
+        const DEFAULT: u8 = 64;
+        if let Some(netmask) = &raw.netmask {
+            self.error(netmask.referenced, "`netmask` is for IPv4 addresses", Some("write `prefix`, such as 64"));
+        }
+        let Some(raw) = &raw.prefix else { return DEFAULT };
+        let bits = raw.value.parse::<u8>().ok().filter(|bits| (1..=128).contains(bits));
+        if bits.is_none() {
+            let message = format!("`prefix`: \"{}\" is no length of a prefix", raw.value);
+            self.error(raw.referenced, message, Some("write a number from 1 to 128, such as 64"));
+        }
+        bits.unwrap_or(DEFAULT)
+    }
+
+    pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<IpAddr> {
+        let raw = raw?;
+        let Ok(ip) = raw.value.parse::<IpAddr>() else {
+            let message = format!("`{key}`: \"{}\" is no IP address", raw.value);
+            self.error(raw.referenced, message, Some("write an address such as 10.0.0.2 or fd00::2"));
+            return None;
+        };
+        let is_of_many = |ip: Ipv4Addr| ip.is_unspecified() || ip.is_broadcast() || ip.is_multicast();
+        let (is_of_many, is_local) = match ip {
+            IpAddr::V4(ip) => (is_of_many(ip), false),
+            IpAddr::V6(ip) => (ip.is_unspecified() || ip.is_multicast(), ip.is_unicast_link_local()),
+        };
+        if is_of_many {
+            self.error(raw.referenced, format!("`{key}`: {ip} is not the address of one participant"), None);
+        } else if is_local {
+            let message = format!("`{key}`: {ip} is an address at one network interface, which differs by computer");
+            self.error(raw.referenced, message, Some("write one that is the same everywhere, such as fd00::2"));
+        } else if matches!(ip, IpAddr::V6(ip) if ip.to_ipv4_mapped().is_some()) {
+            self.error(raw.referenced, format!("`{key}`: {ip} is an IPv4 address"), Some("write it without `::ffff:`"));
+        } else {
+            return Some(ip);
+        }
+        None
     }
 
     fn mac(&mut self, name: &str, raw: &Spanned<String>) -> Option<Mac> {
@@ -190,9 +236,15 @@ impl DeploymentChecker<'_> {
                 let message = format!("the RTI's address {ip} cannot be reached from a board");
                 self.error(raw_ip.referenced, message, Some(hint));
             }
-            Some(ip) if network.gateway.is_none() && !same_network(network.ip, ip, network.netmask) => {
+            Some(ip) if ip.is_ipv4() != network.ip.is_ipv4() => {
+                let message = format!("the RTI's address {ip} is of another family than {}", network.ip);
+                let hint = "give the RTI and the boards addresses of IPv4 only, or of IPv6 only";
+                self.error(raw_ip.referenced, message, Some(hint));
+            }
+            Some(ip) if network.gateway.is_none() && !network.contains(ip) => {
                 let message = format!("the RTI's address {ip} is in another network than {}", network.ip);
-                self.error(raw_ip.referenced, message, Some("add a `gateway`, or correct `ip` or `netmask`"));
+                let key = if ip.is_ipv4() { "netmask" } else { "prefix" };
+                self.error(raw_ip.referenced, message, Some(&format!("add a `gateway`, or correct `ip` or `{key}`")));
             }
             Some(_) => {}
             None => self.error(raw_ip.referenced, "a board needs to know the RTI's address", Some(hint)),
@@ -205,8 +257,24 @@ fn called(name: &str) -> String {
     if name == RTI { name.to_owned() } else { format!("\"{name}\"") }
 }
 
-fn same_network(a: Ipv4Addr, b: Ipv4Addr, netmask: Ipv4Addr) -> bool {
-    a & netmask == b & netmask
+impl BoardNetwork {
+    /// Whether this address is in it.
+    fn contains(self, other: IpAddr) -> bool {
+        let bits = |ip: IpAddr| match ip {
+            IpAddr::V4(ip) => u128::from(ip.to_bits()) << 96,
+            IpAddr::V6(ip) => ip.to_bits(),
+        };
+        let differing = bits(self.ip) ^ bits(other);
+        self.ip.is_ipv4() == other.is_ipv4() && differing.leading_zeros() >= self.prefix_bits.into()
+    }
+
+    /// How large it is, in words.
+    fn extent(self) -> String {
+        match self.netmask() {
+            Some(netmask) => format!("netmask {netmask}"),
+            None => format!("prefix {}", self.prefix_bits),
+        }
+    }
 }
 
 fn parse_mac(text: &str) -> Option<Mac> {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the RTI is part of: a program of this computer, an image of its own, or the image of a federate.
 
-use core::net::Ipv4Addr;
+use core::net::IpAddr;
 
 use serde_saphyr::{Location, Spanned};
 
@@ -88,7 +88,7 @@ impl DeploymentChecker<'_> {
     /// federates run on this computer, the RTI is a program like them.
     fn joint_of_program(&mut self, plan: &Plan, deployment: &Deployment) -> Option<String> {
         let boards = || deployment.federates.iter().filter_map(|(name, place)| Some((name, place.network?)));
-        let at: Option<Ipv4Addr> = plan.rti.as_ref().and_then(|rti| rti.host.parse().ok());
+        let at: Option<IpAddr> = plan.rti.as_ref().and_then(|rti| rti.host.parse().ok());
         if let Some((name, _)) = boards().find(|(_, network)| Some(network.ip) == at) {
             return Some(name.clone());
         }

@@ -10,7 +10,7 @@
 //!   receiver:
 //!     platform: qemu_cortex_m3
 //!     ip: 10.0.0.2
-//!     netmask: 255.255.255.0        # the default
+//!     netmask: 255.255.255.0        # the default; with an IPv6 address, `prefix: 64` is
 //!     gateway: 10.0.0.1             # optional
 //!     mac: 02:00:00:00:00:02        # optional; for boards that would otherwise share one
 //!     ethernet: eth                 # optional; the devicetree label of the MAC, where it is not known
@@ -29,6 +29,8 @@
 //!   sender: { platform: qemu_cortex_m3, ip: 10.0.0.2, joint-rti: true }
 //! ```
 //!
+//! Addresses are IPv4 or IPv6, and those of a board and of its RTI are of one family.
+//!
 //! Virtual boards (`native_sim` with `ip`, QEMU) that are given no `mac` have one that follows from their `ip`.
 //!
 //! A federate that is not listed runs on this computer. Keys that are not listed above are errors, and so are
@@ -40,7 +42,7 @@ mod parse;
 mod raw;
 
 use core::fmt;
-use core::net::Ipv4Addr;
+use core::net::{IpAddr, Ipv4Addr};
 use std::collections::BTreeMap;
 
 use crate::plan::{Plan, Rti};
@@ -61,7 +63,7 @@ pub struct RtiPlace {
     pub home: RtiHome,
     /// The address that federates connect to, which for an image is that of its board; the program's own `at` when it
     /// is missing.
-    pub ip: Option<Ipv4Addr>,
+    pub ip: Option<IpAddr>,
     /// The TCP port; the program's own when it is missing.
     pub port: Option<u16>,
 }
@@ -97,8 +99,8 @@ pub struct Place {
 
 impl Place {
     /// Where it is reached, as far as that is known: at its board's address, or with this computer's sockets here.
-    pub(super) fn address(&self) -> Option<Ipv4Addr> {
-        self.network.map(|network| network.ip).or(self.is_offloaded().then_some(Ipv4Addr::LOCALHOST))
+    pub(super) fn address(&self) -> Option<IpAddr> {
+        self.network.map(|network| network.ip).or(self.is_offloaded().then_some(Ipv4Addr::LOCALHOST.into()))
     }
 
     /// Whether it is a Zephyr image that runs as a program of this computer, with this computer's sockets.
@@ -138,15 +140,23 @@ impl Platform {
     }
 }
 
-/// The fixed IPv4 configuration of a board.
+/// The fixed IP configuration of a board: all its addresses are of one family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoardNetwork {
     /// The board's address.
-    pub ip: Ipv4Addr,
-    /// The netmask.
-    pub netmask: Ipv4Addr,
+    pub ip: IpAddr,
+    /// Bits that the addresses of its network begin with.
+    pub prefix_bits: u8,
     /// The gateway, if there is one.
-    pub gateway: Option<Ipv4Addr>,
+    pub gateway: Option<IpAddr>,
+}
+
+impl BoardNetwork {
+    /// The netmask of an IPv4 network.
+    pub fn netmask(self) -> Option<Ipv4Addr> {
+        let ones = u32::MAX.checked_shl(32_u32.saturating_sub(self.prefix_bits.into())).unwrap_or_default();
+        self.ip.is_ipv4().then_some(Ipv4Addr::from_bits(ones))
+    }
 }
 
 /// A unicast MAC address.
@@ -155,9 +165,20 @@ pub struct Mac(pub [u8; 6]);
 
 impl Mac {
     /// The address of a virtual board that was given none: local, and different where the IP addresses are.
-    pub fn of_virtual_board(ip: Ipv4Addr) -> Self {
-        let [a, b, c, d] = ip.octets();
-        Self([2, 0, a, b, c, d])
+    pub fn of_virtual_board(ip: IpAddr) -> Self {
+        match ip {
+            IpAddr::V4(ip) => {
+                let [a, b, c, d] = ip.octets();
+                Self([2, 0, a, b, c, d])
+            }
+            IpAddr::V6(ip) => {
+                // FNV-1a: different addresses have the same hash with a probability of 2^-40.
+                let mix = |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+                let hash = ip.octets().into_iter().fold(0xcbf2_9ce4_8422_2325, mix);
+                let [a, b, c, d, e, f, g, h] = hash.to_le_bytes();
+                Self([2, a ^ f, b ^ g, c ^ h, d, e])
+            }
+        }
     }
 }
 

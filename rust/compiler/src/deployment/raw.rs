@@ -26,6 +26,7 @@ macro_rules! participant {
             $(pub(super) $key: $ty,)*
             pub(super) ip: Key,
             pub(super) netmask: Key,
+            pub(super) prefix: Key,
             pub(super) gateway: Key,
             pub(super) mac: Key,
             pub(super) ethernet: Key,
@@ -34,11 +35,12 @@ macro_rules! participant {
         }
 
         impl $name {
-            /// The keys of a place in the network; the first four are about its addresses.
-            pub(super) fn keys(&self) -> [(&'static str, &Key); 7] {
+            /// The keys of a place in the network; the first five are about its addresses.
+            pub(super) fn keys(&self) -> [(&'static str, &Key); 8] {
                 [
                     ("ip", &self.ip),
                     ("netmask", &self.netmask),
+                    ("prefix", &self.prefix),
                     ("gateway", &self.gateway),
                     ("mac", &self.mac),
                     ("ethernet", &self.ethernet),
@@ -60,7 +62,7 @@ participant!(RawPlace {
 impl RawRti {
     /// What is said about its place, on a platform.
     pub(super) fn place(&self, platform: Spanned<String>) -> RawPlace {
-        let [ip, netmask, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
-        RawPlace { platform, joint_rti: None, ip, netmask, gateway, mac, ethernet, runner, probe }
+        let [ip, netmask, prefix, gateway, mac, ethernet, runner, probe] = self.keys().map(|(_, value)| value.clone());
+        RawPlace { platform, joint_rti: None, ip, netmask, prefix, gateway, mac, ethernet, runner, probe }
     }
 }

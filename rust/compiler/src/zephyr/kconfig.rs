@@ -3,7 +3,7 @@
 //! overlay with the MAC address. A user's own files are added on top of both.
 
 use core::fmt::Write;
-use core::net::Ipv4Addr;
+use core::net::IpAddr;
 use std::collections::BTreeSet;
 
 use super::network_buffers::Connections;
@@ -40,8 +40,13 @@ pub(crate) fn federate_kconfig(plan: &Plan, federate: &Federate, deployment: &De
     if let Some(deployed) = deployment.rti_of(plan) {
         federation(&mut fragment, plan, &deployed, &place);
         // The symbol takes addresses only; a name such as localhost leaves the default.
-        if deployed.host.parse::<Ipv4Addr>().is_ok() {
+        if let Ok(address) = deployed.host.parse::<IpAddr>() {
             fragment.set_text("LF_RTI_ADDRESS", &deployed.host);
+            if address.is_ipv6() && place.is_offloaded() {
+                fragment.comment("The RTI has an IPv6 address.");
+                fragment.set("NET_IPV6", "y");
+                fragment.set("NET_IPV4_MAPPING_TO_IPV6", "y");
+            }
         }
     }
     if is_joint {
@@ -143,12 +148,29 @@ fn network(fragment: &mut Fragment, place: &Place) {
     }
     fragment.comment("This board's address.");
     fragment.set("NET_CONFIG_SETTINGS", "y");
-    fragment.set("NET_CONFIG_NEED_IPV4", "y");
-    fragment.set_text("NET_CONFIG_MY_IPV4_ADDR", &network.ip.to_string());
-    fragment.set_text("NET_CONFIG_MY_IPV4_NETMASK", &network.netmask.to_string());
     // Without a gateway, that of the board's own configuration must not remain.
     let gateway = network.gateway.map(|gateway| gateway.to_string()).unwrap_or_default();
-    fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
+    if let Some(netmask) = network.netmask() {
+        fragment.set("NET_CONFIG_NEED_IPV4", "y");
+        fragment.set_text("NET_CONFIG_MY_IPV4_ADDR", &network.ip.to_string());
+        fragment.set_text("NET_CONFIG_MY_IPV4_NETMASK", &netmask.to_string());
+        fragment.set_text("NET_CONFIG_MY_IPV4_GW", &gateway);
+        return;
+    }
+    fragment.set("NET_IPV6", "y");
+    fragment.set("NET_CONFIG_NEED_IPV6", "y");
+    fragment.set_text("NET_CONFIG_MY_IPV6_ADDR", &network.ip.to_string());
+    fragment.set("LF_IPV6_PREFIX_LENGTH", network.prefix_bits);
+    fragment.set_text("LF_IPV6_GATEWAY", &gateway);
+    fragment.comment("All others have IPv6 addresses, too, and what the board's own configuration says of IPv4 is void.");
+    fragment.set("NET_IPV4", "n");
+    fragment.set("NET_CONFIG_NEED_IPV4", "n");
+    for symbol in ["ADDR", "NETMASK", "GW"] {
+        fragment.set_text(&format!("NET_CONFIG_MY_IPV4_{symbol}"), "");
+    }
+    fragment.comment("Addresses are unique as deployed, and names are not looked up.");
+    fragment.set("NET_IPV6_DAD", "n");
+    fragment.set("NET_IPV6_RA_RDNSS", "n");
 }
 
 /// One to the RTI, which is closed before another is made; one per physical connection, one that awaits them, those
@@ -198,9 +220,10 @@ fn buffers(fragment: &mut Fragment, connections: Connections, place: &Place) {
 
 /// So many others on the same network, and the gateway, have MAC addresses that have to be known.
 fn neighbors(fragment: &mut Fragment, count: usize, place: &Place) {
-    if place.network.is_some() {
+    if let Some(network) = place.network {
         fragment.comment("Who has which MAC address.");
-        fragment.set("NET_ARP_TABLE_SIZE", count + 1);
+        let symbol = if network.ip.is_ipv4() { "NET_ARP_TABLE_SIZE" } else { "NET_IPV6_MAX_NEIGHBORS" };
+        fragment.set(symbol, count + 1);
     }
 }
 

@@ -5,17 +5,27 @@
 //! later. Nothing on the wire says to which round a datagram belongs, but its time does: the RTI begins a round only
 //! when the one before is over, so a T4 that is earlier than the T1 at hand belongs to an earlier round, and a T1 that
 //! is not later than the last one is a copy or a straggler. What is lost costs its own round and no other.
-
-use core::net::SocketAddrV4;
+//!
+//! Datagrams can be made up by any program that sends from the RTI's address. An RTI has one UDP port, so the rounds of
+//! the first one count, and others only when that has been silent for long; and times that are far off the own clock,
+//! which was set over TCP, are ignored. Both are told. It bounds what somebody can do who cannot be told from the RTI.
 
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, decode};
 
+use super::trouble::Trouble;
 use super::{Exchange, ROUND_TIME_OUT};
+use crate::Endpoint;
 
 /// No RTI begins rounds in quicker succession: a T1 that follows another one so closely is no new round, and is not
 /// answered, as in the stock federate.
 const ROUND_MIN: Interval = Interval::from_millis(1);
+
+/// After how long without a round from the RTI's port those of another one are taken.
+const PORT_SILENCE: Interval = Interval::from_secs(10);
+/// How far a time may be off the own clock. It was set over TCP, and no oscillator takes it so far within an hour; a
+/// computer that was asleep is farther off, and its times are of no use.
+const OFF_MAX: Interval = Interval::from_secs(60);
 
 /// What a datagram led to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -24,6 +34,8 @@ pub struct Heard {
     pub round: Option<Round>,
     /// T3 is to be sent to where the datagram came from, at once; then [`Responder::answered`].
     pub answer: bool,
+    /// Why it was ignored, if somebody should know.
+    pub trouble: Option<Trouble>,
 }
 
 /// A complete round: its exchange, with what the coded probe said about the network.
@@ -54,7 +66,7 @@ enum Stage {
 pub struct Responder {
     stage: Stage,
     /// The last T1: what it said, when it came, and from where.
-    last: Option<(Instant, Instant, SocketAddrV4)>,
+    last: Option<(Instant, Instant, Endpoint)>,
 }
 
 impl Default for Responder {
@@ -69,12 +81,16 @@ impl Responder {
         Self { stage: Stage::Idle, last: None }
     }
 
-    /// A datagram of the RTI has come; `now` is the time right after it was read.
-    pub fn handle(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) -> Heard {
+    /// A datagram from the RTI's address has come; `now` is the time right after it was read, and `physical` what the
+    /// RTI's clock shows then as far as that is known.
+    pub fn handle(&mut self, now: Instant, physical: Option<Instant>, from: Endpoint, datagram: &[u8]) -> Heard {
         let message = match decode(datagram, &Limits::NONE) {
             Ok(Decoded::Complete { message, len }) if len == datagram.len() => message,
             _ => return Heard::default(),
         };
+        if let Some(trouble) = self.doubt(now, physical, from, &message) {
+            return Heard { trouble: Some(trouble), ..Heard::default() };
+        }
         match message {
             Message::T1(t1) => self.begin(now, Instant::from_nanos(t1), from),
             Message::T4(t4) => self.complete(now, Instant::from_nanos(t4), from),
@@ -91,7 +107,20 @@ impl Responder {
         }
     }
 
-    fn begin(&mut self, now: Instant, t1: Instant, from: SocketAddrV4) -> Heard {
+    /// Why a datagram is ignored: it is from another port than the rounds, or its time cannot be the RTI's.
+    fn doubt(&self, now: Instant, physical: Option<Instant>, from: Endpoint, message: &Message<'_>) -> Option<Trouble> {
+        let (Message::T1(time) | Message::T4(time) | Message::CodedProbe(time)) = *message else { return None };
+        if let Some((_, came, sender)) = self.last
+            && sender != from
+            && now.since(came) < PORT_SILENCE
+        {
+            return Some(Trouble::OtherPort { port: sender.port, other: from.port });
+        }
+        let off = Instant::from_nanos(time).since(physical?);
+        (off.as_nanos().saturating_abs() > OFF_MAX.as_nanos()).then_some(Trouble::FarOff(off))
+    }
+
+    fn begin(&mut self, now: Instant, t1: Instant, from: Endpoint) -> Heard {
         if let Some((last, came, _)) = self.last
             && now.since(came) < ROUND_TIME_OUT
         {
@@ -109,10 +138,10 @@ impl Responder {
         };
         self.stage = Stage::Asked;
         self.last = Some((t1, now, from));
-        Heard { round, answer: true }
+        Heard { round, answer: true, trouble: None }
     }
 
-    fn complete(&mut self, now: Instant, t4: Instant, from: SocketAddrV4) -> Heard {
+    fn complete(&mut self, now: Instant, t4: Instant, from: Endpoint) -> Heard {
         if let (Stage::Answered(t3), Some((t1, t2, sender))) = (self.stage, self.last)
             && sender == from
             && t4 >= t1
@@ -122,7 +151,7 @@ impl Responder {
         Heard::default()
     }
 
-    fn probe(&mut self, now: Instant, t5: Instant, from: SocketAddrV4) -> Heard {
+    fn probe(&mut self, now: Instant, t5: Instant, from: Endpoint) -> Heard {
         let Stage::Complete(exchange, came) = self.stage else { return Heard::default() };
         if self.last.is_none_or(|(.., sender)| sender != from) || t5 < exchange.t4 {
             return Heard::default();
@@ -130,6 +159,6 @@ impl Responder {
         self.stage = Stage::Idle;
         let apart = now.since(came).as_nanos().saturating_sub(t5.since(exchange.t4).as_nanos());
         let gap = Some(Interval::from_nanos(apart.saturating_abs()));
-        Heard { round: Some(Round { exchange, gap }), answer: false }
+        Heard { round: Some(Round { exchange, gap }), ..Heard::default() }
     }
 }

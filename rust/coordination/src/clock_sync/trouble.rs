@@ -15,6 +15,15 @@ pub enum Trouble {
     Drift(i32),
     /// The rate of its clock changes so quickly that times were off by this much.
     Unsteady(Interval),
+    /// Rounds come from two UDP ports of the RTI's address; only those of the first one count.
+    OtherPort {
+        /// The one whose rounds count.
+        port: u16,
+        /// The other one.
+        other: u16,
+    },
+    /// A time of the RTI's is so far off the own clock, and was ignored.
+    FarOff(Interval),
 }
 
 impl fmt::Display for Trouble {
@@ -36,6 +45,17 @@ impl fmt::Display for Trouble {
                  whose computer is busy: give that less to do, or compare clocks more often (the `period` of \
                  clock-sync-options)",
                 off.as_nanos() / 1_000
+            ),
+            Self::OtherPort { port, other } => say!(
+                f,
+                "clock synchronization: datagrams from port {other} of the RTI's address are ignored, because rounds \
+                 come from port {port}: another program there sends them, or makes up the address"
+            ),
+            Self::FarOff(off) => say!(
+                f,
+                "clock synchronization: a time that is {} s off the own clock is ignored: another program sends it, or \
+                 one of the two computers was asleep",
+                off.as_nanos() / 1_000_000_000
             ),
         }
     }

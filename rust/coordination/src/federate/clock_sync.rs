@@ -3,7 +3,6 @@
 //! federation runs.
 
 use core::fmt;
-use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Interval};
 use lf_texts::say;
@@ -11,6 +10,7 @@ use lf_wire::Message;
 
 use super::config::{ClockSync, Config};
 use super::needs::Needs;
+use crate::Endpoint;
 use crate::clock_sync::{ClockCorrection, DATAGRAMS, Estimate, Estimator, Exchange, Line, Responder, Tracker, Trouble};
 
 /// What a datagram led to.
@@ -24,7 +24,7 @@ pub struct Received {
     pub corrected: bool,
     /// It came from somebody else than the RTI, and was ignored.
     pub stranger: bool,
-    /// What is wrong with the own clock.
+    /// What is wrong with the own clock, or with what it is told.
     pub trouble: Option<Trouble>,
 }
 
@@ -99,19 +99,19 @@ impl Clock {
         &mut self,
         config: &Config<'_, impl Needs>,
         now: Instant,
-        from: SocketAddrV4,
+        from: Endpoint,
         datagram: &[u8],
     ) -> Received {
         let ClockSync::On { attenuation, .. } = config.clock_sync else { return Received::default() };
-        if config.rti.is_some_and(|rti| rti != *from.ip()) {
+        if config.rti.is_some_and(|rti| rti != from.ip) {
             return Received { stranger: true, ..Received::default() };
         }
         let Some(Rounds { responder, tracker }) = self.rounds.first_mut() else { return Received::default() };
-        let heard = responder.handle(now, from, datagram);
-        let (mut corrected, mut trouble) = (false, None);
+        let heard = responder.handle(now, Some(self.correction.physical(now)), from, datagram);
+        let (mut corrected, mut trouble) = (false, heard.trouble);
         if let Some(round) = heard.round {
             tracker.record(round);
-            trouble = tracker.trouble();
+            trouble = trouble.or(tracker.trouble());
             if let Some(line) = tracker.line() {
                 self.correction.steer(now, &line, attenuation);
                 corrected = true;

@@ -2,15 +2,14 @@
 //! What a federate is told about itself and the federation.
 
 use core::marker::PhantomData;
-use core::net::Ipv4Addr;
 
 use lf_model::time::Interval;
 use lf_wire::FEDERATION_ID_BYTES_MAX;
 
 use super::error::ConfigError;
 use super::needs::{All, Needs};
-use crate::FederateId;
 use crate::auth::Answer;
+use crate::{FederateId, IpAddress};
 
 /// How long after a failed attempt to reach the RTI the next one is made.
 pub const CONNECT_RETRY: Interval = Interval::from_millis(500);
@@ -89,7 +88,7 @@ pub struct Config<'a, N = All> {
     /// [`ClockSync::On`] is as `Init`.
     pub udp_port: Option<u16>,
     /// From where the RTI's datagrams come; `None` if that is not known, and then they may come from anywhere.
-    pub rti: Option<Ipv4Addr>,
+    pub rti: Option<IpAddress>,
     /// What this federate's clock shows too much, as a test of clock synchronization, which has to find it out.
     pub test_offset: Interval,
     /// The least delay from a physical action to an output to another federate; `None` when no physical action can
@@ -139,6 +138,17 @@ impl<'a, N: Needs> Config<'a, N> {
     /// The federates to which this one sends directly.
     pub(super) fn peers(&self) -> &'a [u16] {
         if N::PEERS { self.peers } else { &[] }
+    }
+
+    /// An address that the RTI's computer sees, as this federate's sees it: a link-local one is at the interface that
+    /// leads to the RTI, unless the RTI is on this computer.
+    #[cfg(feature = "ipv6")]
+    pub(super) fn as_seen_here(&self, address: core::net::Ipv6Addr, scope: u32) -> IpAddress {
+        let leads_to_rti = match self.rti {
+            Some(IpAddress::V6(_, scope)) if scope != 0 => Some(scope),
+            _ => None,
+        };
+        IpAddress::v6(address, leads_to_rti.unwrap_or(scope))
     }
 
     /// How this federate authenticates, if it does.

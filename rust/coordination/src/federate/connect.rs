@@ -37,6 +37,11 @@ impl ConnectRetry {
         Self { next: now, give_up: now + time_out, pause }
     }
 
+    /// The time for attempts begins anew; the next one is not due earlier for that.
+    pub fn renew(&mut self, now: Instant) {
+        self.give_up = now + CONNECT_TIME_OUT;
+    }
+
     /// When the last attempt is over, whatever its outcome.
     pub const fn give_up(&self) -> Instant {
         self.give_up

@@ -208,10 +208,15 @@ fn advice(code: RejectCode) -> Text {
             "Start the RTI and all federates with the same federation id; if that is so, the federation is complete or \
              has begun already: start all of it again"
         ),
-        RejectCode::IdInUse => text!("End the other federate with this id, or wait until the RTI has noticed its end"),
+        RejectCode::IdInUse => text!(
+            "End the other federate with this id; a federation that runs takes nobody back: then start all of it again"
+        ),
         RejectCode::IdOutOfRange => text!("Start the RTI with the number of federates that the program has"),
         RejectCode::UnexpectedMessage => {
-            text!("Use an RTI of the same release as this federate; if it has `-a`, set `auth: true` in the program")
+            text!(
+                "Start the RTI with the number of federates that the program has (`-n`), of the same release as this \
+                 federate; if it has `-a`, set `auth: true` in the program"
+            )
         }
         RejectCode::WrongServer => text!("Check the RTI's address and port: another federate or program listens there"),
         RejectCode::HmacMismatch => text!("Start the RTI and all federates with the same federation id"),

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the federate tells its event loop.
 
-use core::net::SocketAddrV4;
-
 use lf_model::time::{Instant, Tag};
 
-use crate::FederateId;
 use crate::clock_sync::Estimate;
+use crate::{Endpoint, FederateId};
 
 /// What a message from the RTI means for the event loop. The payload is borrowed from the message.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Event<'m> {
     /// Nothing; there may be something to transmit.
     None,
+    /// The RTI refuses this federate, because its id is taken. That may pass: the connection is to be closed, and a new
+    /// one to be made after a while.
+    IdInUse,
     /// The RTI has accepted this federate; the initial clock synchronization or the start barrier is next.
     Accepted,
     /// The initial clock synchronization is done; [`Federate::clock`](super::Federate::clock) is set.
@@ -26,7 +27,7 @@ pub enum Event<'m> {
         /// The federate.
         federate: FederateId,
         /// Where it listens.
-        address: SocketAddrV4,
+        address: Endpoint,
     },
     /// All federates have come: logical time begins at this physical time.
     Started(Instant),

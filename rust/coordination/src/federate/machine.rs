@@ -4,8 +4,6 @@
 //! Each part has a state of its own and knows none of the others; where one needs another, it is given it. What several
 //! of them have a say in (whether a tag may begin, which message is next) is put together here.
 
-use core::net::SocketAddrV4;
-
 use lf_model::time::{Instant, Tag};
 use lf_wire::Message;
 
@@ -22,7 +20,7 @@ use super::stop::Stop;
 use super::tags::{Arrival, Tags};
 use crate::auth::Nonce;
 use crate::tag::{from_wire, to_wire};
-use crate::{Deadline, FederateId};
+use crate::{Deadline, Endpoint, FederateId, IpAddress};
 
 /// One federate; see the module's description for how to drive it.
 #[derive(Clone, Debug)]
@@ -77,6 +75,11 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// not used. Ignored when the RTI has accepted this federate before: it cannot come back to the federation.
     pub fn handle_connected(&mut self, now: Instant, nonce: Nonce) {
         self.session.handle_connected(&self.config, now, nonce);
+    }
+
+    /// The RTI is at this address, which is one of several that were tried.
+    pub fn set_rti(&mut self, address: IpAddress) {
+        self.config.rti = Some(address);
     }
 
     /// A message from the RTI has come.
@@ -146,6 +149,11 @@ impl<'a, N: Needs> Federate<'a, N> {
                 self.pace.answered();
                 Event::None
             }
+            #[cfg(feature = "ipv6")]
+            Message::AddressQueryReplyIpv6 { .. } => {
+                self.pace.answered();
+                Event::None
+            }
             Message::Failed => return Err(FederateError::RtiFailed),
             _ => return unexpected,
         })
@@ -171,7 +179,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// it was read.
     ///
     /// Never an error: what is lost, false or strange costs a round, and the clock goes on at its rate.
-    pub fn handle_datagram(&mut self, now: Instant, from: SocketAddrV4, datagram: &[u8]) -> Received {
+    pub fn handle_datagram(&mut self, now: Instant, from: Endpoint, datagram: &[u8]) -> Received {
         match self.phase() {
             Phase::Starting | Phase::Running | Phase::Resigning => {
                 self.clock.handle_datagram(&self.config, now, from, datagram)

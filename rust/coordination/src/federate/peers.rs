@@ -4,12 +4,10 @@
 //! The RTI is asked for an address until it knows one, because that federate may come later; then the owner connects.
 //! Only when all connections are there the RTI is told the time, so none can be missing at the start.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
-
 use lf_model::time::{Instant, Interval};
 
 use super::config::{CONNECT_RETRY, CONNECT_TIME_OUT};
-use crate::FederateId;
+use crate::{Endpoint, FederateId, IpAddress};
 
 /// How long after the RTI did not know an address it is asked again.
 pub const ADDRESS_RETRY: Interval = Interval::from_millis(250);
@@ -33,7 +31,7 @@ pub(super) enum Address {
     /// To be asked for again at this time.
     AskAgain(Instant),
     /// This federate is to be connected to.
-    Found(FederateId, SocketAddrV4),
+    Found(FederateId, Endpoint),
 }
 
 impl Meeting {
@@ -55,14 +53,14 @@ impl Meeting {
     }
 
     /// The RTI's answer to the last question; `port` is negative as long as it knows none.
-    pub(super) fn handle_address(&mut self, peers: &[u16], now: Instant, port: i32, address: [u8; 4]) -> Address {
+    pub(super) fn handle_address(&mut self, peers: &[u16], now: Instant, port: i32, ip: IpAddress) -> Address {
         let Some(federate) = self.next(peers).filter(|_| self.asked) else { return Address::Unasked };
         self.asked = false;
         let Some(port) = u16::try_from(port).ok().filter(|port| *port != 0) else {
             return Address::AskAgain(now + ADDRESS_RETRY);
         };
         self.give_up.get_or_insert(now + CONNECT_TIME_OUT);
-        Address::Found(federate, SocketAddrV4::new(Ipv4Addr::from(address), port))
+        Address::Found(federate, Endpoint::new(ip, port))
     }
 
     /// The next federate takes this one's messages.

@@ -14,9 +14,9 @@ use super::needs::Needs;
 use super::outbox::Outbox;
 use super::peers::{Address, Meeting};
 use super::phase::Phase;
-use crate::Deadline;
 use crate::auth::{Nonce, Proof};
 use crate::clock_sync::Estimate;
+use crate::{Deadline, IpAddress};
 
 /// The way from the connection to the start, and the end.
 #[derive(Clone, Debug)]
@@ -89,9 +89,7 @@ impl Session {
     pub(super) fn handle_disconnected(&mut self) -> Result<Disconnected, FederateError> {
         match self.phase {
             Phase::Disconnected | Phase::Authenticating | Phase::Introducing => {
-                self.phase = Phase::Disconnected;
-                self.outbox.clear();
-                self.patience = Deadline::Never;
+                self.disconnected();
                 Ok(Disconnected::ConnectAgain)
             }
             Phase::Synchronizing | Phase::Meeting | Phase::Starting | Phase::Running | Phase::Resigning => {
@@ -102,6 +100,13 @@ impl Session {
                 Ok(Disconnected::Ended)
             }
         }
+    }
+
+    /// The way to the RTI begins anew.
+    fn disconnected(&mut self) {
+        self.phase = Phase::Disconnected;
+        self.outbox.clear();
+        self.patience = Deadline::Never;
     }
 
     /// A message before the start.
@@ -117,10 +122,21 @@ impl Session {
             (Phase::Disconnected, _) => Err(FederateError::unexpected(message, self.phase)),
             (_, Message::Failed) => Err(FederateError::RtiFailed),
             (Phase::Meeting, Message::AddressQueryReply { port, address }) => {
-                Ok(self.handle_address(config, now, port, address))
+                Ok(self.handle_address(config, now, port, IpAddress::V4(address.into())))
             }
+            #[cfg(feature = "ipv6")]
+            (Phase::Meeting, Message::AddressQueryReplyIpv6 { port, address, scope }) => {
+                Ok(self.handle_address(config, now, port, config.as_seen_here(address.into(), scope)))
+            }
+            #[cfg(feature = "ipv6")]
+            (_, Message::AddressQueryReplyIpv6 { .. }) => Ok(Event::None),
             // Answers to nothing that this federate asked; they do no harm.
             (_, Message::AddressQueryReply { .. }) => Ok(Event::None),
+            // Its id may be free soon: the RTI has not noticed the end of who had it, or a stranger claims it.
+            (Phase::Authenticating | Phase::Introducing, Message::Reject(RejectCode::IdInUse)) => {
+                self.disconnected();
+                Ok(Event::IdInUse)
+            }
             // Also after the ACK: the stock RTI rejects with code 4 what comes in another order than it expects.
             (_, Message::Reject(code)) => Err(FederateError::Rejected(code)),
             (Phase::Authenticating, Message::RtiResponse { nonce, hmac })
@@ -267,9 +283,9 @@ impl Session {
         config: &Config<'_, impl Needs>,
         now: Instant,
         port: i32,
-        address: [u8; 4],
+        ip: IpAddress,
     ) -> Event<'static> {
-        match self.meeting.handle_address(config.peers(), now, port, address) {
+        match self.meeting.handle_address(config.peers(), now, port, ip) {
             Address::Unasked => Event::None,
             Address::AskAgain(time) => {
                 self.patience = Deadline::At(time);

@@ -10,15 +10,16 @@ use lf_model::time::{Instant, Interval};
 use lf_wire::MessageType;
 
 use super::config::START_DELAY;
-use super::doubt::{CLOCK_MAX, Doubt};
+use super::doubt::{CLOCK_MAX, CLOCK_MIN, Doubt};
 use super::notice::{Notice, Violation};
 use super::outcome::Outcome;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot, id};
 use crate::FederateId;
 
-/// How far the clocks of two federates may be apart at the start without a word.
-const CLOCKS_APART_MAX: Interval = Interval::from_secs(3600);
+/// How far the clocks of two federates may be apart at the start without a word: a clock is told some time before the
+/// RTI reads it, and on a busy computer that can be a while.
+const CLOCKS_APART_MAX: Interval = Interval::from_secs(2);
 
 /// What is known of federates that have left before the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -75,25 +76,33 @@ impl Barrier {
     }
 }
 
-/// A federate tells its clock, which it does once. Gives the latest clock when it was the last to do so.
-pub(super) fn take_clock(slots: &mut [Slot], federate: usize, clock: Instant) -> Result<Option<Instant>, Violation> {
+/// A federate tells its clock, which it does once; `now` is the RTI's. Returns the latest clock when it was the last to
+/// do so.
+pub(super) fn take_clock(
+    slots: &mut [Slot],
+    now: Instant,
+    federate: usize,
+    clock: Instant,
+) -> Result<Option<Instant>, Violation> {
     if slots[federate].clock.is_some() {
         return Err(Violation::Unexpected(MessageType::Timestamp));
     }
-    if clock >= CLOCK_MAX {
+    if clock >= CLOCK_MAX || clock < CLOCK_MIN {
         return Err(Violation::Clock(clock));
     }
     slots[federate].clock = Some(clock);
+    slots[federate].ahead = clock.since(now);
     let is_there = |slot: &Slot| matches!(slot.membership, Membership::Joined(_));
     let clocks = slots.iter().map(|slot| slot.clock.filter(|_| is_there(slot)));
     Ok(clocks.reduce(|one, other| Some(one?.max(other?))).flatten())
 }
 
-/// The federate whose clock is far ahead of another one's, when all have told theirs.
+/// The federate whose clock is far ahead of another one's, when all have told theirs. They have told them at different
+/// times, so each is compared with the RTI's clock at that time.
 pub(super) fn doubt_clocks(slots: &[Slot]) -> Option<(usize, Doubt)> {
-    let clocks = || (0..).zip(slots).filter_map(|(federate, slot)| Some((slot.clock?, federate)));
+    let clocks = || (0..).zip(slots).map(|(federate, slot)| (slot.ahead, federate));
     let ((earliest, of), (latest, ahead)) = (clocks().min()?, clocks().max()?);
-    let by = latest.since(earliest);
+    let by = Interval::from_nanos(latest.as_nanos().saturating_sub(earliest.as_nanos()));
     (by > CLOCKS_APART_MAX).then_some((ahead, Doubt::Ahead { of: id(of), by }))
 }
 
@@ -133,7 +142,11 @@ mod tests {
     fn the_start_is_known_when_all_are_there_and_have_told_their_clocks() {
         let there = Slot { membership: Membership::Joined(ConnectionId(0)), ..Slot::EMPTY };
         let mut slots = [there, there, Slot::EMPTY];
-        assert_eq!(take_clock(&mut slots, 0, CLOCK_MAX), Err(Violation::Clock(CLOCK_MAX)));
+        let take_clock = |slots: &mut [Slot], federate, clock| take_clock(slots, Instant::from_nanos(3), federate, clock);
+        let before_all = Instant::from_nanos(CLOCK_MIN.as_nanos() - 1);
+        for clock in [CLOCK_MAX, before_all, Instant::from_nanos(i64::MIN)] {
+            assert_eq!(take_clock(&mut slots, 0, clock), Err(Violation::Clock(clock)));
+        }
         assert_eq!(
             [(0, 9), (1, 5)].map(|(place, clock)| take_clock(&mut slots, place, Instant::from_nanos(clock))),
             [Ok(None); 2]

@@ -5,21 +5,19 @@
 //! so that the answer of one does not wait behind those of others. The RTI only tells its time; what to make of it is
 //! the federates' business.
 
-use core::net::{Ipv4Addr, SocketAddrV4};
-
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Decoded, Limits, Message, UDP_PORT_CLOCK_SYNC_INITIAL, UDP_PORT_CLOCK_SYNC_OFF, decode};
 
 use super::notice::Notice;
 use super::outlet::Outlet;
 use super::storage::{Membership, Slot};
-use crate::Deadline;
+use crate::{Deadline, Endpoint};
 
 /// A datagram to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Datagram {
     /// To where.
-    pub to: SocketAddrV4,
+    pub to: Endpoint,
     /// What it says.
     pub message: Message<'static>,
 }
@@ -62,7 +60,7 @@ impl Rounds {
     pub(super) fn handle_datagram(
         &mut self,
         now: Instant,
-        from: SocketAddrV4,
+        from: Endpoint,
         datagram: &[u8],
         slots: &mut [Slot],
         outlet: &mut impl Outlet,
@@ -84,7 +82,7 @@ impl Rounds {
     }
 
     /// The federate whose turn is next; `None` when nobody takes part.
-    fn next_to_poll(&mut self, slots: &[Slot]) -> Option<(usize, SocketAddrV4)> {
+    fn next_to_poll(&mut self, slots: &[Slot]) -> Option<(usize, Endpoint)> {
         for _ in 0..slots.len() {
             let federate = self.cursor;
             if federate == 0 {
@@ -101,10 +99,10 @@ impl Rounds {
 }
 
 /// Where a federate is to be reached, if it takes part.
-fn takes_part(slot: &Slot) -> Option<SocketAddrV4> {
+fn takes_part(slot: &Slot) -> Option<Endpoint> {
     let is_there = matches!(slot.membership, Membership::Joined(_));
     let asks = !matches!(slot.udp_port, UDP_PORT_CLOCK_SYNC_INITIAL | UDP_PORT_CLOCK_SYNC_OFF);
-    let address = SocketAddrV4::new(Ipv4Addr::from(slot.address), slot.udp_port);
+    let address = Endpoint::new(slot.address, slot.udp_port);
     (is_there && asks).then_some(address)
 }
 

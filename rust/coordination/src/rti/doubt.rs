@@ -16,6 +16,10 @@ use crate::FederateId;
 /// left for the programs to run.
 pub const CLOCK_MAX: Instant = Instant::from_nanos(7_258_118_400_000_000_000);
 
+/// The first time that a clock may show: the beginning of the year 1900. The clock of a board that counts from when it
+/// was switched on can be behind 1970 by what a test sets it off.
+pub const CLOCK_MIN: Instant = Instant::from_nanos(-2_208_988_800_000_000_000);
+
 /// What is doubtful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Doubt {
@@ -35,6 +39,8 @@ pub enum Doubt {
         /// How much.
         by: Interval,
     },
+    /// The federate asks over IPv4 where the other one is, which has connected over IPv6.
+    OtherFamily(FederateId),
 }
 
 impl fmt::Display for Doubt {
@@ -49,9 +55,16 @@ impl fmt::Display for Doubt {
             }
             Self::Ahead { of, by } => say!(
                 f,
-                "has a clock that is {} s ahead of that of federate {of}, which waits for so long: set the clocks, or \
-                 use `clock-sync: init`",
+                "has a clock that is {} s ahead of that of federate {of}, which waits so long for the start: set the \
+                 clocks, or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on: true`",
                 by.as_nanos() / 1_000_000_000
+            ),
+            // There is one family only.
+            Self::OtherFamily(_) if !cfg!(feature = "ipv6") => Ok(()),
+            Self::OtherFamily(of) => say!(
+                f,
+                "sends to federate {of} directly, but cannot be told its IPv6 address over IPv4: start both with the \
+                 RTI's address in the same family, `--rti` or `at`"
             ),
         }
     }

@@ -19,8 +19,8 @@ use super::notice::{Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::storage::{Connection, Membership, Phase};
 use super::strangers::Strangers;
-use crate::FederateId;
 use crate::auth::{Authenticator, Nonce, Proof};
+use crate::{FederateId, IpAddress};
 
 /// Why a connection is refused.
 #[derive(Clone, Copy)]
@@ -63,9 +63,9 @@ pub(super) struct Handshake<'r, 's> {
 }
 
 impl Handshake<'_, '_> {
-    /// A peer with this IPv4 address has connected. Returns false if the number of the connection is beyond the
+    /// A peer with this address has connected. Returns false if the number of the connection is beyond the
     /// storage, or in use.
-    pub(super) fn begin(&mut self, now: Instant, connection: ConnectionId, address: [u8; 4], nonce: Nonce) -> bool {
+    pub(super) fn begin(&mut self, now: Instant, connection: ConnectionId, address: IpAddress, nonce: Nonce) -> bool {
         match self.members.connections.get_mut(connection.0) {
             Some(known) if known.phase == Phase::Vacant => {
                 let authenticates = self.config.authentication.is_some();
@@ -224,8 +224,12 @@ impl Handshake<'_, '_> {
         let Some(slot) = self.members.slots.get_mut(usize::from(federate)) else {
             return Err(refusal(RejectCode::IdOutOfRange));
         };
-        if slot.membership != Membership::Free {
-            return Err(refusal(RejectCode::IdInUse));
+        match slot.membership {
+            Membership::Free => {}
+            Membership::Departed => {
+                return Err(Refusal { violation: Some(Violation::HasLeft), ..refusal(RejectCode::IdInUse) });
+            }
+            Membership::Joining(_) | Membership::Joined(_) => return Err(refusal(RejectCode::IdInUse)),
         }
         if outlet.room(connection) < Message::Ack.encoded_len() {
             return Ok(HandshakeStep::NoRoom);

@@ -4,13 +4,15 @@
 use lf_model::time::Instant;
 use lf_wire::{ADDRESS_PORT_UNKNOWN, DecodeError, Decoded, Message, MessageType, decode};
 
+use super::doubt::Doubt;
 use super::machine::Rti;
 use super::notice::{Cause, Notice, Violation};
 use super::outlet::{ConnectionId, Outlet, Verdict};
 use super::sending::{Sending, Step};
-use super::storage::{Phase, id};
+use super::storage::{Phase, Slot, id};
 use super::window;
 use crate::tag::from_wire;
+use crate::{FederateId, IpAddress};
 
 /// What a federate did by sending such bytes.
 fn wrong(error: DecodeError) -> Violation {
@@ -20,6 +22,29 @@ fn wrong(error: DecodeError) -> Violation {
         }
         error => Violation::Bytes(error),
     }
+}
+
+/// The answer to who asks for an address that is not known, or that cannot be told: it asks again.
+const NO_ADDRESS: Message<'static> = Message::AddressQueryReply { port: ADDRESS_PORT_UNKNOWN, address: [0; 4] };
+
+/// Where a federate listens, for one that has connected from the address `asking`; `None` if that cannot be told it. Of
+/// IPv6 only those hear that have come over it, so none of the stock programs does.
+fn address_reply(slot: &Slot, asking: IpAddress) -> Option<Message<'static>> {
+    let port = slot.port;
+    Some(match (slot.address, asking) {
+        (IpAddress::V4(address), _) => Message::AddressQueryReply { port, address: address.octets() },
+        #[cfg(feature = "ipv6")]
+        (IpAddress::V6(address, scope), IpAddress::V6(..)) => {
+            Message::AddressQueryReplyIpv6 { port, address: address.octets(), scope }
+        }
+        // On one computer both families lead to the same port.
+        #[cfg(feature = "ipv6")]
+        (IpAddress::V6(address, _), IpAddress::V4(asking)) if address.is_loopback() && asking.is_loopback() => {
+            Message::AddressQueryReply { port, address: asking.octets() }
+        }
+        #[cfg(feature = "ipv6")]
+        (IpAddress::V6(..), IpAddress::V4(_)) => return None,
+    })
 }
 
 impl Rti<'_> {
@@ -101,7 +126,7 @@ impl Rti<'_> {
         let slot = &mut self.members.slots[federate];
         match *message {
             Message::Timestamp(clock) if !has_started => {
-                self.take_clock(federate, Instant::from_nanos(clock), outlet)?;
+                self.take_clock(now, federate, Instant::from_nanos(clock), outlet)?;
             }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
             Message::AddressAdvertisement { port } => slot.port = port,
@@ -144,11 +169,17 @@ impl Rti<'_> {
         outlet: &mut impl Outlet,
     ) -> Result<Step, Violation> {
         let slot = self.members.slots.get(usize::from(asked)).ok_or(Violation::NoSuchFederate(asked))?;
-        let reply = Message::AddressQueryReply { port: slot.port, address: slot.address };
-        if outlet.room(connection) < reply.encoded_len() {
+        let asking = self.members.connections[connection.0].address;
+        let reply = address_reply(slot, asking);
+        if outlet.room(connection) < reply.unwrap_or(NO_ADDRESS).encoded_len() {
             return Ok(Step::NoRoom(connection));
         }
-        outlet.send(connection, &reply);
+        if reply.is_none()
+            && let Some(federate) = self.members.joined_on(connection)
+        {
+            self.members.doubt(federate, Doubt::OtherFamily(FederateId(asked)), outlet);
+        }
+        outlet.send(connection, &reply.unwrap_or(NO_ADDRESS));
         Ok(Step::Done)
     }
 

@@ -27,7 +27,7 @@ use super::strangers::{self, Strangers};
 use super::tags::Tags;
 use super::watch::Watch;
 use crate::auth::Nonce;
-use crate::{FederateId, Tally};
+use crate::{FederateId, IpAddress, Tally};
 
 /// The RTI of one federation.
 pub struct Rti<'s> {
@@ -101,7 +101,7 @@ impl<'s> Rti<'s> {
         self.members.joined_on(connection).map(id)
     }
 
-    /// A peer with this IPv4 address has connected. A number beyond the storage, or one that is in use, is closed.
+    /// A peer with this address has connected. A number beyond the storage, or one that is in use, is closed.
     ///
     /// With [`Config::authentication`], `nonce` has to be unpredictable and new for each connection; otherwise it is
     /// not used.
@@ -109,7 +109,7 @@ impl<'s> Rti<'s> {
         &mut self,
         now: Instant,
         connection: ConnectionId,
-        address: [u8; 4],
+        address: IpAddress,
         nonce: Nonce,
         outlet: &mut impl Outlet,
     ) {
@@ -177,11 +177,12 @@ impl<'s> Rti<'s> {
     /// A federate tells its clock. When all have, the federation starts.
     pub(super) fn take_clock(
         &mut self,
+        now: Instant,
         federate: usize,
         clock: Instant,
         outlet: &mut impl Outlet,
     ) -> Result<(), Violation> {
-        let Some(latest) = barrier::take_clock(self.members.slots, federate, clock)? else { return Ok(()) };
+        let Some(latest) = barrier::take_clock(self.members.slots, now, federate, clock)? else { return Ok(()) };
         let start = barrier::start_time(latest, self.config.start_time_multiple);
         self.watch = Watch::default();
         self.tags.begin(start);
@@ -336,7 +337,7 @@ impl<'s> Rti<'s> {
             return;
         }
         slot.membership = Membership::Departed;
-        slot.address = [0; 4];
+        slot.address = IpAddress::UNSPECIFIED;
         slot.port = ADDRESS_PORT_UNKNOWN;
         self.tags.depart(federate);
         let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };

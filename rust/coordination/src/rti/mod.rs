@@ -74,7 +74,7 @@ pub use config::{
     AfterLoss, CLOCK_SYNC_TRIALS, CLOCK_TIME_OUT, CONNECTION_TIME_OUT, ClockSync, Config, FEDERATION_ID_DEFAULT,
     START_BARRIER_TIME_OUT, START_DELAY, STOP_REPLY_TIME_OUT, SetupError, WINDOW,
 };
-pub use doubt::{CLOCK_MAX, Doubt};
+pub use doubt::{CLOCK_MAX, CLOCK_MIN, Doubt};
 pub use graph::Node;
 pub use machine::Rti;
 pub use notice::{Cause, Notice, Violation};

@@ -3,7 +3,6 @@
 
 use core::ascii;
 use core::fmt::{self, Write as _};
-use core::net::SocketAddrV4;
 
 use lf_model::time::{Instant, Tag};
 use lf_texts::{say, text};
@@ -12,7 +11,7 @@ use lf_wire::{DecodeError, MessageType, RejectCode};
 use super::doubt::Doubt;
 use super::waits::Waits;
 use crate::tag::to_wire;
-use crate::{Dotted, FederateId, Times};
+use crate::{Endpoint, FederateId, Times};
 
 /// Why a federate is not part of the federation any more, although it did not resign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -86,6 +85,8 @@ pub enum Violation {
     OtherFederate(u16),
     /// The peer does not authenticate, which this federation requires.
     NoAuthentication,
+    /// The peer wants to be a federate that has left since the federation runs.
+    HasLeft,
 }
 
 impl fmt::Display for Violation {
@@ -99,9 +100,17 @@ impl fmt::Display for Violation {
             ),
             Self::Unexpected(message_type) => say!(f, "{message_type} may not come at this point"),
             Self::Clock(clock) => {
-                say!(f, "its clock shows {} ns since 1970, a time after the year 2199", clock.as_nanos())
+                say!(f, "its clock shows {} ns since 1970, and no time of the years 1900 to 2199", clock.as_nanos())
             }
-            Self::NoSuchFederate(id) => say!(f, "it named federate {id}, which the federation does not have"),
+            Self::NoSuchFederate(id) => say!(
+                f,
+                "it named federate {id}, which this federation does not have: start the RTI with the number of \
+                 federates that the program has (`-n`)"
+            ),
+            Self::HasLeft => say!(
+                f,
+                "that federate has left, and a federation that runs takes nobody back: start all of it again"
+            ),
             Self::Delay { upstream, delay_ns } => {
                 say!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
             }
@@ -228,7 +237,7 @@ pub enum Notice<'a> {
     /// All stop at this tag.
     StopGranted(Tag),
     /// A datagram that is no answer of a federate was ignored. Told once, for anybody can send datagrams.
-    Stranger(SocketAddrV4),
+    Stranger(Endpoint),
 }
 
 impl Notice<'_> {
@@ -308,12 +317,7 @@ impl fmt::Display for Notice<'_> {
             }
             Self::StopRequested(federate) => say!(f, "federate {federate} asks the federation to stop"),
             Self::Stranger(from) => {
-                say!(
-                    f,
-                    "datagrams from {}:{} are ignored, because they are no answers to clock synchronization",
-                    Dotted(*from.ip()),
-                    from.port()
-                )
+                say!(f, "datagrams from {from} are ignored, because they are no answers to clock synchronization")
             }
             Self::StopGranted(tag) => say!(f, "the federation stops at {}", to_wire(tag)),
         }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory of the RTI, which its owner gives.
 
-use lf_model::time::{Instant, Tag};
+use lf_model::time::{Instant, Interval, Tag};
 use lf_wire::ADDRESS_PORT_UNKNOWN;
 
 use super::config::SetupError;
@@ -10,7 +10,7 @@ use super::outlet::ConnectionId;
 use super::path::PathWords;
 use crate::auth::Nonce;
 use crate::clock_sync::Poll;
-use crate::{FederateId, Tally};
+use crate::{FederateId, IpAddress, Tally};
 
 /// All the memory that an RTI needs, for n federates. What it contains does not matter; `EMPTY` and `Default`
 /// are there to fill it.
@@ -126,12 +126,14 @@ pub struct Slot {
     pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
+    /// How far its clock was ahead of the RTI's when it told it.
+    pub(super) ahead: Interval,
     /// It wants to be granted the stop tag in its turn.
     pub(super) stops_in_turn: bool,
     /// It has asked to stop, or has agreed to.
     pub(super) stop_agreed: bool,
     /// Address of its connection to the RTI.
-    pub(super) address: [u8; 4],
+    pub(super) address: IpAddress,
     /// Port that it advertised.
     pub(super) port: i32,
     /// UDP port of its clock synchronization.
@@ -153,9 +155,10 @@ impl Slot {
         pending: Pending::NONE,
         vacated: false,
         clock: None,
+        ahead: Interval::ZERO,
         stops_in_turn: false,
         stop_agreed: false,
-        address: [0; 4],
+        address: IpAddress::UNSPECIFIED,
         port: ADDRESS_PORT_UNKNOWN,
         udp_port: 0,
         poll: Poll::NONE,
@@ -207,7 +210,7 @@ pub struct Connection {
     pub(super) phase: Phase,
     /// The federate that it claims to be, after `FED_IDS`.
     pub(super) federate: Option<u16>,
-    pub(super) address: [u8; 4],
+    pub(super) address: IpAddress,
     /// When the RTI loses patience with it.
     pub(super) deadline: Option<Instant>,
     /// Nothing more will come but what has.
@@ -217,7 +220,7 @@ pub struct Connection {
 impl Connection {
     /// What fresh storage holds.
     pub const EMPTY: Self =
-        Self { phase: Phase::Vacant, federate: None, address: [0; 4], deadline: None, ended: false };
+        Self { phase: Phase::Vacant, federate: None, address: IpAddress::UNSPECIFIED, deadline: None, ended: false };
 }
 
 /// An index of a slot as the federate's id.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What an RTI does at its time: it gives up, tells who waits, and tells its clock.
 
-use core::net::SocketAddrV4;
-
 use lf_model::time::{Instant, Interval};
 
 use super::clock_sync::Datagram;
@@ -10,7 +8,7 @@ use super::config::ClockSync;
 use super::machine::Rti;
 use super::notice::Cause;
 use super::outlet::{ConnectionId, Outlet};
-use crate::Deadline;
+use crate::{Deadline, Endpoint};
 
 impl Rti<'_> {
     /// When the first of the federates that are there will have an event, as far as they have said: then they are
@@ -124,7 +122,7 @@ impl Rti<'_> {
     pub fn handle_datagram(
         &mut self,
         now: Instant,
-        from: SocketAddrV4,
+        from: Endpoint,
         datagram: &[u8],
         outlet: &mut impl Outlet,
     ) -> Option<Datagram> {

@@ -23,7 +23,10 @@ pub enum Progress {
 impl fmt::Display for Progress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Absent => say!(f, "has not connected"),
+            Self::Absent => say!(
+                f,
+                "has not connected: start it or, if the program has fewer federates, the RTI with their number (`-n`)"
+            ),
             Self::Handshake(next) => say!(f, "has connected; {next} of it is to come"),
             Self::Joined => say!(
                 f,

@@ -7,12 +7,12 @@ pub mod peer;
 pub mod plain;
 
 use std::convert::Infallible;
-use std::net::{Ipv4Addr, SocketAddrV4};
+use std::net::Ipv4Addr;
 
 use lf_coordination::auth::AUTHENTICATOR;
 use lf_coordination::heap::Memory;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId, Datagram, Notice, Outlet, Rti, Verdict};
-use lf_coordination::{Deadline, clock_sync};
+use lf_coordination::{Deadline, Endpoint, IpAddress, clock_sync};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::RtiSetup;
 use lf_testkit::golden::replay::{self, Received};
@@ -143,7 +143,7 @@ impl World {
         // Each connection gets another one, and every run the same ones.
         self.nonces += 1;
         let nonce = self.nonces.to_le_bytes();
-        self.rti.handle_connect(self.now, connection, [127, 0, 0, 1], nonce, &mut self.outlet);
+        self.rti.handle_connect(self.now, connection, IpAddress::V4(Ipv4Addr::LOCALHOST), nonce, &mut self.outlet);
         connection
     }
 
@@ -272,8 +272,8 @@ impl Recorded {
         Self { world, connections: std::collections::BTreeMap::new(), datagrams: Vec::new() }
     }
 
-    fn udp_address(federate: u16) -> SocketAddrV4 {
-        SocketAddrV4::new(Ipv4Addr::LOCALHOST, 40_000 + federate)
+    fn udp_address(federate: u16) -> Endpoint {
+        Endpoint::new(Ipv4Addr::LOCALHOST, 40_000 + federate)
     }
 }
 
@@ -297,7 +297,7 @@ impl replay::Rti for Recorded {
     }
 
     fn bind(&mut self, federate: u16) -> Result<u16, Infallible> {
-        Ok(Self::udp_address(federate).port())
+        Ok(Self::udp_address(federate).port)
     }
 
     fn send_datagram(&mut self, federate: u16, bytes: &[u8]) -> Result<(), Infallible> {

@@ -25,12 +25,12 @@ fn await_ready(sockets: &mut Sockets, id: SocketId, interest: Interest) -> Inter
 fn connection(sockets: &mut Sockets) -> (SocketId, SocketId, SocketId) {
     let listener = sockets.listen(0).expect("a listener");
     let port = sockets.local_port(listener).expect("its port");
-    let client = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    let client = sockets.connect(Endpoint::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
     await_ready(sockets, client, Interest::WRITE);
     sockets.connected(client).expect("a connection");
     await_ready(sockets, listener, Interest::READ);
     let (server, peer) = sockets.accept(listener).expect("no error").expect("a connection");
-    assert_eq!(peer, Ipv4Addr::LOCALHOST);
+    assert_eq!(peer, IpAddress::V4(Ipv4Addr::LOCALHOST));
     assert_eq!(sockets.accept(listener).map(|accepted| accepted.is_some()), Ok(false));
     (listener, client, server)
 }
@@ -54,7 +54,7 @@ fn a_stale_id_names_no_other_socket() {
     sockets.close(client);
     assert_stale(&mut sockets, client);
     let port = sockets.local_port(listener).expect("the listener is still there");
-    let next = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    let next = sockets.connect(Endpoint::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
     assert_eq!(next.index, client.index, "its place is used again");
     assert_stale(&mut sockets, client);
     await_ready(&mut sockets, next, Interest::WRITE);
@@ -99,7 +99,7 @@ fn nobody_listens() {
     let port = sockets.local_port(listener).expect("its port");
     assert_eq!(sockets.listen(port), Err(NetError::AddressInUse));
     sockets.close(listener);
-    let client = sockets.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
+    let client = sockets.connect(Endpoint::new(Ipv4Addr::LOCALHOST, port)).expect("an attempt");
     await_ready(&mut sockets, client, Interest::WRITE);
     assert_eq!(sockets.connected(client), Err(NetError::Refused));
 }
@@ -141,7 +141,7 @@ fn a_broken_connection_is_ready_for_all() {
 fn datagrams_come_one_by_one_from_whoever_sent_them() {
     let (mut sockets, ..) = table();
     let (one, other) = (sockets.bind(0).expect("a port"), sockets.bind(0).expect("another"));
-    let address = |port| SocketAddrV4::new(Ipv4Addr::LOCALHOST, port);
+    let address = |port| Endpoint::new(Ipv4Addr::LOCALHOST, port);
     let ports = [one, other].map(|socket| sockets.local_port(socket).expect("its number"));
     assert_eq!(sockets.bind(ports[0]), Err(NetError::AddressInUse));
     let mut buffer = [0; 4];

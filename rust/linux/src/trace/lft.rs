@@ -97,7 +97,7 @@ fn event(direction: Direction, kind: MessageType) -> Option<i32> {
         MessageType::TaggedMessage => 26,
         MessageType::AddressAdvertisement => 30,
         MessageType::AddressQuery => 31,
-        MessageType::AddressQueryReply => 32,
+        MessageType::AddressQueryReply | MessageType::AddressQueryReplyIpv6 => 32,
         MessageType::DownstreamNextEventTag => 33,
         _ => return None,
     };

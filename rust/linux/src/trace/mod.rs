@@ -9,14 +9,13 @@ mod lft;
 mod table;
 
 use std::collections::BTreeMap;
-use std::net::{Ipv4Addr, SocketAddrV4};
 use std::path::PathBuf;
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Header};
 use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
 
@@ -51,7 +50,7 @@ pub(crate) struct Traced<P> {
     /// By the place of the socket.
     connections: BTreeMap<u16, Connection>,
     /// Which federate has which UDP port.
-    ports: BTreeMap<SocketAddrV4, u16>,
+    ports: BTreeMap<Endpoint, u16>,
     /// Datagrams that are not in the table yet, oldest first.
     datagrams: Vec<Datagram>,
     table: Table,
@@ -59,7 +58,7 @@ pub(crate) struct Traced<P> {
 
 /// What is known of one connection.
 struct Connection {
-    address: Ipv4Addr,
+    address: IpAddress,
     federate: Option<u16>,
     received: Stream,
     sent: Stream,
@@ -77,7 +76,7 @@ struct Stream {
 struct Datagram {
     now: Instant,
     direction: Direction,
-    peer: SocketAddrV4,
+    peer: Endpoint,
     bytes: Vec<u8>,
 }
 
@@ -132,7 +131,7 @@ impl<P: Platform> Traced<P> {
                         *federate = Some(id);
                     }
                     if let (Message::UdpPort(port), Some(federate)) = (message, *federate) {
-                        self.ports.insert(SocketAddrV4::new(*address, port), federate);
+                        self.ports.insert(Endpoint::new(*address, port), federate);
                     }
                     self.table.add(now, direction, *federate, &message);
                     len
@@ -169,7 +168,7 @@ impl<P: Platform> Platform for Traced<P> {
         self.platform.random(buffer)
     }
 
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
         self.platform.connect(address)
     }
 
@@ -185,7 +184,7 @@ impl<P: Platform> Platform for Traced<P> {
         self.platform.bind(port)
     }
 
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         let received = self.platform.receive_from(socket, buffer)?;
         if let Some((count, peer)) = received {
             let now = self.platform.now();
@@ -194,7 +193,7 @@ impl<P: Platform> Platform for Traced<P> {
         Ok(received)
     }
 
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         self.platform.send_to(socket, to, bytes)?;
         let now = self.platform.now();
         self.datagrams.push(Datagram { now, direction: Direction::Sent, peer: to, bytes: bytes.into() });
@@ -205,7 +204,7 @@ impl<P: Platform> Platform for Traced<P> {
         self.platform.local_port(listener)
     }
 
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let accepted = self.platform.accept(listener)?;
         if let Some((socket, address)) = accepted {
             let (received, sent) = (Stream::default(), Stream::default());

@@ -18,10 +18,8 @@ pub(super) struct ClockSyncPort {
     pub(super) port: DatagramPort,
     /// Strangers have been reported.
     stranger: bool,
-    /// Its drift has.
-    drift: bool,
-    /// That its rate changes too quickly has.
-    unsteady: bool,
+    /// Which kinds of trouble with the clock have, by their bits.
+    troubles: u8,
 }
 
 impl ClockSyncPort {
@@ -42,7 +40,7 @@ impl ClockSyncPort {
         if !P::DATAGRAMS {
             return;
         }
-        let Self { port, stranger, drift, unsteady } = self;
+        let Self { port, stranger, troubles } = self;
         port.receive(platform, |platform, socket, now, from, datagram| {
             let heard = machine.handle_datagram(now, from, datagram);
             if let Some(answer) = heard.answer {
@@ -57,11 +55,14 @@ impl ClockSyncPort {
                 tell(Level::Warn, &Remark::Stranger(from));
             }
             if let Some(trouble) = heard.trouble {
-                let told = match trouble {
-                    Trouble::Drift(_) => &mut *drift,
-                    Trouble::Unsteady(_) => &mut *unsteady,
+                let kind = match trouble {
+                    Trouble::Drift(_) => 1,
+                    Trouble::Unsteady(_) => 2,
+                    Trouble::OtherPort { .. } => 4,
+                    Trouble::FarOff(_) => 8,
                 };
-                if !replace(told, true) {
+                let told = *troubles;
+                if replace(troubles, told | kind) & kind == 0 {
                     tell(Level::Warn, &Remark::ClockTrouble(trouble));
                 }
             }

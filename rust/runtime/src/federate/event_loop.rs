@@ -2,11 +2,9 @@
 //! The order in which the parts of a federate's event loop have their turns, and how it ends.
 
 use core::fmt;
-use core::net::SocketAddrV4;
-
-use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
+use lf_coordination::{Deadline, Endpoint};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
@@ -47,7 +45,9 @@ pub struct Join<'a> {
     /// The federation to join.
     pub federation_id: &'a [u8],
     /// Where its RTI listens.
-    pub rti: SocketAddrV4,
+    pub rti: Endpoint,
+    /// More addresses of the RTI's host, which are tried in turn.
+    pub others: &'a [Endpoint],
 }
 
 /// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
@@ -73,7 +73,7 @@ pub struct FederateLoop<'a, 's, P, N: Needs = All> {
     platform: &'a mut P,
     federation: &'a Federation,
     execution: Execution<'a, 's, N>,
-    session: Session<'s>,
+    session: Session<'a, 's>,
     direct: Direct<'a, 's>,
     clock_sync: ClockSyncPort,
     waiting: Waiting,
@@ -129,7 +129,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             downstream: federation.downstream,
             clock_sync: federation.clock_sync,
             udp_port,
-            rti: Some(*join.rti.ip()),
+            rti: Some(join.rti.ip),
             test_offset: federation.test_offset,
             physical_delay: federation.physical_delay,
             listening,
@@ -145,7 +145,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let awaited = Awaited::new(federation.awaited, known).ok_or(RunError::KnownTooShort { needed, found })?;
         Ok(Self {
             execution: Execution::new(engine, program, machine, awaited, !federation.upstream.is_empty()),
-            session: Session::new(platform.now(), join.rti, buffers.rti),
+            session: Session::new(platform.now(), join, buffers.rti),
             platform,
             federation,
             direct,
@@ -260,6 +260,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 filled.map_err(|error| self.execution.fail(error.into()))?;
             }
             let now = self.platform.now();
+            self.execution.machine.set_rti(self.session.rti());
             self.execution.machine.handle_connected(now, nonce);
         }
         self.receive()?;
@@ -279,10 +280,11 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
     fn receive(&mut self) -> Result<(), Failed> {
         let has_ended = self.session.fill(self.platform);
         let now = self.platform.now();
-        let mut found = None;
-        loop {
+        let (mut found, mut refused) = (None, false);
+        while !refused {
             let (platform, execution) = (&mut *self.platform, &mut self.execution);
-            match self.session.receiver.next(&mut FromRti { platform, execution, found: &mut found, now })? {
+            let mut policy = FromRti { platform, execution, found: &mut found, refused: &mut refused, now };
+            match self.session.receiver.next(&mut policy)? {
                 // Answers to clock synchronization are as good as they are prompt.
                 Some(true) if self.execution.phase() < Phase::Running => self.transmit(),
                 Some(_) => {}
@@ -292,7 +294,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         if let Some((federate, address)) = found {
             self.direct.peers.connect(self.platform, federate, address);
         }
-        if has_ended {
+        if refused {
+            self.session.ask_again(self.platform);
+        } else if has_ended {
             // What is still held is of no use any more: nothing can be granted.
             let disconnected = self.execution.machine.handle_disconnected();
             match disconnected.map_err(|error| self.execution.fail(error.into()))? {
@@ -498,13 +502,14 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 }
                 reason(&self.execution, advance, self.direct.peers.stuck().map(|(federate, _)| federate))
             }
-            Phase::Disconnected => Some(Reason::Rti),
+            Phase::Disconnected => Some(self.session.reason(self.session.missing())),
             Phase::Meeting => {
                 let (federate, trouble) = self.direct.peers.meets(self.execution.machine.next_peer_index())?;
                 Some(Reason::Peer(federate, trouble))
             }
             Phase::Starting => Some(Reason::Others),
             Phase::Resigning | Phase::Ended => None,
+            phase @ (Phase::Authenticating | Phase::Introducing) => Some(self.session.reason(Reason::Answer(phase))),
             phase => Some(Reason::Answer(phase)),
         }
     }

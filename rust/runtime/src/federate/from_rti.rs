@@ -9,10 +9,8 @@
 //! When the buffer is full of held messages and none of them can move, no grant can ever be read: that is certain, and
 //! an error that names the input.
 
-use core::net::SocketAddrV4;
-
 use lf_coordination::federate::{Event, FederateError, Needs};
-use lf_coordination::{FederateId, from_wire, to_wire};
+use lf_coordination::{Endpoint, FederateId, from_wire, to_wire};
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_model::{DeliverError, Engine};
 use lf_wire::{DecodeError, Message, MessageType};
@@ -30,7 +28,9 @@ pub(super) struct FromRti<'x, 'a, 's, P, N: Needs> {
     pub(super) platform: &'x mut P,
     pub(super) execution: &'x mut Execution<'a, 's, N>,
     /// A federate to connect to, when the RTI has told of one.
-    pub(super) found: &'x mut Option<(FederateId, SocketAddrV4)>,
+    pub(super) found: &'x mut Option<(FederateId, Endpoint)>,
+    /// Whether the RTI has refused this federate, because its id is taken.
+    pub(super) refused: &'x mut bool,
     pub(super) now: Instant,
 }
 
@@ -125,6 +125,9 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 engine.set_stop_tag(tag);
                 // What is held may be for after the last tag now.
                 return Ok(Fate::TakenForAll);
+            }
+            Event::IdInUse => {
+                *self.refused = true;
             }
             Event::Accepted => log::debug!("the RTI has accepted this federate"),
             Event::None | Event::Granted(_) | Event::GrantedProvisionally(_) | Event::StopRequested(_) => {}

@@ -2,10 +2,8 @@
 //! A connection to a federate to which this one sends directly. It is made by the side that sends; the other one
 //! answers whether it takes it, and then only ever ends it.
 
-use core::net::SocketAddrV4;
-
-use lf_coordination::Deadline;
 use lf_coordination::peer::{IntroductionReply, read_answer};
+use lf_coordination::{Deadline, Endpoint};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{InBuffer, Message, OutBuffer};
 
@@ -96,7 +94,7 @@ impl<'s> Outbound<'s> {
     }
 
     /// Begins to connect.
-    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: SocketAddrV4) {
+    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, address: Endpoint) {
         self.end(platform);
         match platform.connect(address) {
             Ok(socket) => self.stage = Approach::Connecting(socket, false),

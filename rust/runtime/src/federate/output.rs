@@ -21,7 +21,7 @@ use log::Level;
 /// The connections of a federate, to send over.
 pub(super) struct Output<'x, 'a, 's, P> {
     pub(super) platform: &'x mut P,
-    pub(super) session: &'x mut Session<'s>,
+    pub(super) session: &'x mut Session<'a, 's>,
     pub(super) peers: &'x mut Peers<'a, 's>,
 }
 

@@ -4,9 +4,7 @@
 //! Each has a bounded buffer of its own: what does not fit there holds the sender's tag open. What comes is looked at
 //! by others; this part makes the connections, takes those that come, and ends them.
 
-use core::net::SocketAddrV4;
-
-use lf_coordination::{Deadline, FederateId};
+use lf_coordination::{Deadline, Endpoint, FederateId};
 use lf_model::time::{Instant, Tag};
 use lf_wire::{Message, RejectCode};
 
@@ -91,7 +89,7 @@ impl<'a, 's> Peers<'a, 's> {
     }
 
     /// Begins to connect to this federate.
-    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, federate: FederateId, address: SocketAddrV4) {
+    pub(super) fn connect<P: Platform>(&mut self, platform: &mut P, federate: FederateId, address: Endpoint) {
         log::debug!("connecting to federate {federate} at {address}");
         self.meeting = self.federation.peers_out.iter().position(|peer| *peer == federate.0);
         if let Some(outbound) = self.to(federate.0) {

@@ -3,17 +3,21 @@
 
 use core::fmt;
 
+use lf_coordination::Endpoint;
 use lf_coordination::federate::Phase;
 use lf_model::time::{EventTag, Instant, Tag};
 use lf_texts::say;
 
 use crate::error::PeerFault;
+use crate::platform::NetError;
 
 /// What a federate waits for.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Reason {
-    /// An RTI that takes its connection.
-    Rti,
+    /// An RTI that takes its connection at this address; what went wrong with the last attempt.
+    Rti(Endpoint, Option<NetError>),
+    /// Its id, which the RTI says is taken.
+    Id,
     /// An answer of the RTI in the handshake.
     Answer(Phase),
     /// Another federate that takes its connection; what went wrong with the last attempt.
@@ -31,13 +35,13 @@ pub enum Reason {
 impl Reason {
     /// Whether the federate has not started yet.
     pub(super) fn is_before_start(&self) -> bool {
-        matches!(self, Self::Rti | Self::Answer(_) | Self::Peer(..) | Self::Others)
+        matches!(self, Self::Rti(..) | Self::Id | Self::Answer(_) | Self::Peer(..) | Self::Others)
     }
 
     /// What tells this wait from others. What has gone wrong with a federate does not make another wait of it.
     pub(super) fn key(&self) -> Key {
         match *self {
-            Self::Rti => (Tag::NEVER, 0, 0),
+            Self::Rti(..) => (Tag::NEVER, 0, 0),
             Self::Others => (Tag::NEVER, 1, 0),
             Self::Answer(phase) => (Tag::NEVER, 2, phase as usize),
             Self::Peer(federate, _) => (Tag::NEVER, 3, federate.into()),
@@ -46,6 +50,7 @@ impl Reason {
             Self::Input(tag, name) => (tag, 5, name.as_ptr().addr()),
             Self::Room(tag, None) => (tag, 6, 0),
             Self::Room(tag, Some(federate)) => (tag, 7, federate.into()),
+            Self::Id => (Tag::NEVER, 8, 0),
         }
     }
 }
@@ -63,7 +68,18 @@ impl fmt::Display for Words {
         match reason {
             // There are no connections with others.
             Reason::Peer(..) if !cfg!(feature = "peers") => Ok(()),
-            Reason::Rti => say!(f, "an RTI that answers"),
+            Reason::Rti(address, last) => {
+                say!(f, "an RTI that answers at {address}")?;
+                if let Some(last) = last {
+                    say!(f, " ({last})")?;
+                }
+                say!(f, "; `lfz rti -n FEDERATES -i FEDERATION` starts one, as `lfz run` does")
+            }
+            Reason::Id => say!(
+                f,
+                "its id: the RTI says that a federate with it is connected, or has left the running federation, and is \
+                 asked again"
+            ),
             Reason::Answer(phase) => say!(f, "the RTI, {phase}"),
             Reason::Peer(federate, None) => say!(f, "federate {federate}, to which this one sends directly"),
             Reason::Peer(federate, Some(fault)) => say!(f, "federate {federate}: it {fault}"),

@@ -4,14 +4,14 @@
 //!
 //! A session knows no tags: what the machine has to say it sends, and what comes it looks at as a policy says.
 
-use core::net::SocketAddrV4;
+use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, FederateError, Needs};
+use lf_coordination::{Deadline, Endpoint, IpAddress};
+use lf_model::time::{Instant, Interval};
+use lf_wire::{Limits, OutBuffer, RejectCode};
 
-use lf_coordination::Deadline;
-use lf_coordination::federate::{ConnectRetry, ConnectStep, Federate, Needs};
-use lf_model::time::Instant;
-use lf_wire::{Limits, OutBuffer};
-
+use super::event_loop::Join;
 use super::execution::Failed;
+use super::reason::Reason;
 use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
 use crate::error::RunError;
@@ -19,15 +19,35 @@ use crate::platform::{Interest, NetError, Platform, SocketId};
 use crate::trace::RTI;
 use crate::tracing::note_sent;
 
+/// How long one of several addresses may leave an attempt without an outcome.
+const ATTEMPT_TIME_OUT: Interval = Interval::from_secs(5);
+
 /// The session with the RTI.
 #[derive(Debug)]
-pub(super) struct Session<'s> {
+pub(super) struct Session<'a, 's> {
     pub(super) receiver: Receiver<'s>,
-    address: SocketAddrV4,
+    /// The address that is tried, or at which the RTI is.
+    address: Endpoint,
+    /// The addresses to try after the first one, and how many of them have been tried in this round.
+    others: &'a [Endpoint],
+    tried: usize,
+    first: Endpoint,
     attempt: Attempt,
     retry: ConnectRetry,
     /// Why the last attempt failed.
     last_error: Option<NetError>,
+    refusal: Refusal,
+}
+
+/// Whether the RTI has refused this federate because its id is taken.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Refusal {
+    /// It has not.
+    Never,
+    /// It has, but something else has gone wrong since.
+    Before,
+    /// The last attempt ended like that.
+    Last,
 }
 
 /// How far the connection is.
@@ -35,18 +55,17 @@ pub(super) struct Session<'s> {
 enum Attempt {
     /// No connection, none under way; the next attempt is due at this time.
     Due(Instant),
-    /// An attempt is under way; `true` when the socket says that it has an outcome.
-    UnderWay(SocketId, bool),
+    /// An attempt is under way until this time; `true` when the socket says that it has an outcome.
+    UnderWay(SocketId, Instant, bool),
     /// The connection is there.
     Made,
     /// It is closed for good.
     Over,
 }
 
-impl<'s> Session<'s> {
+impl<'a, 's> Session<'a, 's> {
     /// A session that begins now.
-    pub(super) fn new(now: Instant, address: SocketAddrV4, connection: Connection<'s>) -> Self {
-        log::debug!("connecting to the RTI at {address}");
+    pub(super) fn new(now: Instant, join: &Join<'a>, connection: Connection<'s>) -> Self {
         let limits = Limits {
             // What the buffer holds is the limit; an input's own length is checked when its value is decoded.
             payload_bytes_max: connection.input.capacity(),
@@ -54,7 +73,17 @@ impl<'s> Session<'s> {
             neighbors_max: 0,
         };
         let (receiver, retry) = (Receiver::new(connection, limits), ConnectRetry::new(now));
-        Self { receiver, address, attempt: Attempt::Due(now), retry, last_error: None }
+        Self {
+            receiver,
+            address: join.rti,
+            others: join.others,
+            tried: 0,
+            first: join.rti,
+            attempt: Attempt::Due(now),
+            retry,
+            last_error: None,
+            refusal: Refusal::Never,
+        }
     }
 
     /// What is to be sent.
@@ -75,7 +104,7 @@ impl<'s> Session<'s> {
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, Failed> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
-            Attempt::UnderWay(socket, true) => match platform.connected(socket) {
+            Attempt::UnderWay(socket, _, true) => match platform.connected(socket) {
                 Ok(()) => {
                     self.receiver.connection.open(socket);
                     self.attempt = Attempt::Made;
@@ -86,7 +115,10 @@ impl<'s> Session<'s> {
                     self.attempt_again(platform).map(|()| false)
                 }
             },
-            Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(Failed),
+            Attempt::UnderWay(_, until, false) if platform.now() >= until => {
+                self.begin_anew(platform, NetError::Unreachable);
+                self.attempt_again(platform).map(|()| false)
+            }
             Attempt::UnderWay(..) | Attempt::Made | Attempt::Over => Ok(false),
         }
     }
@@ -97,6 +129,39 @@ impl<'s> Session<'s> {
         self.close(platform);
         self.last_error = Some(reason);
         self.attempt = Attempt::Due(platform.now());
+        if self.refusal == Refusal::Last {
+            self.refusal = Refusal::Before;
+        }
+        self.tried = if self.tried < self.others.len() { self.tried + 1 } else { 0 };
+        self.address =
+            self.tried.checked_sub(1).and_then(|index| self.others.get(index)).copied().unwrap_or(self.first);
+    }
+
+    /// Drops a connection over which the RTI has refused this federate because its id is taken, and asks again as long
+    /// as the RTI may take to notice that a federate is gone, from the first refusal on.
+    #[cfg_attr(target_pointer_width = "32", inline(never))]
+    pub(super) fn ask_again<P: Platform>(&mut self, platform: &mut P) {
+        if self.refusal == Refusal::Never {
+            self.retry.renew(platform.now());
+        }
+        self.close(platform);
+        self.attempt = Attempt::Due(platform.now());
+        self.refusal = Refusal::Last;
+    }
+
+    /// The address at which the RTI is.
+    pub(super) fn rti(&self) -> IpAddress {
+        self.address.ip
+    }
+
+    /// What this federate waits for, before the RTI has accepted it.
+    pub(super) fn reason(&self, otherwise: Reason) -> Reason {
+        if self.refusal == Refusal::Last { Reason::Id } else { otherwise }
+    }
+
+    /// What a federate waits for that has no connection.
+    pub(super) fn missing(&self) -> Reason {
+        Reason::Rti(self.first, self.last_error)
     }
 
     /// Reads once, if there is something to read, for [`Receiver::next`]. `true` when the connection has ended.
@@ -167,7 +232,7 @@ impl<'s> Session<'s> {
 
     /// Closes the connection for good.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if let Attempt::UnderWay(socket, _) = self.attempt {
+        if let Attempt::UnderWay(socket, ..) = self.attempt {
             platform.close(socket);
         }
         self.receiver.close(platform);
@@ -176,7 +241,7 @@ impl<'s> Session<'s> {
 
     /// Says what to wait for: bytes as long as there is space for them, and room if something is pending.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P) {
-        if let Attempt::UnderWay(socket, _) = self.attempt {
+        if let Attempt::UnderWay(socket, ..) = self.attempt {
             platform.set_interest(socket, Interest::WRITE);
         }
         self.receiver.connection.set_interest(platform, true);
@@ -184,7 +249,7 @@ impl<'s> Session<'s> {
 
     /// A wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
-        if let Attempt::UnderWay(socket, has_outcome) = &mut self.attempt {
+        if let Attempt::UnderWay(socket, _, has_outcome) = &mut self.attempt {
             *has_outcome |= *socket == ready;
         }
         self.receiver.connection.handle_ready(ready, interest);
@@ -194,7 +259,7 @@ impl<'s> Session<'s> {
     pub(super) fn poll_timeout(&mut self) -> Deadline {
         match self.attempt {
             Attempt::Due(time) => Deadline::At(time),
-            Attempt::UnderWay(..) => Deadline::At(self.retry.give_up()),
+            Attempt::UnderWay(_, until, _) => Deadline::At(until),
             // What is held may have room, or a write found the connection broken, and the end is to be read.
             Attempt::Made if self.receiver.held.stale || self.receiver.connection.is_due() => Deadline::Now,
             Attempt::Made | Attempt::Over => Deadline::Never,
@@ -202,9 +267,15 @@ impl<'s> Session<'s> {
     }
 
     fn attempt_again<P: Platform>(&mut self, platform: &mut P) -> Result<(), Failed> {
-        match self.retry.poll(platform.now()) {
+        let (now, give_up) = (platform.now(), self.retry.give_up());
+        // The addresses of one host are tried one after the other without a pause.
+        let is_next = self.tried > 0 && now < give_up;
+        match if is_next { ConnectStep::Attempt } else { self.retry.poll(now) } {
             ConnectStep::Attempt => match platform.connect(self.address) {
-                Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
+                Ok(socket) => {
+                    let until = if self.others.is_empty() { give_up } else { give_up.min(now + ATTEMPT_TIME_OUT) };
+                    self.attempt = Attempt::UnderWay(socket, until, false);
+                }
                 Err(error) => self.begin_anew(platform, error),
             },
             ConnectStep::WaitUntil(time) => self.attempt = Attempt::Due(time),
@@ -215,6 +286,9 @@ impl<'s> Session<'s> {
 
     /// What is wrong when [`Session::establish`] fails.
     pub(super) fn unreachable(&self) -> RunError {
-        RunError::RtiUnreachable { address: self.address, last: self.last_error }
+        match self.refusal {
+            Refusal::Last => FederateError::Rejected(RejectCode::IdInUse).into(),
+            _ => RunError::RtiUnreachable { address: self.first, last: self.last_error },
+        }
     }
 }

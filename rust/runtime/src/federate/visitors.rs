@@ -4,10 +4,8 @@
 //! A visitor takes none of the places that the other federates have. There are few places for visitors; when they are
 //! taken and another one comes, the oldest has had its time, however short: a federate introduces itself at once.
 
-use core::net::Ipv4Addr;
-
 use lf_coordination::peer::{Introduction, VisitorReply};
-use lf_coordination::{Deadline, FederateId, Tally, Times};
+use lf_coordination::{Deadline, FederateId, IpAddress, Tally, Times};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Message, RejectCode};
 
@@ -30,7 +28,7 @@ const UNREAD_BYTES_MAX: usize = 1024;
 #[derive(Debug)]
 struct Visitor {
     socket: SocketId,
-    address: Ipv4Addr,
+    address: IpAddress,
     introduction: Introduction,
     since: Instant,
     readable: bool,
@@ -41,7 +39,7 @@ struct Visitor {
 pub(super) struct Introduced {
     pub(super) federate: FederateId,
     pub(super) socket: SocketId,
-    pub(super) address: Ipv4Addr,
+    pub(super) address: IpAddress,
 }
 
 /// The listener and those who have come to it.
@@ -185,7 +183,7 @@ impl Visitor {
 pub(super) fn refuse<P: Platform>(
     platform: &mut P,
     socket: SocketId,
-    address: Ipv4Addr,
+    address: IpAddress,
     code: RejectCode,
     times: Times,
 ) {

@@ -91,6 +91,9 @@ pub(super) fn reason(execution: &Execution<'_, '_, impl Needs>, advance: Advance
 mod tests {
     use super::*;
     use crate::error::PeerFault;
+    use lf_coordination::{Endpoint, IpAddress};
+
+    const AT: Endpoint = Endpoint { ip: IpAddress::UNSPECIFIED, port: 15045 };
 
     const fn s(seconds: i64) -> Instant {
         Instant::from_nanos(seconds * 1_000_000_000)
@@ -106,7 +109,7 @@ mod tests {
         let mut waiting = Waiting::NONE;
         let mut now = 0;
         for expected in [5, 15, 35, 75, 135, 195] {
-            assert_eq!(note(&mut waiting, now, Some(Reason::Rti), None), Deadline::At(s(expected)));
+            assert_eq!(note(&mut waiting, now, Some(Reason::Rti(AT, None)), None), Deadline::At(s(expected)));
             now = expected;
         }
         assert_eq!(note(&mut waiting, 200, Some(Reason::Others), None), Deadline::At(s(205)));

@@ -232,7 +232,7 @@ impl<'a, 's, P: Platform, N: FnMut(Notice<'_>), B: Storage> RtiLoop<'a, 's, P, N
             }
             self.table.occupy(index, socket);
             self.tell(|rti, outlet| {
-                rti.handle_connect(now, ConnectionId(index), address.octets(), nonce, outlet);
+                rti.handle_connect(now, ConnectionId(index), address, nonce, outlet);
             });
         }
     }

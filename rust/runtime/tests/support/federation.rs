@@ -2,7 +2,6 @@
 //! Whole federations of [`Node`]s with an RTI, as participants of a [`World`].
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
@@ -10,7 +9,7 @@ use lf_coordination::heap::{Growing, Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync as RtiClockSync, Config, Outcome, START_REPORT, SetupError};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Settings};
-use lf_runtime::platform::{Interest, Platform as _, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, Transfer};
 use lf_runtime::trace::Record;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Inlet, Join,
@@ -81,7 +80,7 @@ pub struct Plan {
     /// The RTI begins at this time; `None`: never.
     pub rti_begins: Option<Interval>,
     /// Where the federates look for the RTI.
-    pub rti: Ipv4Addr,
+    pub rti: IpAddress,
     /// Federates that want to join another federation.
     pub strangers: BTreeSet<u16>,
     /// Who connects to federates without being one: as soon as that listens, with so many connections, on each of which
@@ -104,7 +103,7 @@ pub struct Intruder {
 impl Intruder {
     /// Connects, and keeps its connections until it is interrupted.
     fn intrude(&self, platform: &mut VirtualPlatform) {
-        let address = SocketAddrV4::new(address_of(1 + usize::from(self.to)), FIRST_EPHEMERAL_PORT);
+        let address = Endpoint::new(address_of(1 + usize::from(self.to)), FIRST_EPHEMERAL_PORT);
         for _ in 0..self.connections {
             while !self.connect(platform, address) {
                 let later = platform.now() + Interval::from_millis(1);
@@ -117,7 +116,7 @@ impl Intruder {
         }
     }
 
-    fn connect(&self, platform: &mut VirtualPlatform, address: SocketAddrV4) -> bool {
+    fn connect(&self, platform: &mut VirtualPlatform, address: Endpoint) -> bool {
         let Ok(socket) = platform.connect(address) else { return false };
         platform.set_interest(socket, Interest::WRITE);
         let mut ready = false;
@@ -461,7 +460,7 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let federation = Federation { awaited: awaited.leak(), ..federation_of(plan, id) };
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
     let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { plan.federation_id };
-    let join = Join { federation_id, rti: SocketAddrV4::new(plan.rti, PORT) };
+    let join = Join { federation_id, rti: Endpoint::new(plan.rti, PORT), others: &[] };
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes]; federation.peers_out.len()];
     let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An RTI whose federates one tester plays, message by message: for what no federate of ours does by itself.
 
-use std::net::SocketAddrV4;
 use std::sync::Mutex;
 
 use lf_coordination::Deadline;
 use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{ClockSync, Config, Outcome, SetupError};
 use lf_model::time::{Instant, Interval};
-use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
 use lf_runtime::{Inlet, Outgoing, RtiSetup, run_rti};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
@@ -97,7 +96,7 @@ fn run(
 impl Tester {
     /// A new connection, by its number.
     pub fn connect(&mut self) -> usize {
-        let socket = self.platform.connect(SocketAddrV4::new(address_of(RTI), PORT)).unwrap();
+        let socket = self.platform.connect(Endpoint::new(address_of(RTI), PORT)).unwrap();
         self.wait_for(socket, Interest::WRITE, |platform| platform.connected(socket).ok());
         self.connections.push((socket, Vec::new()));
         self.connections.len() - 1

@@ -5,7 +5,6 @@
 //! stands still meanwhile, and moves on only when nobody has a reason, to the earliest time that anybody waits for. So
 //! a run follows from its seed alone, and takes no longer than its work.
 
-use std::net::{Ipv4Addr, SocketAddrV4};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
@@ -13,7 +12,7 @@ use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::time::{Instant, Interval};
 use lf_model::{Mailbox, Outside};
-use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Record};
 use lf_testkit::network::Network;
 use lf_testkit::random::Random;
@@ -345,7 +344,7 @@ impl Platform for VirtualPlatform {
         Ok(())
     }
 
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
         let State { network, now, .. } = &mut *self.world.state();
         network.connect(self.me, address, *now)
     }
@@ -363,12 +362,12 @@ impl Platform for VirtualPlatform {
         self.world.state().network.bind(self.me, port)
     }
 
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         let State { network, now, .. } = &mut *self.world.state();
         network.receive_from(self.me, socket, buffer, *now)
     }
 
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         let State { network, now, .. } = &mut *self.world.state();
         network.send_to(self.me, socket, to, bytes, *now)
     }
@@ -377,7 +376,7 @@ impl Platform for VirtualPlatform {
         self.world.state().network.local_port(self.me, listener)
     }
 
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let State { network, now, .. } = &mut *self.world.state();
         network.accept(self.me, listener, *now)
     }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A federate with its memory: what generated code has in statics.
 
-use std::net::SocketAddrV4;
-
 use lf_compiler::plan::{self, Plan};
 use lf_model::time::{Interval, Tag};
 use lf_model::{Engine, Program as _, Settings, Storage, Tables};
+use lf_runtime::platform::Endpoint;
 use lf_runtime::{
     AwaitedInput, Buffers, ClockSync, Coordination, DELAY_NONE, FederateLoop, Federation, Inbound, Join, Outbound,
     RunError,
@@ -95,7 +94,7 @@ impl FederateMemory {
     pub(super) fn begin(&mut self) -> Result<Member<'_>, RunError> {
         let tables = self.program.tables();
         let engine = self.engine.engine(tables, self.settings);
-        let join = Join { federation_id: FEDERATION_ID, rti: SocketAddrV4::new(address_of(0), PORT) };
+        let join = Join { federation_id: FEDERATION_ID, rti: Endpoint::new(address_of(0), PORT), others: &[] };
         let outbound: Vec<_> = self.outbound.iter_mut().map(|bytes| Outbound::new(bytes)).collect();
         let inbound: Vec<_> = self.inbound.iter_mut().map(|bytes| Inbound::new(bytes)).collect();
         let buffers = Buffers::new(&mut self.input, &mut self.output).with_peers(outbound.leak(), inbound.leak());

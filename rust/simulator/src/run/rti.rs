@@ -7,7 +7,7 @@ use lf_coordination::heap::{Memory, Sizes};
 use lf_coordination::rti::{AfterLoss, ClockSync, Config, Notice};
 use lf_model::Payload as _;
 use lf_model::time::Interval;
-use lf_runtime::platform::Platform as _;
+use lf_runtime::platform::{Endpoint, Platform as _};
 use lf_runtime::{Inlet, Outgoing, RtiLoop, RtiSetup, RunError, buffer_bytes};
 
 use crate::program::Value;
@@ -85,7 +85,7 @@ impl<'a> RtiMemory<'a> {
             ClockSync::Off | ClockSync::Init { .. } => None,
         };
         let listener = self.platform.listen(PORT).map_err(|error| RunError::RtiUnreachable {
-            address: std::net::SocketAddrV4::new(crate::world::address_of(0), PORT),
+            address: Endpoint::new(crate::world::address_of(0), PORT),
             last: Some(error),
         })?;
         let setup = RtiSetup {

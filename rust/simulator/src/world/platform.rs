@@ -2,14 +2,13 @@
 //! The world as an event loop's platform.
 
 use std::cell::RefCell;
-use std::net::{Ipv4Addr, SocketAddrV4};
 use std::rc::Rc;
 
 use lf_coordination::Deadline;
 use lf_coordination::clock_sync::ClockCorrection;
 use lf_model::Outside;
 use lf_model::time::Instant;
-use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 
 use super::Network;
 use super::side::Side;
@@ -42,7 +41,7 @@ impl Platform for Virtual {
         Ok(())
     }
 
-    fn connect(&mut self, address: SocketAddrV4) -> Result<SocketId, NetError> {
+    fn connect(&mut self, address: Endpoint) -> Result<SocketId, NetError> {
         self.network.borrow_mut().connect(self.me, address, self.side.now())
     }
 
@@ -58,11 +57,11 @@ impl Platform for Virtual {
         self.network.borrow_mut().bind(self.me, port)
     }
 
-    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    fn receive_from(&mut self, socket: SocketId, buffer: &mut [u8]) -> Result<Option<(usize, Endpoint)>, NetError> {
         self.network.borrow_mut().receive_from(self.me, socket, buffer, self.side.now())
     }
 
-    fn send_to(&mut self, socket: SocketId, to: SocketAddrV4, bytes: &[u8]) -> Result<(), NetError> {
+    fn send_to(&mut self, socket: SocketId, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         self.network.borrow_mut().send_to(self.me, socket, to, bytes, self.side.now())
     }
 
@@ -70,7 +69,7 @@ impl Platform for Virtual {
         self.network.borrow_mut().local_port(self.me, listener)
     }
 
-    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    fn accept(&mut self, listener: SocketId) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         self.network.borrow_mut().accept(self.me, listener, self.side.now())
     }
 

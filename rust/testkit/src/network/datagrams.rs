@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! UDP: datagrams that arrive late, in another order, twice or not at all.
 
-use std::net::SocketAddrV4;
-
-use lf_runtime::platform::{NetError, SocketId};
+use lf_runtime::platform::{Endpoint, NetError, SocketId};
 
 use super::socket::{Arriving, Kind};
 use super::switch::Network;
@@ -30,7 +28,7 @@ impl<M: Medium> Network<M> {
         id: SocketId,
         buffer: &mut [u8],
         now: u64,
-    ) -> Result<Option<(usize, SocketAddrV4)>, NetError> {
+    ) -> Result<Option<(usize, Endpoint)>, NetError> {
         let Kind::Datagrams { arriving, .. } = &mut self.tables[owner].get(id)?.kind else {
             return Err(NetError::Stale);
         };
@@ -48,13 +46,13 @@ impl<M: Medium> Network<M> {
         &mut self,
         owner: usize,
         id: SocketId,
-        to: SocketAddrV4,
+        to: Endpoint,
         bytes: &[u8],
         now: u64,
     ) -> Result<(), NetError> {
         let Kind::Datagrams { port, .. } = self.tables[owner].get(id)?.kind else { return Err(NetError::Stale) };
-        let from = SocketAddrV4::new(address_of(owner), port);
-        let host = self.host_at(*to.ip()).ok_or(NetError::Unreachable)?;
+        let from = Endpoint::new(address_of(owner), port);
+        let host = self.host_at(to.ip).ok_or(NetError::Unreachable)?;
         for _ in 0..self.medium.copies() {
             let at = now + self.medium.latency_ns(owner.max(host), bytes.len());
             // Where nobody listens, nobody notices.

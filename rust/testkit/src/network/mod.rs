@@ -10,7 +10,7 @@ mod pipe;
 mod socket;
 mod switch;
 
-use std::net::Ipv4Addr;
+use lf_runtime::platform::IpAddress;
 
 pub use switch::Network;
 
@@ -76,6 +76,6 @@ pub enum Event<'a> {
 }
 
 /// The address of a participant; the number of participants is below 255.
-pub fn address_of(participant: usize) -> Ipv4Addr {
-    Ipv4Addr::new(10, 0, 0, u8::try_from(participant + 1).unwrap_or(u8::MAX))
+pub fn address_of(participant: usize) -> IpAddress {
+    IpAddress::V4([10, 0, 0, u8::try_from(participant + 1).unwrap_or(u8::MAX)].into())
 }

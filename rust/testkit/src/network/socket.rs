@@ -2,13 +2,12 @@
 //! The sockets of one participant.
 
 use std::collections::VecDeque;
-use std::net::{Ipv4Addr, SocketAddrV4};
 
-use lf_runtime::platform::{Interest, NetError, SocketId};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, SocketId};
 
 /// Datagrams on their way to a port: when each comes, from where, and what it carries.
 #[derive(Debug, Default)]
-pub(crate) struct Arriving(pub(super) Vec<(u64, SocketAddrV4, Vec<u8>)>);
+pub(crate) struct Arriving(pub(super) Vec<(u64, Endpoint, Vec<u8>)>);
 
 impl Arriving {
     /// When the first one comes.
@@ -16,7 +15,7 @@ impl Arriving {
         self.0.iter().map(|(at, ..)| *at).min()
     }
 
-    pub(crate) fn take(&mut self, now: u64) -> Option<(SocketAddrV4, Vec<u8>)> {
+    pub(crate) fn take(&mut self, now: u64) -> Option<(Endpoint, Vec<u8>)> {
         let first = (0..self.0.len()).min_by_key(|index| self.0[*index].0)?;
         (self.0[first].0 <= now).then(|| self.0.swap_remove(first)).map(|(_, from, bytes)| (from, bytes))
     }
@@ -30,7 +29,7 @@ pub(crate) enum Kind {
     /// One side (0 or 1) of a connection; it writes into the pipe of its own number.
     Open { connection: usize, side: usize },
     /// Who has come: when, the connection, and from where.
-    Listening { port: u16, waiting: VecDeque<(u64, usize, Ipv4Addr)> },
+    Listening { port: u16, waiting: VecDeque<(u64, usize, IpAddress)> },
     /// A port for datagrams.
     Datagrams { port: u16, arriving: Arriving },
 }
@@ -81,7 +80,7 @@ impl Table {
     }
 
     /// Those who wait at this port, if somebody listens there.
-    pub(crate) fn waiting_at(&mut self, wanted: u16) -> Option<&mut VecDeque<(u64, usize, Ipv4Addr)>> {
+    pub(crate) fn waiting_at(&mut self, wanted: u16) -> Option<&mut VecDeque<(u64, usize, IpAddress)>> {
         self.places.iter_mut().find_map(|(_, place)| match place {
             Some(Socket { kind: Kind::Listening { port, waiting }, .. }) if *port == wanted => Some(waiting),
             _ => None,

@@ -2,9 +2,8 @@
 //! All sockets and connections.
 
 use std::collections::VecDeque;
-use std::net::{Ipv4Addr, SocketAddrV4};
 
-use lf_runtime::platform::{Interest, NetError, SocketId, Transfer};
+use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, SocketId, Transfer};
 
 use super::pipe::Pipe;
 use super::socket::{Kind, Socket, Table};
@@ -50,7 +49,7 @@ impl<M: Medium> Network<M> {
     }
 
     /// The participant that has this address.
-    pub(crate) fn host_at(&self, address: Ipv4Addr) -> Option<usize> {
+    pub(crate) fn host_at(&self, address: IpAddress) -> Option<usize> {
         (0..self.tables.len()).find(|host| address_of(*host) == address)
     }
 
@@ -79,11 +78,11 @@ impl<M: Medium> Network<M> {
     ///
     /// # Errors
     /// When the participant is no more, or has no place left.
-    pub fn connect(&mut self, owner: usize, to: SocketAddrV4, now: u64) -> Result<SocketId, NetError> {
+    pub fn connect(&mut self, owner: usize, to: Endpoint, now: u64) -> Result<SocketId, NetError> {
         let there = now + self.medium.latency_ns(owner, 0);
         let at = Some(there + self.medium.latency_ns(owner, 0));
         let number = self.links.len();
-        let Some(host) = self.host_at(*to.ip()) else {
+        let Some(host) = self.host_at(to.ip) else {
             return self.tables[owner].insert(Kind::Connecting { at: None, outcome: Err(NetError::Unreachable) });
         };
         let Some(waiting) = self.tables[host].waiting_at(to.port()) else {
@@ -117,7 +116,7 @@ impl<M: Medium> Network<M> {
     ///
     /// # Errors
     /// When the id names no listener, or there is no place left.
-    pub fn accept(&mut self, owner: usize, id: SocketId, now: u64) -> Result<Option<(SocketId, Ipv4Addr)>, NetError> {
+    pub fn accept(&mut self, owner: usize, id: SocketId, now: u64) -> Result<Option<(SocketId, IpAddress)>, NetError> {
         let Kind::Listening { waiting, .. } = &mut self.tables[owner].get(id)?.kind else {
             return Err(NetError::Stale);
         };

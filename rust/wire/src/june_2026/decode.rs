@@ -128,6 +128,11 @@ impl<'a> Fields<'a, '_> {
             MessageType::AddressQueryReply => {
                 Message::AddressQueryReply { port: reader.i32(), address: reader.array() }
             }
+            #[cfg(feature = "ipv6")]
+            MessageType::AddressQueryReplyIpv6 => {
+                let (port, address, scope) = (reader.i32(), reader.array(), reader.u32());
+                Message::AddressQueryReplyIpv6 { port, address, scope }
+            }
             MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: reader.i32() },
             MessageType::T1 => Message::T1(reader.i64()),
             MessageType::T3 => Message::T3 { federate: reader.u16() },

@@ -90,6 +90,12 @@ impl Message<'_> {
                 writer.i32(*port);
                 writer.put(address);
             }
+            #[cfg(feature = "ipv6")]
+            Self::AddressQueryReplyIpv6 { port, address, scope } => {
+                writer.i32(*port);
+                writer.put(address);
+                writer.u32(*scope);
+            }
             Self::AddressAdvertisement { port } => writer.i32(*port),
             Self::PortAbsent { port, federate, tag } => {
                 writer.u16(*port);

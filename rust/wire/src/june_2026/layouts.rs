@@ -5,12 +5,12 @@ use crate::MessageType;
 
 /// Declares each type's number and length once, so that they cannot drift apart.
 macro_rules! layouts {
-    ($($variant:ident = $byte:literal, $fixed:literal;)*) => {
+    ($($(#[cfg($cfg:meta)])? $variant:ident = $byte:literal, $fixed:literal;)*) => {
         /// The type with this byte, or `None` if this dialect has none.
         #[cfg_attr(target_pointer_width = "32", inline(never))]
         pub(crate) const fn message_type(byte: u8) -> Option<MessageType> {
             match byte {
-                $($byte => Some(MessageType::$variant),)*
+                $($(#[cfg($cfg)])? $byte => Some(MessageType::$variant),)*
                 _ => None,
             }
         }
@@ -18,14 +18,14 @@ macro_rules! layouts {
         /// The first byte of messages of a type.
         pub(crate) const fn byte(message_type: MessageType) -> u8 {
             match message_type {
-                $(MessageType::$variant => $byte,)*
+                $($(#[cfg($cfg)])? MessageType::$variant => $byte,)*
             }
         }
 
         /// Bytes of a message of each type in the order of [`MessageType`], and no more than a byte for each.
         const FIXED_BYTES: [u8; MessageType::ALL.len()] = {
             let mut bytes = [0; MessageType::ALL.len()];
-            $(bytes[MessageType::$variant as usize] = $fixed;)*
+            $($(#[cfg($cfg)])? { bytes[MessageType::$variant as usize] = $fixed; })*
             bytes
         };
     };
@@ -61,6 +61,8 @@ layouts! {
     FedNonce = 100, 11;
     RtiResponse = 101, 41;
     FedResponse = 102, 33;
+    #[cfg(feature = "ipv6")]
+    AddressQueryReplyIpv6 = 114, 25;
     UdpPort = 254, 3;
     Ack = 255, 1;
 }

@@ -3,6 +3,9 @@
 //!
 //! All integers are little-endian and packed. The one exception is the address in ADDRESS_QUERY_REPLY, which is in
 //! network order. A type byte alone decides the layout; no message needs to know who sent it or when.
+//!
+//! With the feature `ipv6` there is one message more than the stock programs have, ADDRESS_QUERY_REPLY_IPV6. It goes
+//! over connections of IPv6 only, which they do not make.
 
 mod decode;
 mod encode;

@@ -34,6 +34,9 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
         Message::AddressQueryReply { port, address: [a, b, c, d] } => {
             format!("{name} port {port}, address {a}.{b}.{c}.{d}")
         }
+        Message::AddressQueryReplyIpv6 { port, address, scope } => {
+            format!("{name} port {port}, address {}%{scope}", std::net::Ipv6Addr::from(*address))
+        }
         Message::AddressAdvertisement { port } => format!("{name} port {port}"),
         Message::PortAbsent { port, federate, tag: t } => {
             format!("{name} {} to federate {federate}, port {port}", tag(t))

@@ -76,7 +76,7 @@ fn the_rti_is_where_its_image_is() {
         ("joint-rti", &own, RtiHome::Program, Some([10, 0, 0, 1])),
     ] {
         let rti = home_of(properties, text).expect(text);
-        assert_eq!((rti.home, rti.ip), (home, ip.map(core::net::Ipv4Addr::from)), "{properties} {text}");
+        assert_eq!((rti.home, rti.ip), (home, ip.map(core::net::IpAddr::from)), "{properties} {text}");
     }
     assert_eq!(home_of("", &chosen).expect("it is right").port, Some(15099));
     let errors = home_of("joint-rti", &both).expect_err("it does not say which");
@@ -164,6 +164,29 @@ fn wrong_files() {
         (
             "a MAC address without a known place",
             format!("{rti}federates:\n  unit: {{ platform: my_board, ip: 10.0.0.2, mac: 02:00:00:00:00:02 }}\n"),
+        ),
+        ("IPv6 addresses that are none", "rti: { ip: \"fd00::1::2\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00::g\" }\n".to_owned()),
+        (
+            "IPv6 addresses that do not fit",
+            "rti: { ip: \"fe80::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"ff02::1\" }\n  \
+             other: { platform: qemu_cortex_m3, ip: \"::ffff:10.0.0.3\" }\n"
+                .to_owned(),
+        ),
+        (
+            "an IPv6 network that does not fit",
+            "rti: { ip: \"fd00::1\" }\nfederates:\n  \
+             unit: { platform: qemu_cortex_m3, ip: \"fd00::2\", netmask: 255.255.0.0, prefix: 129 }\n  \
+             other: { platform: qemu_cortex_m3, ip: \"fd00:0:0:1::3\", gateway: \"fd00::9\" }\n"
+                .to_owned(),
+        ),
+        ("a prefix of IPv4", format!("{rti}federates:\n  unit: {{ {BOARD}, prefix: 24 }}\n")),
+        (
+            "an RTI in another IPv6 network",
+            "rti: { ip: \"fd00:1::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00:2::2\" }\n".to_owned(),
+        ),
+        (
+            "an RTI of the other family",
+            "rti: { ip: \"fd00::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2 }\n".to_owned(),
         ),
         ("no devicetree label", format!("{rti}federates:\n  unit: {{ {BOARD}, ethernet: \"&eth\" }}\n")),
     ];

@@ -3,10 +3,10 @@
 //! All bytes come nevertheless.
 #![no_std]
 
-use core::net::{Ipv4Addr, SocketAddrV4};
+use core::net::Ipv4Addr;
 
 use lf::ZephyrPlatform;
-use lf::runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf::runtime::platform::{Endpoint, Interest, NetError, Platform, SocketId, Transfer};
 use lf_coordination::Deadline;
 
 const CONNECTIONS: usize = 3;
@@ -41,7 +41,7 @@ fn await_ready(platform: &mut ZephyrPlatform, socket: SocketId, interest: Intere
 impl Connection {
     fn open(platform: &mut ZephyrPlatform, listener: SocketId) -> Result<Self, NetError> {
         let port = platform.local_port(listener)?;
-        let client = platform.connect(SocketAddrV4::new(Ipv4Addr::LOCALHOST, port))?;
+        let client = platform.connect(Endpoint::new(Ipv4Addr::LOCALHOST, port))?;
         await_ready(platform, client, Interest::WRITE);
         platform.connected(client)?;
         await_ready(platform, listener, Interest::READ);

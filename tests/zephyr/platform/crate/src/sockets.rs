@@ -2,13 +2,13 @@
 //! TCP through the platform, from this program to itself.
 
 use core::ffi::CStr;
-use core::net::{Ipv4Addr, SocketAddrV4};
+use core::net::Ipv4Addr;
 
 use lf_coordination::Deadline;
 use lf_model::Interval;
 use lf::ZephyrPlatform;
 use lf::kconfig::LF_SOCKETS;
-use lf::runtime::platform::{Interest, NetError, Platform, SocketId, Transfer};
+use lf::runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, SocketId, Transfer};
 
 use crate::{Outcome, ensure, platform};
 
@@ -22,8 +22,8 @@ fn well<T>(result: Result<T, NetError>) -> Result<T, &'static CStr> {
     })
 }
 
-fn loopback(port: u16) -> SocketAddrV4 {
-    SocketAddrV4::new(Ipv4Addr::LOCALHOST, port)
+fn loopback(port: u16) -> Endpoint {
+    Endpoint::new(Ipv4Addr::LOCALHOST, port)
 }
 
 /// Waits until one socket is as asked.
@@ -40,7 +40,7 @@ fn accept(platform: &mut ZephyrPlatform, listener: SocketId) -> Result<SocketId,
     loop {
         wait_for(platform, listener, Interest::READ);
         if let Some((socket, peer)) = well(platform.accept(listener))? {
-            ensure!(peer == Ipv4Addr::LOCALHOST);
+            ensure!(peer == IpAddress::V4(Ipv4Addr::LOCALHOST));
             return Ok(socket);
         }
     }
