@@ -2,12 +2,12 @@
 //! How a federate finds the others to which it sends directly, before the start.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, Ipv6Addr};
 
 use lf_coordination::federate::{
     ADDRESS_RETRY, CONNECT_RETRY, CONNECT_TIME_OUT, ClockSync, Config, Event, Federate, FederateError, Phase,
 };
-use lf_coordination::{Deadline, Endpoint, FederateId};
+use lf_coordination::{Deadline, Endpoint, FederateId, IpAddress};
 use lf_model::time::{Instant, Interval};
 use lf_testkit::golden::Step;
 use lf_testkit::messages::encoded;
@@ -103,6 +103,25 @@ fn the_questions_are_those_of_the_recording() {
         }
     }
     panic!("the address was never known");
+}
+
+/// An RTI over IPv6 tells addresses of IPv6. A link-local one is at the interface that leads to the RTI.
+#[test]
+fn peers_are_found_over_ipv6() {
+    let [near, far, here] = ["fe80::7", "fd00::7", "::1"].map(|text| text.parse::<Ipv6Addr>().unwrap());
+    for (rti, told, expected) in [
+        (IpAddress::v6(far, 0), far, IpAddress::v6(far, 0)),
+        (IpAddress::v6(near, 3), near, IpAddress::v6(near, 3)),
+        (IpAddress::v6(here, 0), near, IpAddress::v6(near, 9)),
+    ] {
+        let mut federate = federate(None, &[2]);
+        federate.set_rti(rti);
+        drain(&mut federate);
+        let reply = Message::AddressQueryReplyIpv6 { port: 4711, address: told.octets(), scope: 9 };
+        let address = Endpoint { ip: expected, port: 4711 };
+        let found = Event::PeerFound { federate: FederateId(2), address };
+        assert_eq!(federate.handle_message(NOW, reply), Ok(found));
+    }
 }
 
 #[test]

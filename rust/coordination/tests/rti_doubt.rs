@@ -3,13 +3,15 @@
 
 mod rti_support;
 
-use lf_coordination::rti::CLOCK_MAX;
+use lf_coordination::rti::{CLOCK_MAX, CLOCK_MIN};
 use lf_model::time::Interval;
 use lf_wire::{DELAY_NONE, Message};
 use rti_support::dialogue::{at, config, hello, read, started};
 use rti_support::{Sizes, World};
 
 const HOUR: Interval = Interval::from_secs(3600);
+/// How far apart clocks may be without a word.
+const APART: Interval = Interval::from_secs(2);
 
 fn doubts(world: &World, federate: u16) -> Vec<&str> {
     let begin = format!("federate {federate} ");
@@ -19,21 +21,22 @@ fn doubts(world: &World, federate: u16) -> Vec<&str> {
 }
 
 #[test]
-fn a_clock_at_the_end_of_time_is_refused() {
-    for clock in [CLOCK_MAX.as_nanos(), i64::MAX] {
+fn a_clock_at_either_end_of_time_is_refused() {
+    for clock in [CLOCK_MAX.as_nanos(), i64::MAX, CLOCK_MIN.as_nanos() - 1, i64::MIN] {
         let mut world = World::new(config(), Sizes::ample(2));
         let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
         world.message(federates[0], &Message::Timestamp(clock));
         assert_eq!(read(&mut world, federates[0]), ["FAILED"]);
-        let words = format!("its clock shows {clock} ns since 1970, a time after the year 2199");
+        let words = format!("its clock shows {clock} ns since 1970, and no time of the years 1900 to 2199");
         assert!(world.outlet.notices.iter().any(|notice| notice.ends_with(&words)), "{:?}", world.outlet.notices);
         assert_eq!(world.rti.start_time(), None);
     }
 }
 
+/// Everybody waits for the federate whose clock is ahead, so that is said from seconds on.
 #[test]
-fn clocks_that_are_far_apart_are_named() {
-    for (apart, named) in [(HOUR.as_nanos(), false), (HOUR.as_nanos() + 1, true)] {
+fn clocks_that_are_seconds_apart_are_named() {
+    for (apart, named) in [(APART.as_nanos(), false), (APART.as_nanos() + 1, true), (3_540_000_000_000, true)] {
         let mut world = World::new(config(), Sizes::ample(2));
         let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
         world.message(federates[0], &Message::Timestamp(500));
@@ -41,10 +44,25 @@ fn clocks_that_are_far_apart_are_named() {
         assert!(world.rti.start_time().is_some());
         let doubts = doubts(&world, 1);
         assert_eq!(!doubts.is_empty(), named);
-        let words = "has a clock that is 3600 s ahead of that of federate 0, which waits for so long: set the \
-                     clocks, or use `clock-sync: init`";
+        let words = format!(
+            "has a clock that is {} s ahead of that of federate 0, which waits so long for the start: set the clocks, \
+             or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on: true`",
+            apart / 1_000_000_000
+        );
         assert!(!named || doubts == [words], "{doubts:?}");
     }
+}
+
+/// A federate that comes an hour later tells a clock that shows an hour more.
+#[test]
+fn clocks_that_are_told_at_different_times_are_not_apart() {
+    let mut world = World::new(config(), Sizes::ample(2));
+    let federates = [0, 1].map(|id| hello(&mut world, id, &[]));
+    world.message(federates[0], &Message::Timestamp(500));
+    world.now = world.now + HOUR;
+    world.message(federates[1], &Message::Timestamp(500 + HOUR.as_nanos()));
+    assert!(world.rti.start_time().is_some());
+    assert_eq!(doubts(&world, 1), Vec::<&str>::new());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use lf_coordination::Deadline;
 use lf_coordination::rti::{CLOCK_TIME_OUT, Outcome, START_BARRIER_TIME_OUT, Status};
 use lf_model::time::Interval;
 use lf_wire::Message;
-use rti_support::dialogue::{FEDERATION, config, hello, read, wait};
+use rti_support::dialogue::{FEDERATION, config, hello, read, started, wait};
 use rti_support::{Sizes, World};
 
 const CROWDED: &str = "a connection that had not said which federate it is was closed, because another one has come \
@@ -74,4 +74,23 @@ fn whoever_has_told_its_clock_may_be_silent() {
         assert_eq!(world.rti.poll_timeout(), Deadline::Never);
     }
     assert!(world.rti.start_time().is_some());
+}
+
+/// It is not said that somebody is there who has left, and nobody waits for a place that there will not be.
+#[test]
+fn nobody_comes_back_to_a_federation_that_runs_and_it_is_said_why() {
+    let (mut world, federates) = started(config(), Sizes::ample(2), &[vec![], vec![]]);
+    let ids = Message::FedIds { federate: 0, federation_id: FEDERATION };
+    for (has_left, end) in [
+        (false, "(code 2)"),
+        (true, "that federate has left, and a federation that runs takes nobody back: start all of it again"),
+    ] {
+        if has_left {
+            world.message(federates[0], &Message::Resign);
+        }
+        let again = world.connect();
+        world.message(again, &ids);
+        assert_eq!(read(&mut world, again), ["REJECT"]);
+        assert!(world.outlet.notices.last().is_some_and(|notice| notice.contains(end)), "{:?}", world.outlet.notices);
+    }
 }

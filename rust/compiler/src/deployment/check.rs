@@ -132,7 +132,9 @@ impl DeploymentChecker<'_> {
         }
         let Some(raw) = &raw.netmask else { return DEFAULT };
         match raw.value.parse::<Ipv4Addr>().map(Ipv4Addr::to_bits) {
-            Ok(mask) if mask.leading_ones() + mask.trailing_zeros() == 32 => mask.leading_ones().try_into().unwrap_or(32),
+            Ok(mask) if mask.leading_ones() + mask.trailing_zeros() == 32 => {
+                mask.leading_ones().try_into().unwrap_or(32)
+            }
             Ok(mask) => {
                 let message = format!("{} is no netmask: its ones must come first", Ipv4Addr::from_bits(mask));
                 self.error(raw.referenced, message, None);

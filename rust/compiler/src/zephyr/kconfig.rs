@@ -162,7 +162,8 @@ fn network(fragment: &mut Fragment, place: &Place) {
     fragment.set_text("NET_CONFIG_MY_IPV6_ADDR", &network.ip.to_string());
     fragment.set("LF_IPV6_PREFIX_LENGTH", network.prefix_bits);
     fragment.set_text("LF_IPV6_GATEWAY", &gateway);
-    fragment.comment("All others have IPv6 addresses, too, and what the board's own configuration says of IPv4 is void.");
+    fragment
+        .comment("All others have IPv6 addresses, too, and what the board's own configuration says of IPv4 is void.");
     fragment.set("NET_IPV4", "n");
     fragment.set("NET_CONFIG_NEED_IPV4", "n");
     for symbol in ["ADDR", "NETMASK", "GW"] {

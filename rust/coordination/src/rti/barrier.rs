@@ -142,7 +142,8 @@ mod tests {
     fn the_start_is_known_when_all_are_there_and_have_told_their_clocks() {
         let there = Slot { membership: Membership::Joined(ConnectionId(0)), ..Slot::EMPTY };
         let mut slots = [there, there, Slot::EMPTY];
-        let take_clock = |slots: &mut [Slot], federate, clock| take_clock(slots, Instant::from_nanos(3), federate, clock);
+        let take_clock =
+            |slots: &mut [Slot], federate, clock| take_clock(slots, Instant::from_nanos(3), federate, clock);
         let before_all = Instant::from_nanos(CLOCK_MIN.as_nanos() - 1);
         for clock in [CLOCK_MAX, before_all, Instant::from_nanos(i64::MIN)] {
             assert_eq!(take_clock(&mut slots, 0, clock), Err(Violation::Clock(clock)));

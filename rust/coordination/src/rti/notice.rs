@@ -107,10 +107,9 @@ impl fmt::Display for Violation {
                 "it named federate {id}, which this federation does not have: start the RTI with the number of \
                  federates that the program has (`-n`)"
             ),
-            Self::HasLeft => say!(
-                f,
-                "that federate has left, and a federation that runs takes nobody back: start all of it again"
-            ),
+            Self::HasLeft => {
+                say!(f, "that federate has left, and a federation that runs takes nobody back: start all of it again")
+            }
             Self::Delay { upstream, delay_ns } => {
                 say!(f, "its connection from federate {upstream} has a delay of {delay_ns} ns, which cannot be")
             }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Federations of testers, for dialogues with an RTI.
 
+use lf_coordination::IpAddress;
 use lf_coordination::rti::{ClockSync, Config, ConnectionId};
 use lf_model::time::Interval;
 use lf_wire::{DELAY_NONE, Decoded, Limits, Message, NeighborStructure, Tag, decode};
@@ -42,11 +43,22 @@ pub fn read(world: &mut World, connection: ConnectionId) -> Vec<String> {
 
 pub fn hello(world: &mut World, id: u16, upstream: Upstream<'_>) -> ConnectionId {
     let connection = world.connect();
+    introduce(world, connection, id, upstream);
+    connection
+}
+
+/// The same, without upstream federates, from this address.
+pub fn hello_from(world: &mut World, id: u16, address: IpAddress) -> ConnectionId {
+    let connection = world.connect_from(address);
+    introduce(world, connection, id, &[]);
+    connection
+}
+
+fn introduce(world: &mut World, connection: ConnectionId, id: u16, upstream: Upstream<'_>) {
     world.message(connection, &Message::FedIds { federate: id, federation_id: FEDERATION });
     world.message(connection, &Message::NeighborStructure(NeighborStructure::new(upstream, &[])));
     world.message(connection, &Message::UdpPort(u16::MAX));
     assert_eq!(read(world, connection), ["ACK"]);
-    connection
 }
 
 /// Federates 0 → 1 → 2 …, started, with nothing to be read.

@@ -137,13 +137,17 @@ impl World {
     }
 
     pub fn connect(&mut self) -> ConnectionId {
+        self.connect_from(IpAddress::V4(Ipv4Addr::LOCALHOST))
+    }
+
+    pub fn connect_from(&mut self, address: IpAddress) -> ConnectionId {
         let free = self.outlet.list.iter().position(|wire| !wire.open && wire.outgoing.is_empty());
         let connection = ConnectionId(free.expect("there are enough connections"));
         self.outlet.list[connection.0] = Wire { open: true, ..Wire::default() };
         // Each connection gets another one, and every run the same ones.
         self.nonces += 1;
         let nonce = self.nonces.to_le_bytes();
-        self.rti.handle_connect(self.now, connection, IpAddress::V4(Ipv4Addr::LOCALHOST), nonce, &mut self.outlet);
+        self.rti.handle_connect(self.now, connection, address, nonce, &mut self.outlet);
         connection
     }
 

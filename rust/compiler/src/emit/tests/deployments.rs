@@ -165,7 +165,11 @@ fn wrong_files() {
             "a MAC address without a known place",
             format!("{rti}federates:\n  unit: {{ platform: my_board, ip: 10.0.0.2, mac: 02:00:00:00:00:02 }}\n"),
         ),
-        ("IPv6 addresses that are none", "rti: { ip: \"fd00::1::2\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00::g\" }\n".to_owned()),
+        (
+            "IPv6 addresses that are none",
+            "rti: { ip: \"fd00::1::2\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00::g\" }\n"
+                .to_owned(),
+        ),
         (
             "IPv6 addresses that do not fit",
             "rti: { ip: \"fe80::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"ff02::1\" }\n  \
@@ -182,7 +186,8 @@ fn wrong_files() {
         ("a prefix of IPv4", format!("{rti}federates:\n  unit: {{ {BOARD}, prefix: 24 }}\n")),
         (
             "an RTI in another IPv6 network",
-            "rti: { ip: \"fd00:1::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00:2::2\" }\n".to_owned(),
+            "rti: { ip: \"fd00:1::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00:2::2\" }\n"
+                .to_owned(),
         ),
         (
             "an RTI of the other family",
