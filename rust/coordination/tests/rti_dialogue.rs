@@ -121,7 +121,8 @@ fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
     too_long[..9].copy_from_slice(&[5, 0, 0, 1, 0, 255, 255, 255, 255]);
     let mut to_nobody = [0; 21];
     to_nobody[..4].copy_from_slice(&[5, 0, 0, 9]);
-    let no_such_federate = "it named federate 9, which the federation does not have";
+    let no_such_federate = "it named federate 9, which this federation does not have: start the RTI with the number of \
+                           federates that the program has (`-n`)";
     let length = "it sent a message of 4294967295 bytes, but this RTI forwards at most 100: start it with \
                   `--max-message 4294967295`, or, if it is on a board, build it from the program that the federates \
                   are from";
@@ -146,9 +147,11 @@ fn a_federate_that_breaks_the_protocol_is_told_and_the_others_go_on() {
 #[test]
 fn neighbors_that_cannot_be_are_refused() {
     let sizes = Sizes { upstream: 1, ..Sizes::ample(3) };
+    let no_such_federate = "it named federate 3, which this federation does not have: start the RTI with the number of \
+                            federates that the program has (`-n`)";
     let wrong: [(Upstream<'_>, &[u16], &str); 4] = [
-        (&[(3, 0)], &[], "it named federate 3, which the federation does not have"),
-        (&[], &[3], "it named federate 3, which the federation does not have"),
+        (&[(3, 0)], &[], no_such_federate),
+        (&[], &[3], no_such_federate),
         (&[(1, -1)], &[], "its connection from federate 1 has a delay of -1 ns, which cannot be"),
         (&[(1, 0), (2, 0)], &[], "it has more upstream federates than the 1 that this RTI has room for"),
     ];

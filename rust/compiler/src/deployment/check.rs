@@ -113,7 +113,7 @@ impl DeploymentChecker<'_> {
             IpAddr::V6(_) => self.prefix(raw),
         };
         let gateway = self.address(raw.gateway.as_ref(), "gateway");
-        let network = BoardNetwork { ip, prefix_bits, gateway };
+        let network = BoardNetwork { ip, prefix_bits: prefix_bits?, gateway };
         if let (Some(gateway), Some(raw_gateway)) = (gateway, &raw.gateway)
             && !network.contains(gateway)
         {
@@ -123,44 +123,40 @@ impl DeploymentChecker<'_> {
         Some(network)
     }
 
-    /// How many ones the netmask has.
-    fn netmask(&mut self, raw: &RawPlace) -> u8 {
-        const DEFAULT: u8 = 24;
+    /// How many ones the netmask has; `None` when it is none.
+    fn netmask(&mut self, raw: &RawPlace) -> Option<u8> {
         if let Some(prefix) = &raw.prefix {
             let hint = "write `netmask`, such as 255.255.255.0";
             self.error(prefix.referenced, "`prefix` is for IPv6 addresses", Some(hint));
         }
-        let Some(raw) = &raw.netmask else { return DEFAULT };
+        let Some(raw) = &raw.netmask else { return Some(24) };
         match raw.value.parse::<Ipv4Addr>().map(Ipv4Addr::to_bits) {
-            Ok(mask) if mask.leading_ones() + mask.trailing_zeros() == 32 => {
-                mask.leading_ones().try_into().unwrap_or(32)
-            }
+            Ok(mask) if mask.leading_ones() + mask.trailing_zeros() == 32 => mask.leading_ones().try_into().ok(),
             Ok(mask) => {
                 let message = format!("{} is no netmask: its ones must come first", Ipv4Addr::from_bits(mask));
                 self.error(raw.referenced, message, None);
-                DEFAULT
+                None
             }
             Err(_) => {
                 let message = format!("`netmask`: \"{}\" is no netmask", raw.value);
                 self.error(raw.referenced, message, Some("write four numbers, such as 255.255.255.0"));
-                DEFAULT
+                None
             }
         }
     }
 
-    /// The length of the prefix of an IPv6 network.
-    fn prefix(&mut self, raw: &RawPlace) -> u8 {
-        const DEFAULT: u8 = 64;
+    /// The length of the prefix of an IPv6 network; `None` when it is none.
+    fn prefix(&mut self, raw: &RawPlace) -> Option<u8> {
         if let Some(netmask) = &raw.netmask {
             self.error(netmask.referenced, "`netmask` is for IPv4 addresses", Some("write `prefix`, such as 64"));
         }
-        let Some(raw) = &raw.prefix else { return DEFAULT };
+        let Some(raw) = &raw.prefix else { return Some(64) };
         let bits = raw.value.parse::<u8>().ok().filter(|bits| (1..=128).contains(bits));
         if bits.is_none() {
             let message = format!("`prefix`: \"{}\" is no length of a prefix", raw.value);
             self.error(raw.referenced, message, Some("write a number from 1 to 128, such as 64"));
         }
-        bits.unwrap_or(DEFAULT)
+        bits
     }
 
     pub(super) fn address(&mut self, raw: Option<&Spanned<String>>, key: &str) -> Option<IpAddr> {

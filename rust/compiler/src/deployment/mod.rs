@@ -173,8 +173,8 @@ impl Mac {
             }
             IpAddr::V6(ip) => {
                 // FNV-1a: different addresses have the same hash with a probability of 2^-40.
-                let mix = |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-                let hash = ip.octets().into_iter().fold(0xcbf2_9ce4_8422_2325, mix);
+                let mix = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+                let hash = ip.octets().into_iter().fold(0xcbf2_9ce4_8422_2325_u64, mix);
                 let [a, b, c, d, e, f, g, h] = hash.to_le_bytes();
                 Self([2, a ^ f, b ^ g, c ^ h, d, e])
             }

@@ -116,6 +116,33 @@ fn a_board_and_a_host_federate() {
     insta::assert_debug_snapshot!("board_participants", emitted.participants);
 }
 
+/// IPv6 costs flash and memory, so an image has it only where an address is of IPv6.
+#[test]
+fn images_have_ipv6_only_where_an_address_is() {
+    let plan = fixture::plan();
+    let mut text = String::new();
+    for (deployment, has_ipv6) in [
+        ("rti: { ip: 10.0.0.1 }\nfederates: { unit: { platform: native_sim/native/64 } }", false),
+        ("rti: { ip: 10.0.0.1 }\nfederates: { unit: { platform: qemu_cortex_m3, ip: 10.0.0.2 } }", false),
+        ("rti: { ip: \"::1\" }\nfederates: { unit: { platform: native_sim/native/64 } }", true),
+        ("rti: { ip: fd00::1 }\nfederates: { unit: { platform: qemu_cortex_m3, ip: fd00::2 } }", true),
+        (
+            "rti: { platform: mps2/an385, ip: fd00::1, prefix: 48 }\n\
+             federates: { unit: { platform: native_sim/native/64, ip: fd00:0:0:1::2, prefix: 48, gateway: fd00::9 } }",
+            true,
+        ),
+    ] {
+        let emitted = emit_on(&plan, &Deployment::parse("deployment.yaml", deployment, &plan).expect("it is right"));
+        for file in emitted.files.iter().filter(|file| file.path.ends_with(".conf")) {
+            assert_eq!(file.text.contains("NET_IPV6=y"), has_ipv6, "{deployment}");
+            let is_of_addresses = |line: &&str| line.contains("IPV") || line.contains("NEIGHBORS");
+            let lines: Vec<_> = file.text.lines().filter(is_of_addresses).collect();
+            text += &format!("{deployment}\n-- {}\n{}\n\n", file.path, lines.join("\n"));
+        }
+    }
+    insta::assert_snapshot!("ipv6", text);
+}
+
 /// The RTI with the federate that shares its image, and by itself: what it needs, and the types that it passes on.
 #[test]
 fn an_rti_in_an_image() {
