@@ -16,7 +16,7 @@ use lf_wire::RejectCode;
 use log::Level;
 
 use crate::error::{PeerFault, RunError};
-use crate::federate::{Reason, Words};
+use crate::federate::{Advice, Reason, Words};
 use crate::image::{ImageError, RtiError, SettingsError};
 use crate::platform::{NetError, RandomError};
 
@@ -89,7 +89,8 @@ impl fmt::Display for Remark {
             // There are no rounds over UDP, and the sentences are long.
             Self::Stranger(_) | Self::ClockSync(_) | Self::ClockTrouble(_) if !cfg!(feature = "datagrams") => Ok(()),
             Self::Waits { reason, start, lasts } => {
-                say!(f, "waiting for {}, for {} ms", Words(*reason, *start), lasts.as_nanos() / 1_000_000)
+                let (words, advice) = (Words(*reason, *start), Advice(*reason));
+                say!(f, "waiting for {words}, for {} ms{advice}", lasts.as_nanos() / 1_000_000)
             }
             Self::GuessableKey => say!(
                 f,

@@ -4,10 +4,13 @@
 
 mod support;
 
+use lf_coordination::federate::FederateError;
 use lf_coordination::rti::AfterLoss;
 use lf_model::time::Interval;
-use lf_runtime::Coordination;
-use support::federation::{Edge, Plan, Report, edge, run};
+use lf_runtime::{Coordination, RunError};
+use lf_testkit::network::address_of;
+use lf_wire::{Message, RejectCode};
+use support::federation::{Edge, Intruder, Plan, RTI, Report, edge, run};
 use support::network::Conditions;
 use support::node::Behavior;
 use support::world::Fate;
@@ -46,7 +49,46 @@ fn who_finds_no_rti_says_so_before_it_gives_up() {
     let plan = Plan { rti_begins: Some(Interval::from_secs(12)), ..pair(sender()) };
     let report = run(&plan, Conditions::seeded(1));
     assert_ends(&report);
-    assert_says(&report.lines[0], "waiting for an RTI that answers, for ", " ms");
+    let advice = " ms: start one with `lfz rti -n FEDERATES -i FEDERATION`, or correct the address";
+    assert_says(&report.lines[0], "waiting for an RTI that answers at 10.0.0.1:15045 (", advice);
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+}
+
+/// A stranger claims the id of a federate; when the RTI has lost its patience with it, the federate takes part.
+#[test]
+fn a_federate_whose_id_is_taken_asks_again_and_says_so() {
+    let mut says = vec![0; 64];
+    let ids = Message::FedIds { federate: 1, federation_id: b"virtual" };
+    let length = ids.encode(&mut says).unwrap();
+    says.truncate(length);
+    let stranger = Intruder { to: None, connections: 1, says };
+    let plan = Plan { intruders: vec![stranger], begins: [(1, MS(500))].into(), ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert_says(&report.lines[1], "waiting for its id, which the RTI says is taken, for ", "cannot come back");
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+}
+
+/// Where the id stays taken, that is the error in the end, and not that there is no RTI.
+#[test]
+fn a_federate_whose_id_stays_taken_ends_with_that_after_a_minute() {
+    let (begins, same_id) = ([(1, MS(2_000))].into(), [(1, 0)].into());
+    let fates = vec![(MS(70_000), RTI, Fate::Interrupt)];
+    let plan = Plan { begins, same_id, fates, ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    let error = report.results[1].as_ref().unwrap_err();
+    assert_eq!(*error, RunError::Federate(FederateError::Rejected(RejectCode::IdInUse)));
+    assert!(report.ended[1] >= MS(62_000) && report.ended[1] < MS(64_000), "{:?}", report.ended);
+}
+
+/// An address that nobody answers at costs some seconds where there is another one.
+#[test]
+fn all_addresses_of_the_rti_are_tried() {
+    let plan = Plan { rti: address_of(200), others: vec![address_of(201), address_of(RTI)], ..pair(sender()) };
+    let report = run(&plan, Conditions::seeded(1));
+    assert_ends(&report);
+    assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+    assert!(report.ended.iter().all(|ended| *ended < MS(17_000)), "{:?}", report.ended);
 }
 
 #[test]

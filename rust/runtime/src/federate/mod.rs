@@ -35,4 +35,4 @@ pub use inbound::Inbound;
 pub use memory::Buffers;
 pub use outbound::Outbound;
 pub use reason::Reason;
-pub(crate) use reason::Words;
+pub(crate) use reason::{Advice, Words};

@@ -68,18 +68,9 @@ impl fmt::Display for Words {
         match reason {
             // There are no connections with others.
             Reason::Peer(..) if !cfg!(feature = "peers") => Ok(()),
-            Reason::Rti(address, last) => {
-                say!(f, "an RTI that answers at {address}")?;
-                if let Some(last) = last {
-                    say!(f, " ({last})")?;
-                }
-                say!(f, "; `lfz rti -n FEDERATES -i FEDERATION` starts one, as `lfz run` does")
-            }
-            Reason::Id => say!(
-                f,
-                "its id: the RTI says that a federate with it is connected, or has left the running federation, and is \
-                 asked again"
-            ),
+            Reason::Rti(address, None) => say!(f, "an RTI that answers at {address}"),
+            Reason::Rti(address, Some(last)) => say!(f, "an RTI that answers at {address} ({last})"),
+            Reason::Id => say!(f, "its id, which the RTI says is taken"),
             Reason::Answer(phase) => say!(f, "the RTI, {phase}"),
             Reason::Peer(federate, None) => say!(f, "federate {federate}, to which this one sends directly"),
             Reason::Peer(federate, Some(fault)) => say!(f, "federate {federate}: it {fault}"),
@@ -90,6 +81,25 @@ impl fmt::Display for Words {
             Reason::Room(tag, Some(federate)) => {
                 say!(f, "federate {federate} to take what is sent at {}", at(tag))
             }
+        }
+    }
+}
+
+/// What can be done about a wait, in words: what comes behind how long it has lasted.
+pub(crate) struct Advice(pub(crate) Reason);
+
+impl fmt::Display for Advice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Reason::Rti(..) => {
+                say!(f, ": start one with `lfz rti -n FEDERATES -i FEDERATION`, or correct the address")
+            }
+            Reason::Id => say!(
+                f,
+                ": the RTI is asked again, for it may not have noticed yet that the federate with it has ended; one \
+                 that has left a federation that runs cannot come back"
+            ),
+            _ => Ok(()),
         }
     }
 }

@@ -81,6 +81,10 @@ pub struct Plan {
     pub rti_begins: Option<Interval>,
     /// Where the federates look for the RTI.
     pub rti: IpAddress,
+    /// Where they look for it, too.
+    pub others: Vec<IpAddress>,
+    /// Federates that say they are another one.
+    pub same_id: BTreeMap<u16, u16>,
     /// Federates that want to join another federation.
     pub strangers: BTreeSet<u16>,
     /// Who connects to federates without being one: as soon as that listens, with so many connections, on each of which
@@ -95,7 +99,8 @@ pub struct Plan {
 /// Somebody who is no federate, and connects to one.
 #[derive(Clone, Debug)]
 pub struct Intruder {
-    pub to: u16,
+    /// The federate; `None` for the RTI.
+    pub to: Option<u16>,
     pub connections: usize,
     pub says: Vec<u8>,
 }
@@ -103,7 +108,10 @@ pub struct Intruder {
 impl Intruder {
     /// Connects, and keeps its connections until it is interrupted.
     fn intrude(&self, platform: &mut VirtualPlatform) {
-        let address = Endpoint::new(address_of(1 + usize::from(self.to)), FIRST_EPHEMERAL_PORT);
+        let address = match self.to {
+            Some(federate) => Endpoint::new(address_of(1 + usize::from(federate)), FIRST_EPHEMERAL_PORT),
+            None => Endpoint::new(address_of(RTI), PORT),
+        };
         for _ in 0..self.connections {
             while !self.connect(platform, address) {
                 let later = platform.now() + Interval::from_millis(1);
@@ -160,6 +168,8 @@ impl Plan {
             begins: BTreeMap::new(),
             rti_begins: Some(Interval::ZERO),
             rti: address_of(RTI),
+            others: Vec::new(),
+            same_id: BTreeMap::new(),
             strangers: BTreeSet::new(),
             intruders: Vec::new(),
             fates: Vec::new(),
@@ -457,10 +467,15 @@ pub fn run_node<const N: usize>(plan: &Plan, id: u16, platform: &mut VirtualPlat
     let awaited =
         (0..).zip(tables.inputs).filter(|(_, input)| if is_decentralized { !input.physical } else { input.awaited });
     let awaited: Vec<_> = awaited.map(|(port, input)| AwaitedInput { port, level: input.level }).collect();
-    let federation = Federation { awaited: awaited.leak(), ..federation_of(plan, id) };
+    let federation = Federation {
+        id: plan.same_id.get(&id).copied().unwrap_or(id),
+        awaited: awaited.leak(),
+        ..federation_of(plan, id)
+    };
     let (mut input, mut output) = (vec![0; federation.input_bytes], vec![0; federation.output_bytes]);
     let federation_id: &[u8] = if plan.strangers.contains(&id) { b"another" } else { plan.federation_id };
-    let join = Join { federation_id, rti: Endpoint::new(plan.rti, PORT), others: &[] };
+    let others: Vec<_> = plan.others.iter().map(|ip| Endpoint::new(*ip, PORT)).collect();
+    let join = Join { federation_id, rti: Endpoint::new(plan.rti, PORT), others: &others };
     let mut peer_inputs = vec![vec![0; federation.peer_input_bytes]; federation.peers_in.len()];
     let mut peer_outputs = vec![vec![0; federation.peer_output_bytes]; federation.peers_out.len()];
     let mut inbound: Vec<_> = peer_inputs.iter_mut().map(|bytes| Inbound::new(bytes)).collect();

@@ -56,7 +56,7 @@ impl<M: Medium> Network<M> {
         for _ in 0..self.medium.copies() {
             let at = now + self.medium.latency_ns(owner.max(host), bytes.len());
             // Where nobody listens, nobody notices.
-            if let Some(arriving) = self.tables[host].arriving_at(to.port()) {
+            if let Some(arriving) = self.tables[host].arriving_at(to.port) {
                 arriving.0.push((at, from, bytes.to_vec()));
                 self.medium.wake(host, at);
             }

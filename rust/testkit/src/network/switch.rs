@@ -85,7 +85,7 @@ impl<M: Medium> Network<M> {
         let Some(host) = self.host_at(to.ip) else {
             return self.tables[owner].insert(Kind::Connecting { at: None, outcome: Err(NetError::Unreachable) });
         };
-        let Some(waiting) = self.tables[host].waiting_at(to.port()) else {
+        let Some(waiting) = self.tables[host].waiting_at(to.port) else {
             return self.tables[owner].insert(Kind::Connecting { at, outcome: Err(NetError::Refused) });
         };
         let comes = waiting.back().map_or(0, |(at, ..)| *at).max(there);
