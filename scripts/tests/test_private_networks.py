@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from ipaddress import IPv4Address, IPv4Interface
+from ipaddress import ip_address, ip_interface
 from pathlib import Path
 
 import pytest
@@ -18,11 +18,11 @@ from lf_west.description import Network
 from lf_west.errors import LfError
 from lf_west.private_network import PrivateNetwork, plan_network
 
-RTI = IPv4Address("10.0.0.1")
+RTI = ip_address("10.0.0.1")
 
 
 def board(address: str, gateway: str | None = None) -> Network:
-    return Network(IPv4Interface(address), None if gateway is None else IPv4Address(gateway), None)
+    return Network(ip_interface(address), None if gateway is None else ip_address(gateway), None)
 
 
 def addresses(network: PrivateNetwork) -> list[str]:
@@ -60,6 +60,23 @@ def test_this_computer_is_the_gateway_between_the_boards_networks() -> None:
 def test_an_rti_behind_a_gateway_has_an_address_by_itself() -> None:
     network = plan_network({"a": board("10.9.0.2/16", "10.9.0.1")}, RTI)
     assert sorted(addresses(network)) == ["10.0.0.1/32", "10.9.0.1/16"]
+
+
+def test_a_network_of_ipv6_is_made_likewise() -> None:
+    boards = {"a": board("fd00::2/64", "fd00::1"), "b": board("fd00:0:0:1::2/64", "fd00:0:0:1::1")}
+    network = plan_network(boards, ip_address("fd00::1"))
+    assert sorted(addresses(network)) == ["fd00:0:0:1::1/64", "fd00::1/64"]
+    assert "address add fd00::1/64 dev lfbridge nodad" in network.commands()
+    assert network.forwards
+    alone = plan_network({"rti": board("fd00::1/64"), "a": board("fd00::2/64")}, ip_address("fd00::1"))
+    assert addresses(alone) == ["fd00::3/64"]
+
+
+def test_what_runs_in_a_network_of_ipv6_is_told_the_rtis_address(grid: World) -> None:
+    grid.attach("fd00::1", b="fd00::2/64", c="fd00::3/64", d="fd00::4/64")
+    federates = {item["name"]: item["words"] for item in planned(grid).description(None)["federates"]}
+    assert federates["a"][1:3] == ["--rti", "[fd00::1]:15045"]
+    assert "-lf-rti-address=fd00::1" in federates["b"]
 
 
 def test_programs_reach_an_rti_on_a_board_from_a_free_address() -> None:

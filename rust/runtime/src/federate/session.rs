@@ -115,6 +115,7 @@ impl<'a, 's> Session<'a, 's> {
                     self.attempt_again(platform).map(|()| false)
                 }
             },
+            Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(Failed),
             Attempt::UnderWay(_, until, false) if platform.now() >= until => {
                 self.begin_anew(platform, NetError::Unreachable);
                 self.attempt_again(platform).map(|()| false)
