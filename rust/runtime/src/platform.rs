@@ -133,6 +133,8 @@ pub enum Observation {
 pub trait Platform {
     /// Whether it has UDP. Where it has not, nothing that synchronizes clocks while the federation runs is linked.
     const DATAGRAMS: bool = true;
+    /// Whether hosts have names, and with them several addresses. Where they have not, only one is tried.
+    const NAMES: bool = true;
 
     /// Physical time: nanoseconds of this platform's clock, uncorrected, never running backwards.
     ///

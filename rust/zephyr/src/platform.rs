@@ -157,6 +157,7 @@ impl<const SOCKETS: usize> Set<SOCKETS> {
 
 impl<const SOCKETS: usize> Platform for ZephyrPlatform<SOCKETS> {
     const DATAGRAMS: bool = cfg!(CONFIG_NET_UDP);
+    const NAMES: bool = false;
 
     fn now(&mut self) -> Instant {
         clock::now()

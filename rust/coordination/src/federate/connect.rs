@@ -42,6 +42,16 @@ impl ConnectRetry {
         self.give_up = now + CONNECT_TIME_OUT;
     }
 
+    /// The next attempt is due now, because it is of another kind than the last one.
+    pub fn hurry(&mut self, now: Instant) {
+        self.next = self.next.min(now);
+    }
+
+    /// When the last attempt was made; before the first one, a pause before that is due.
+    pub fn last(&self) -> Instant {
+        self.next - self.pause
+    }
+
     /// When the last attempt is over, whatever its outcome.
     pub const fn give_up(&self) -> Instant {
         self.give_up

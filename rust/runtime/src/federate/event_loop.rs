@@ -260,7 +260,9 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
                 filled.map_err(|error| self.execution.fail(error.into()))?;
             }
             let now = self.platform.now();
-            self.execution.machine.set_rti(self.session.rti());
+            if P::NAMES {
+                self.execution.machine.set_rti(self.session.rti());
+            }
             self.execution.machine.handle_connected(now, nonce);
         }
         self.receive()?;

@@ -26,12 +26,10 @@ const ATTEMPT_TIME_OUT: Interval = Interval::from_secs(5);
 #[derive(Debug)]
 pub(super) struct Session<'a, 's> {
     pub(super) receiver: Receiver<'s>,
-    /// The address that is tried, or at which the RTI is.
-    address: Endpoint,
-    /// The addresses to try after the first one, and how many of them have been tried in this round.
-    others: &'a [Endpoint],
-    tried: usize,
+    /// The RTI's address, and those to try after it; the one in use has this place among them, from 0.
     first: Endpoint,
+    others: &'a [Endpoint],
+    place: u16,
     attempt: Attempt,
     retry: ConnectRetry,
     /// Why the last attempt failed.
@@ -55,8 +53,8 @@ enum Refusal {
 enum Attempt {
     /// No connection, none under way; the next attempt is due at this time.
     Due(Instant),
-    /// An attempt is under way until this time; `true` when the socket says that it has an outcome.
-    UnderWay(SocketId, Instant, bool),
+    /// An attempt is under way; `true` when the socket says that it has an outcome.
+    UnderWay(SocketId, bool),
     /// The connection is there.
     Made,
     /// It is closed for good.
@@ -75,10 +73,9 @@ impl<'a, 's> Session<'a, 's> {
         let (receiver, retry) = (Receiver::new(connection, limits), ConnectRetry::new(now));
         Self {
             receiver,
-            address: join.rti,
-            others: join.others,
-            tried: 0,
             first: join.rti,
+            others: join.others,
+            place: 0,
             attempt: Attempt::Due(now),
             retry,
             last_error: None,
@@ -104,7 +101,7 @@ impl<'a, 's> Session<'a, 's> {
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Result<bool, Failed> {
         match self.attempt {
             Attempt::Due(_) => self.attempt_again(platform).map(|()| false),
-            Attempt::UnderWay(socket, _, true) => match platform.connected(socket) {
+            Attempt::UnderWay(socket, true) => match platform.connected(socket) {
                 Ok(()) => {
                     self.receiver.connection.open(socket);
                     self.attempt = Attempt::Made;
@@ -116,7 +113,7 @@ impl<'a, 's> Session<'a, 's> {
                 }
             },
             Attempt::UnderWay(..) if platform.now() >= self.retry.give_up() => Err(Failed),
-            Attempt::UnderWay(_, until, false) if platform.now() >= until => {
+            Attempt::UnderWay(..) if P::NAMES && platform.now() >= self.attempt_ends() => {
                 self.begin_anew(platform, NetError::Unreachable);
                 self.attempt_again(platform).map(|()| false)
             }
@@ -133,9 +130,21 @@ impl<'a, 's> Session<'a, 's> {
         if self.refusal == Refusal::Last {
             self.refusal = Refusal::Before;
         }
-        self.tried = if self.tried < self.others.len() { self.tried + 1 } else { 0 };
-        self.address =
-            self.tried.checked_sub(1).and_then(|index| self.others.get(index)).copied().unwrap_or(self.first);
+        if P::NAMES {
+            self.place = if usize::from(self.place) < self.others.len() { self.place + 1 } else { 0 };
+        }
+    }
+
+    /// The address that is tried, or at which the RTI is.
+    fn address(&self) -> Endpoint {
+        let other = self.place.checked_sub(1).and_then(|index| self.others.get(usize::from(index)));
+        other.copied().unwrap_or(self.first)
+    }
+
+    /// When an attempt without an outcome is over.
+    fn attempt_ends(&self) -> Instant {
+        let give_up = self.retry.give_up();
+        if self.others.is_empty() { give_up } else { give_up.min(self.retry.last() + ATTEMPT_TIME_OUT) }
     }
 
     /// Drops a connection over which the RTI has refused this federate because its id is taken, and asks again as long
@@ -152,7 +161,7 @@ impl<'a, 's> Session<'a, 's> {
 
     /// The address at which the RTI is.
     pub(super) fn rti(&self) -> IpAddress {
-        self.address.ip
+        self.address().ip
     }
 
     /// What this federate waits for, before the RTI has accepted it.
@@ -233,7 +242,7 @@ impl<'a, 's> Session<'a, 's> {
 
     /// Closes the connection for good.
     pub(super) fn close<P: Platform>(&mut self, platform: &mut P) {
-        if let Attempt::UnderWay(socket, ..) = self.attempt {
+        if let Attempt::UnderWay(socket, _) = self.attempt {
             platform.close(socket);
         }
         self.receiver.close(platform);
@@ -242,7 +251,7 @@ impl<'a, 's> Session<'a, 's> {
 
     /// Says what to wait for: bytes as long as there is space for them, and room if something is pending.
     pub(super) fn set_interest<P: Platform>(&mut self, platform: &mut P) {
-        if let Attempt::UnderWay(socket, ..) = self.attempt {
+        if let Attempt::UnderWay(socket, _) = self.attempt {
             platform.set_interest(socket, Interest::WRITE);
         }
         self.receiver.connection.set_interest(platform, true);
@@ -250,7 +259,7 @@ impl<'a, 's> Session<'a, 's> {
 
     /// A wait found this socket ready.
     pub(super) fn handle_ready(&mut self, ready: SocketId, interest: Interest) {
-        if let Attempt::UnderWay(socket, _, has_outcome) = &mut self.attempt {
+        if let Attempt::UnderWay(socket, has_outcome) = &mut self.attempt {
             *has_outcome |= *socket == ready;
         }
         self.receiver.connection.handle_ready(ready, interest);
@@ -260,7 +269,7 @@ impl<'a, 's> Session<'a, 's> {
     pub(super) fn poll_timeout(&mut self) -> Deadline {
         match self.attempt {
             Attempt::Due(time) => Deadline::At(time),
-            Attempt::UnderWay(_, until, _) => Deadline::At(until),
+            Attempt::UnderWay(..) => Deadline::At(self.attempt_ends()),
             // What is held may have room, or a write found the connection broken, and the end is to be read.
             Attempt::Made if self.receiver.held.stale || self.receiver.connection.is_due() => Deadline::Now,
             Attempt::Made | Attempt::Over => Deadline::Never,
@@ -268,15 +277,14 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     fn attempt_again<P: Platform>(&mut self, platform: &mut P) -> Result<(), Failed> {
-        let (now, give_up) = (platform.now(), self.retry.give_up());
-        // The addresses of one host are tried one after the other without a pause.
-        let is_next = self.tried > 0 && now < give_up;
-        match if is_next { ConnectStep::Attempt } else { self.retry.poll(now) } {
-            ConnectStep::Attempt => match platform.connect(self.address) {
-                Ok(socket) => {
-                    let until = if self.others.is_empty() { give_up } else { give_up.min(now + ATTEMPT_TIME_OUT) };
-                    self.attempt = Attempt::UnderWay(socket, until, false);
-                }
+        let now = platform.now();
+        if P::NAMES && self.place > 0 {
+            // The addresses of one host are tried one after the other without a pause.
+            self.retry.hurry(now);
+        }
+        match self.retry.poll(now) {
+            ConnectStep::Attempt => match platform.connect(self.address()) {
+                Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
                 Err(error) => self.begin_anew(platform, error),
             },
             ConnectStep::WaitUntil(time) => self.attempt = Attempt::Due(time),
