@@ -138,6 +138,12 @@ fn the_rti_rests_while_it_waits_for_the_last_connections() {
     hold(Coordination::Centralized, &[8793]);
 }
 
+/// `keepalive` kept a federate for which nobody could make an event any more.
+#[test]
+fn nobody_stays_for_events_that_cannot_come() {
+    hold(Coordination::Centralized, &[91_027_817]);
+}
+
 /// The hash of all that was written, when and where, and of all that reactions saw, is the same in a second run.
 #[test]
 fn a_seed_is_a_run_bit_for_bit() {
