@@ -22,6 +22,17 @@ fn plan(f: &str, kind: &str) -> Result<Plan, String> {
     compilation.plan.ok_or_else(|| compilation.diagnostics.render(Style::Plain))
 }
 
+/// The same, and what `f` sends comes back to it.
+fn plan_around(f: &str, kind: &str) -> Result<Plan, String> {
+    let text = format!(
+        "target Rust\nreactor Through {{ input i: u32 output o: u32 i -> o }}\n{f}\n\
+         {kind} reactor {{ t = new Through() f = new F() f.z -> t.i t.o -> f.y }}\n"
+    );
+    let files = BTreeMap::from([("T.lf".to_owned(), text)]);
+    let compilation = compile("T.lf", &files);
+    compilation.plan.ok_or_else(|| compilation.diagnostics.render(Style::Plain))
+}
+
 /// In which order the steps of `f` run, federated; unfederated it has to be the same one. Of two in one level it is not
 /// said which is first, so there must not be any.
 fn order(f: &str) -> Vec<String> {
@@ -79,6 +90,24 @@ fn a_connection_of_the_active_mode_sets_a_port_last() {
         initial mode A { reaction(shutdown) -> o, B {= =} }
         mode B { x -> o } }";
     assert_eq!(order(both), ["f.reaction_1", "f.x -> f.o"]);
+}
+
+/// Federated, nobody knows in which mode it was sent what comes back, and unfederated that is not forgotten.
+#[test]
+fn what_comes_back_through_others_is_data_flow() {
+    let f = "reactor F { input x: u32 input y: u32 output z: u32
+        initial mode A { reaction(y) -> B {= =} }
+        mode B { reaction(shutdown) {= =} reaction(x) -> z {= =} } }";
+    let names = |kind: &str| -> Vec<String> {
+        let plan = plan_around(f, kind).unwrap_or_else(|error| panic!("{error}"));
+        let reactions = plan.federates.iter().flat_map(|federate| &federate.reactions);
+        reactions.filter(|it| it.name.starts_with("f.reaction")).map(|it| it.name.clone()).collect()
+    };
+    for kind in ["federated", "main"] {
+        let place = |name: &str| names(kind).iter().position(|it| it == name);
+        assert!(place("f.reaction_2") < place("f.reaction_1"), "{kind}");
+        assert!(place("f.reaction_2") < place("f.reaction_3"), "{kind}");
+    }
 }
 
 /// Each of two sets what the other one sees at the last tag.

@@ -47,7 +47,7 @@ fn what_stands_still_with_its_mode_stays_so_side_by_side() {
 /// unfederated.
 #[test]
 fn what_runs_at_the_last_tag_of_two_modes_has_an_order() {
-    hold(Coordination::Centralized, &[4_385_969_817, 4_385_993_112]);
+    hold(Coordination::Centralized, &[4_385_969_817, 4_385_993_112, 4_505_064_257]);
 }
 
 /// A federate that had left still had messages that waited for room, and its other inputs were waited for for ever; and
@@ -141,7 +141,7 @@ fn the_rti_rests_while_it_waits_for_the_last_connections() {
 /// `keepalive` kept a federate for which nobody could make an event any more.
 #[test]
 fn nobody_stays_for_events_that_cannot_come() {
-    hold(Coordination::Centralized, &[91_027_817]);
+    hold(Coordination::Centralized, &[91_027_817, 4_504_997_904]);
 }
 
 /// The hash of all that was written, when and where, and of all that reactions saw, is the same in a second run.

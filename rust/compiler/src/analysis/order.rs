@@ -7,9 +7,10 @@
 //! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
 //! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::graph::{Graph, Node, Step, Work};
+use super::last_tag;
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
@@ -25,18 +26,18 @@ pub(super) struct Levels {
 }
 
 /// What runs at a level: reactions by their position in the graph, then connections to other federates by theirs.
-type Vertex = usize;
+pub(super) type Vertex = usize;
 
 /// Why one comes after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reason {
+pub(super) enum Reason {
     /// It is declared later in the same reactor.
     Declared,
     /// It reads or sends a port that the other one writes or fills.
     Port(Node),
 }
 
-type Followers = Vec<Vec<(Vertex, Reason)>>;
+pub(super) type Followers = Vec<Vec<(Vertex, Reason)>>;
 
 /// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
 /// for each other.
@@ -54,7 +55,7 @@ pub(super) fn order(
         }
         return None;
     }
-    if order_last_tag(graph, tree, &mut followers) {
+    if last_tag::order(graph, tree, classes, &mut followers) {
         sorted = sort(&followers);
     }
     let Sorted { order, mut levels, .. } = sorted;
@@ -183,61 +184,8 @@ fn order_copies(graph: &Graph, tree: &Tree, followers: &mut Followers) {
     }
 }
 
-/// At the last tag, reactions to `shutdown` of modes that have been left run together with the reactions of the active
-/// mode. They follow each other as they are declared too, unless the one that is declared later comes first for another
-/// reason: so no cycle comes of it. Returns whether there are such reactions.
-fn order_last_tag(graph: &Graph, tree: &Tree, followers: &mut Followers) -> bool {
-    let outlasts = |position: usize| graph.steps[position].confined != graph.steps[position].mode;
-    let last: Vec<_> = (0..graph.steps.len()).filter(|position| outlasts(*position)).collect();
-    if last.is_empty() {
-        return false;
-    }
-    let mut unfederated = followers.clone();
-    join_shares(graph, tree, &mut unfederated);
-    for position in last {
-        let step = graph.steps[position];
-        for other in graph.reactions_of(step.instance) {
-            let is_second_look = other < position && outlasts(other);
-            if is_second_look || !tree.exclude(step.mode, graph.steps[other].mode) {
-                continue;
-            }
-            let (first, second) = (position.min(other), position.max(other));
-            let is_reversed = leads(&unfederated, second, first) && !leads(followers, first, second);
-            let (first, second) = if is_reversed { (second, first) } else { (first, second) };
-            followers[first].push((second, Reason::Declared));
-            unfederated[first].push((second, Reason::Declared));
-        }
-    }
-    true
-}
-
-/// Unfederated, the reactions of the federated reactor are those of one instance, and follow each other.
-fn join_shares(graph: &Graph, tree: &Tree, followers: &mut Followers) {
-    let declared = |(position, step): (usize, &Step)| match step.work {
-        Work::Reaction(reaction) if tree.is_share(step.instance) => Some((reaction, position)),
-        _ => None,
-    };
-    let mut shared: Vec<_> = graph.steps.iter().enumerate().filter_map(declared).collect();
-    shared.sort_unstable();
-    for pair in shared.windows(2) {
-        followers[pair[0].1].push((pair[1].1, Reason::Declared));
-    }
-}
-
-/// Whether one vertex follows another one, directly or behind others.
-fn leads(followers: &Followers, from: Vertex, to: Vertex) -> bool {
-    let mut seen = BTreeSet::from([from]);
-    let mut open = vec![from];
-    while let Some(vertex) = open.pop() {
-        if vertex == to {
-            return true;
-        }
-        open.extend(followers[vertex].iter().map(|(follower, _)| *follower).filter(|follower| seen.insert(*follower)));
-    }
-    false
-}
-
-/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes.
+/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes. For
+/// the last tag, [`last_tag`] has more.
 fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
     // The last reactions of the instance so far: any other one is before one of them.
     let mut last: Vec<usize> = Vec::new();
