@@ -74,6 +74,9 @@ class Federation:
         image, board = image_file(self.application, participant), participant.board or ""
         interface = None if self.network is None else self.network.interfaces.get(participant.name)
         if not is_native_sim(board):
+            if self.bench.devices is not None:
+                # Lines that nobody takes are refused.
+                self._moves(participant)
             # What it has to know is in the image.
             mac = None if participant.network is None else participant.network.mac
             trace = self._recording(participant) if self.bench.vcd is not None and qemu.has_pins(board) else None
@@ -128,17 +131,28 @@ class Federation:
         options = []
         if self.bench.vcd is not None and self._has_pins(participant):
             options.append((vcd, str(self._recording(participant))))
-        if self.bench.devices is not None and self._has_pins(participant):
-            script = self._moves(participant) if participant.program is None else self.bench.devices
-            options.append((devices, str(script)))
+        if self.bench.devices is not None and participant.program is not None:
+            options.append((devices, str(self.bench.devices)))
+        elif self.bench.devices is not None and not participant.is_rti:
+            # Lines that nobody takes are refused in any case.
+            moves = self._moves(participant)
+            if self._has_pins(participant):
+                options.append((devices, str(moves)))
         drift = self.bench.drifts.get(participant.name)
         if drift is not None:
             options.append(("-rt-drift=", repr(drift)))
         return [word for option in options for word in ([option[0] + option[1]] if "=" in option[0] else option)]
 
+    def _takes(self, participant: Participant) -> str:
+        """What a participant takes of a script for devices."""
+        if participant.program is not None:
+            return "all"
+        return "pins" if self._has_pins(participant) else "nothing"
+
     def _moves(self, participant: Participant) -> Path:
         """What an image is told of the script, which it does not read itself."""
-        command = [str(self.lfz), "moves", str(self.bench.devices), participant.name]
+        readers = ",".join(f"{item.name}={self._takes(item)}" for item in self.participants if not item.is_rti)
+        command = [str(self.lfz), "moves", str(self.bench.devices), participant.name, "--readers", readers]
         result = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
         if result.returncode != 0:
             raise LfError(f"the script {self.bench.devices} for --devices cannot be used.")

@@ -12,6 +12,7 @@ use lf_runtime::Description;
 
 use crate::devices::Script;
 use crate::parameters::Parameters;
+use crate::trace_file::TRACE_MIB;
 use crate::words::{UsageError, interval};
 
 /// What the user wants.
@@ -42,6 +43,8 @@ pub(crate) struct Arguments {
     pub(crate) observations: Option<PathBuf>,
     /// `--trace FILE`: what happens.
     pub(crate) trace: Option<PathBuf>,
+    /// `--trace-limit MIB`: how large that file may be.
+    pub(crate) trace_limit: Option<u32>,
     /// `--devices FILE`: what inputs do.
     pub(crate) devices: Option<PathBuf>,
     /// `--vcd FILE`: what pins did.
@@ -79,6 +82,7 @@ impl Arguments {
                 Short('r') | Long("rti") if federated => arguments.set_rti(&parser.value()?.string()?)?,
                 Long("observations") if federated => arguments.observations = Some(parser.value()?.into()),
                 Long("trace") => arguments.trace = Some(parser.value()?.into()),
+                Long("trace-limit") => arguments.trace_limit = Some(mebibytes(&mut parser)?),
                 Long("devices") => arguments.devices = Some(parser.value()?.into()),
                 Long("vcd") => arguments.vcd = Some(parser.value()?.into()),
                 Short('i' | 'r') | Long("id" | "rti" | "observations") => {
@@ -141,6 +145,13 @@ impl Arguments {
     }
 }
 
+/// A size in MiB.
+fn mebibytes(parser: &mut lexopt::Parser) -> Result<u32, UsageError> {
+    let text = parser.value()?.string()?;
+    let size = text.parse().ok().filter(|size| *size > 0);
+    size.ok_or_else(|| UsageError(format!("\"{text}\" is no size: it has to be a number of MiB, such as {TRACE_MIB}")))
+}
+
 /// `true` or `false` where the user says so, else `true`.
 fn boolean(parser: &mut lexopt::Parser) -> Result<bool, UsageError> {
     let next = parser.try_raw_args().and_then(|arguments| arguments.as_slice().first().cloned());
@@ -163,6 +174,7 @@ pub(crate) fn usage(description: &Description) -> String {
          \x20 -f, --fast [true|false]   do not wait for physical time\n\
          \x20 -k, --keepalive [true|false]  do not stop when there are no events\n\
          \x20     --trace FILE          record tags, reactions, messages and waits, for lfz trace\n\
+         \x20     --trace-limit MIB     how large that file may be (default: {TRACE_MIB}); the oldest records are dropped\n\
          \x20     --devices FILE        what inputs do, and which devices are real: lines such as 100 ms button0 1\n\
          \x20                           and led0 gpio /dev/gpiochip0 17\n\
          \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",

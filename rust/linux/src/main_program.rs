@@ -19,7 +19,7 @@ use crate::devices::Simulation;
 use crate::observations::Observations;
 use crate::parameters::Parameters;
 use crate::platform::Linux;
-use crate::trace_file::TraceFile;
+use crate::trace_file::{TRACE_MIB, TraceFile};
 
 /// The exit status for a command line that makes no sense.
 const USAGE: u8 = 2;
@@ -152,7 +152,9 @@ impl Arguments {
     /// Has what happens recorded, if the user wants that.
     fn trace_into(&self, host: &mut Linux) -> Result<(), MainError> {
         let Some(path) = &self.trace else { return Ok(()) };
-        let trace = TraceFile::create(path).map_err(|error| MainError::Trace { path: path.clone(), error })?;
+        let limit = self.trace_limit.unwrap_or(TRACE_MIB);
+        let failed = |error| MainError::Trace { path: path.clone(), error };
+        let trace = TraceFile::create(path, limit).map_err(failed)?;
         host.trace_into(trace);
         Ok(())
     }

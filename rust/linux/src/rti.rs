@@ -15,6 +15,7 @@ use lf_runtime::{AUTHENTICATOR, Inlet, Outgoing, RtiSetup, log_notice, run_rti};
 use crate::platform::Linux;
 use crate::trace::Traced;
 pub use crate::trace::{Trace, TraceFormat};
+pub use crate::trace_file::TRACE_MIB;
 use crate::trace_file::TraceFile;
 
 /// Connections beyond one per federate, for those that are told why they are refused.
@@ -60,6 +61,8 @@ pub struct Options {
     pub traces: Vec<Trace>,
     /// A file for what happens, as federates record it, too.
     pub record: Option<PathBuf>,
+    /// How large that file may be, in MiB.
+    pub record_limit: u32,
     /// The longest message payload that is forwarded, in bytes.
     pub payload_bytes_max: usize,
 }
@@ -84,6 +87,7 @@ impl Options {
             log_waits: None,
             traces: Vec::new(),
             record: None,
+            record_limit: TRACE_MIB,
             federation_id: federation_id.to_owned(),
             authentication: false,
             port: 0,
@@ -145,7 +149,7 @@ pub fn serve(options: &Options, listening: impl FnOnce(u16)) -> Result<Outcome, 
     let mut host = Linux::new().map_err(RtiError::System)?;
     if let Some(file) = &options.record {
         let failed = |error| RtiError::Trace { file: file.clone(), error };
-        host.trace_into(TraceFile::create(file).map_err(failed)?);
+        host.trace_into(TraceFile::create(file, options.record_limit).map_err(failed)?);
     }
     if options.traces.is_empty() {
         return serve_on(host, options, listening);

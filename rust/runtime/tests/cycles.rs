@@ -156,6 +156,27 @@ proptest! {
         prop_assert_eq!(&report.logs[1], &merged(&[from_timer(5, 40, 0, 0), from_timer(5, 40, 1, 2)]));
     }
 
+    /// A federate sends into a cycle by a physical action, which never occurs or occurs now and then, and begins late. The
+    /// others wait for physical time to pass it at each tag, and for nothing else.
+    #[test]
+    fn a_cycle_goes_on_beside_a_physical_action(conditions in any_conditions(), begins in 0..200i64, occurs: bool) {
+        let first = if occurs { MS(3) } else { MS(10_000) };
+        let button = Behavior { physical: true, timer: Some((first, MS(20))), ..Behavior::default() };
+        let mut plan = ping_pong();
+        plan.nodes.push(button);
+        plan.edges.push(edge(2, 1));
+        plan.begins.insert(2, MS(begins));
+        // Somebody could make it occur.
+        plan.keepalive = true;
+        let report = run(&plan, conditions);
+        assert_complete(&report);
+        let of_timer = |log: &Log, input: usize| log.iter().filter(|it| it.2 == input).copied().collect::<Log>();
+        prop_assert_eq!(of_timer(&report.logs[1], 0), from_timer(10, 60, 0, 0));
+        let answers = report.logs[0].iter().filter(|it| it.0 % 10_000_000 == 0).count();
+        prop_assert_eq!(answers, 7, "{:?}", report.logs[0]);
+        prop_assert_eq!(of_timer(&report.logs[1], 1).is_empty(), !occurs);
+    }
+
     #[test]
     fn a_stop_inside_a_cycle_is_at_one_tag(conditions in any_conditions(), who in 0..2usize) {
         let mut plan = ping_pong();

@@ -115,7 +115,7 @@ fn judge(scenario: &Scenario, plan: Result<Plan, String>) -> Trial {
         trial.violation = judge_waits(scenario, &plan, &report, &mut trial.coverage);
     }
     if trial.violation.is_none() && scenario.decentralized.is_none_or(|it| it.is_safe) {
-        trial.violation = same_as_alone(scenario, &report);
+        trial.violation = same_as_alone(scenario, &plan, &report);
     }
     trial
 }
@@ -134,12 +134,15 @@ fn judge_waits(scenario: &Scenario, plan: &Plan, report: &Report, coverage: &mut
 }
 
 /// Compares with the same program unfederated.
-fn same_as_alone(scenario: &Scenario, report: &Report) -> Option<Violation> {
+fn same_as_alone(scenario: &Scenario, federated: &Plan, report: &Report) -> Option<Violation> {
     let start = report.started()?;
     let plan = match compile_text(&source(scenario, false)) {
         Ok(plan) => plan,
         Err((_, error)) => return Some(Violation::Program(format!("unfederated: {error}"))),
     };
+    if let Some(violation) = check::order(federated, &plan) {
+        return Some(violation);
+    }
     let expected = expectations(scenario, report);
     let until = expected.iter().map(|it| it.before).max().unwrap_or(Tag::FOREVER);
     let decided = Decided { start, stop: report.granted_stop(), played: &report.played, until };

@@ -43,6 +43,13 @@ fn what_stands_still_with_its_mode_stays_so_side_by_side() {
     hold(Coordination::Centralized, &[RICH + 30540]);
 }
 
+/// A reaction to `shutdown` in a mode that had been left, and one of the mode that was active, ran in another order than
+/// unfederated.
+#[test]
+fn what_runs_at_the_last_tag_of_two_modes_has_an_order() {
+    hold(Coordination::Centralized, &[4_385_969_817, 4_385_993_112, 4_505_064_257]);
+}
+
 /// A federate that had left still had messages that waited for room, and its other inputs were waited for for ever; and
 /// the rest of a message was waited for that had no room behind such messages.
 #[test]
@@ -129,6 +136,12 @@ fn what_a_lost_federate_has_said_arrives_though_all_are_stopping() {
 #[test]
 fn the_rti_rests_while_it_waits_for_the_last_connections() {
     hold(Coordination::Centralized, &[8793]);
+}
+
+/// `keepalive` kept a federate for which nobody could make an event any more.
+#[test]
+fn nobody_stays_for_events_that_cannot_come() {
+    hold(Coordination::Centralized, &[91_027_817, 4_504_997_904]);
 }
 
 /// The hash of all that was written, when and where, and of all that reactions saw, is the same in a second run.

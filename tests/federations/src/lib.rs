@@ -11,7 +11,7 @@ mod run;
 
 use std::time::Duration;
 
-pub use lfz::{Lfz, programs};
+pub use lfz::{Lfz, TIME_LIMIT, programs};
 pub use processes::{Participant, wait_for_ends};
 pub use run::{Finished, Run};
 

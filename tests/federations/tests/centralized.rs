@@ -108,6 +108,12 @@ fn physical_actions_drive_a_cycle_without_delay() {
     check(&["LoopersFromThreads", "LoopersOnTwoPorts", "BothFromThreads", "CycleBesidePhysical"]);
 }
 
+/// `keepalive` holds nobody for whom nobody can make an event: without neighbors, and when all of these have left.
+#[test]
+fn nobody_stays_for_events_that_cannot_come() {
+    check(&["KeptForNobody"]);
+}
+
 /// Messages over physical connections go from federate to federate, and their receivers date them.
 #[test]
 fn physical_connections_take_physical_time() {

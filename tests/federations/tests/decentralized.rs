@@ -38,6 +38,12 @@ fn compare(name: &str, trace: &str) {
     });
 }
 
+/// `keepalive` holds nobody for whom nobody can make an event: without neighbors, and when all of these have left.
+#[test]
+fn nobody_stays_for_events_that_cannot_come() {
+    check(&["KeptForNobody"]);
+}
+
 /// A federate that waits for ever for each of its inputs needs neither clocks nor bounds.
 #[test]
 fn who_waits_for_ever_misses_nothing() {

@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lf_federations::{Lfz, Run};
+use lf_federations::{Lfz, Run, TIME_LIMIT};
 
 /// A program in a document, and files that it needs.
 struct Listing {
@@ -99,7 +99,7 @@ fn programs_in_the_documents_print_what_stands_behind_them() {
     let runs = listings().into_iter().filter_map(|listing| {
         let output = listing.output.as_ref()?.clone();
         let script = listing.script.as_ref().map(|path| format!("--devices={}", folder.path().join(path).display()));
-        let options: Vec<&str> = ["--timeout=180s"].into_iter().chain(script.as_deref()).collect();
+        let options: Vec<&str> = [TIME_LIMIT].into_iter().chain(script.as_deref()).collect();
         let run = Lfz::run(&format!("guide-{}", listing.name), &write(folder.path(), &listing), &options);
         Some((listing.name, output, run))
     });

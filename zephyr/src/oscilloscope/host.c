@@ -224,7 +224,7 @@ void lf_oscilloscope_read_moves(const char *name)
 	if (file == NULL) {
 		nsi_print_error_and_exit("-lf-devices: cannot read %s: %s\n", name, strerror(errno));
 	}
-	while ((read = fscanf(file, "%" SCNd64 " %3s %63s %c", &move.at, owner, move.name, &level)) == 4) {
+	while ((read = fscanf(file, "%" SCNd64 " %3s %63s %c %u", &move.at, owner, move.name, &level, &move.line)) == 5) {
 		move.is_own = strcmp(owner, "own") == 0;
 		move.active = level == '1';
 		moves = with_room(moves, move_count, sizeof(*moves));
@@ -246,7 +246,8 @@ const struct lf_oscilloscope_move *lf_oscilloscope_move(unsigned int index)
 	return &moves[index];
 }
 
-void lf_oscilloscope_refuse(const char *name)
+void lf_oscilloscope_refuse(const struct lf_oscilloscope_move *move)
 {
-	nsi_print_error_and_exit("-lf-devices: this image has no emulated pin %s\n", name);
+	nsi_print_error_and_exit("-lf-devices: line %u of the script: this image has no emulated pin %s\n", move->line,
+				 move->name);
 }

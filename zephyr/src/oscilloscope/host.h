@@ -32,6 +32,8 @@ struct lf_oscilloscope_move {
 	/* Whether it is meant for this image alone, which has to have the pin then. */
 	bool is_own;
 	bool active;
+	/* Where the script says so. */
+	unsigned int line;
 	char name[64];
 };
 
@@ -42,7 +44,7 @@ void lf_oscilloscope_read_moves(const char *file);
 unsigned int lf_oscilloscope_moves(void);
 const struct lf_oscilloscope_move *lf_oscilloscope_move(unsigned int index);
 
-/* Ends the process with an error about a pin that the image does not have. */
-void lf_oscilloscope_refuse(const char *name);
+/* Ends the process with an error about a move of a pin that the image does not have. */
+void lf_oscilloscope_refuse(const struct lf_oscilloscope_move *move);
 
 #endif

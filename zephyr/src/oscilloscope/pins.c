@@ -181,7 +181,7 @@ static int begin(void)
 		const struct lf_named_pin *pin = named(item->name);
 
 		if (item->is_own && (pin == NULL || port_of(pin->pin->port) == NULL)) {
-			lf_oscilloscope_refuse(item->name);
+			lf_oscilloscope_refuse(item);
 		}
 	}
 	ARRAY_FOR_EACH_PTR(ports, port) {

@@ -10,8 +10,11 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::oscilloscope;
 use crate::time;
 use lf_compiler::maxwait::parse_time;
+use lf_linux::devices::moves::Reader;
+use lf_linux::rti::TRACE_MIB;
 
 pub use rti::{PORT_DEFAULT, RtiArgs};
 pub use scope::{EdgeKind, ScopeArgs};
@@ -146,13 +149,18 @@ Exit status: that of the first participant that failed; 124 after the time limit
         hide = true,
         long_about = "\
 Print how a script for devices moves the pins of a federate, for native_sim's -lf-devices: a line for each move with
-nanoseconds since the start, `own` or `any`, whoever the script names, the pin, and 0 or 1."
+nanoseconds since the start, `own` or `any`, whoever the script names, the pin, 0 or 1, and the script's line. Lines that
+nobody of --readers can carry out are errors."
     )]
     Moves {
         /// What inputs do: a file of lines such as `100 ms button0 1`.
         script: PathBuf,
         /// The federate.
         federate: String,
+        /// All federates, and what each takes of a script: `a=all,b=pins,c=nothing`. If it is left out, the federate is
+        /// alone and takes pins.
+        #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = oscilloscope::reader)]
+        readers: Vec<Reader>,
     },
     /// Print how many nanoseconds a time is, for programs that do not read LF's units themselves.
     #[command(hide = true)]
@@ -278,6 +286,10 @@ pub struct RunArgs {
     /// Record what happens in all participants in this folder, for `lfz trace`.
     #[arg(long, value_name = "FOLDER")]
     pub trace: Option<PathBuf>,
+    /// How large the file of each participant may be, in MiB; when it is full, the oldest records are dropped.
+    #[arg(long, value_name = "MIB", requires = "trace", default_value_t = TRACE_MIB,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub trace_limit: u32,
     /// What inputs do, and which devices are real: a file of lines such as `100 ms button0 1` and
     /// `led0 gpio /dev/gpiochip0 17`.
     #[arg(long, value_name = "SCRIPT")]

@@ -34,7 +34,7 @@ pub fn execute(cli: Cli) -> ExitCode {
         Command::Trace(arguments) => trace::trace(&arguments),
         Command::Explain { crate_folder, codes } => codes::explain(crate_folder.as_deref(), &codes),
         Command::Supervise { file } => supervise::supervise(&file),
-        Command::Moves { script, federate } => oscilloscope::print_moves(&script, &federate),
+        Command::Moves { script, federate, readers } => oscilloscope::print_moves(&script, &federate, &readers),
         Command::Nanoseconds { time } => {
             terminal::print(time.as_nanos()).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
         }

@@ -13,7 +13,7 @@ use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
 use crate::measure;
-use crate::oscilloscope::Oscilloscope;
+use crate::oscilloscope::{self, Oscilloscope};
 use crate::supervisor::{Ending, Interrupts};
 use crate::terminal;
 use crate::trace;
@@ -27,6 +27,9 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         return Err(Failure::message(format!(
             "{name} does not ask for decentralized coordination: nobody waits there"
         )));
+    }
+    if let Some(script) = &arguments.devices {
+        oscilloscope::check_script(script, &built.plan)?;
     }
     if let Some(folder) = &arguments.trace {
         trace::prepare(&built.plan, folder)?;
@@ -75,6 +78,7 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         }
         if let Some(folder) = &arguments.trace {
             words.extend(["--trace".into(), trace::file(folder, name).into()]);
+            words.extend(["--trace-limit".into(), arguments.trace_limit.to_string().into()]);
         }
         if let Some(script) = &arguments.devices {
             words.extend(["--devices".into(), script.into()]);
@@ -114,6 +118,7 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
     words.extend(["--id".into(), Word::known("", Known::FederationId), "--port".into(), port.to_string().into()]);
     if let Some(folder) = arguments.trace.as_ref().filter(|_| arguments.rti.is_none()) {
         words.extend(["--trace".into(), trace::file(folder, "RTI").into()]);
+        words.extend(["--trace-limit".into(), arguments.trace_limit.to_string().into()]);
     }
     words.extend(options_for(&built.plan, arguments.rti.is_none()).into_iter().map(Word::from));
     Ok((Process { name: "RTI".to_owned(), words, ..Process::default() }, is_told))

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use lf_compiler::plan::Plan;
-use lf_linux::devices::moves::moves;
+use lf_linux::devices::moves::{Reader, Takes, check, moves};
 use lf_linux::devices::recording::{self, Recording};
 use serde::Deserialize;
 
@@ -99,15 +99,36 @@ impl Oscilloscope {
 /// `lfz moves`
 ///
 /// # Errors
-/// When the script cannot be read or makes no sense.
-pub(crate) fn print_moves(script: &Path, federate: &str) -> Result<ExitCode, Failure> {
+/// When the script cannot be read, makes no sense, or has lines that nobody can carry out.
+pub(crate) fn print_moves(script: &Path, federate: &str, readers: &[Reader]) -> Result<ExitCode, Failure> {
     let name = script.display();
     let text = std::fs::read_to_string(script).map_err(|error| Failure::message(format!("{name}: {error}")))?;
-    let (moves, others) = moves(&text, federate).map_err(|error| Failure::message(format!("{name}: {error}")))?;
-    for other in others {
-        terminal::remark(format_args!("{name}: {other} is no pin: images on native_sim do not find its values"));
-    }
+    let moves = moves(&text, federate, readers).map_err(|error| Failure::message(format!("{name}: {error}")))?;
     let lines: Vec<String> = moves.iter().map(ToString::to_string).collect();
     terminal::print(lines.join("\n"))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Checks the script of a run on this computer, before anything runs.
+///
+/// # Errors
+/// When it cannot be read, makes no sense, or has lines for nobody.
+pub(crate) fn check_script(script: &Path, plan: &Plan) -> Result<(), Failure> {
+    let wrong = |error: &dyn std::fmt::Display| Failure::message(format!("{}: {error}", script.display()));
+    let text = std::fs::read_to_string(script).map_err(|error| wrong(&error))?;
+    let readers: Vec<_> =
+        plan.federates.iter().map(|federate| Reader { name: federate.name.clone(), takes: Takes::All }).collect();
+    check(&text, &readers).map_err(|error| wrong(&error))
+}
+
+/// `NAME=all`, `NAME=pins` or `NAME=nothing`
+pub(crate) fn reader(text: &str) -> Result<Reader, String> {
+    let (name, takes) = text.split_once('=').ok_or("a federate has `=` behind its name, and what it takes")?;
+    let takes = match takes {
+        "all" => Takes::All,
+        "pins" => Takes::Pins,
+        "nothing" => Takes::Nothing,
+        _ => return Err("a federate takes all, pins or nothing".to_owned()),
+    };
+    Ok(Reader { name: name.to_owned(), takes })
 }

@@ -1,63 +1,88 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which message at one participant is which at another.
+//!
+//! The number of an arrow follows from what its ends have in common, so nobody has to remember them all.
 
 use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{RTI, Subject};
 
 use super::story::{Mark, Story};
 
-/// What two ends of an arrow have in common.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Key {
-    /// A value, or word that there is none: for whom, and the tag. Each input has one sender.
-    Value(Subject, (u16, u16), Option<(i64, u32)>),
-    /// A federate and its RTI, to which it goes or from which it comes.
-    Control(Subject, u16, bool, Option<(i64, u32)>),
+/// The messages that come one after another, and in order of their tags but for some of the RTI's.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+enum Stream {
+    /// Values, or word that there is none: for whom. Each input has one sender.
+    Value(Subject, (u16, u16)),
+    /// A federate and its RTI, to which they go or from which they come.
+    Control(Subject, u16, bool),
 }
 
-/// Where a message is on its way: sent, at the RTI, sent on by the RTI, received.
+/// Where a message is on its way: sent, at the RTI, sent on by the RTI, received. Control messages are sent and received.
 const STAGES: usize = 4;
 
-/// Where on the way of a message each of its marks is: story and mark, in order of time.
-type Way = [Vec<(usize, usize)>; STAGES];
-
-/// Draws the arrows; says how many there are.
-pub(crate) fn draw(stories: &mut [Story<'_>]) -> usize {
-    let mut ways: BTreeMap<Key, Way> = BTreeMap::new();
-    let complete = stories.iter().all(|story| story.lost == 0);
-    for (index, story) in stories.iter().enumerate() {
-        for (place, mark) in story.marks.iter().enumerate() {
-            if let Some((key, stage)) = key(story, mark) {
-                ways.entry(key).or_default()[stage].push((index, place));
-            }
-        }
-    }
-    let mut count = 0;
-    for (key, way) in ways {
-        // Without tags, only the number tells one from another, and that is not known where some are lost.
-        if matches!(key, Key::Value(_, _, None)) && !complete {
-            continue;
-        }
-        for number in 0..way.iter().map(Vec::len).max().unwrap_or(0) {
-            let marks: Vec<_> = way.iter().filter_map(|stage| stage.get(number)).collect();
-            let Some((last, others)) = marks.split_last().filter(|(_, others)| !others.is_empty()) else { continue };
-            count += 1;
-            let id = u64::try_from(count).unwrap_or(u64::MAX);
-            for (story, mark) in others {
-                stories[*story].marks[*mark].arrow = Some((id, false));
-            }
-            stories[last.0].marks[last.1].arrow = Some((id, true));
-        }
-    }
-    count
+/// What has been seen of a stream at one place on its way.
+#[derive(Clone, Copy, Default)]
+struct Passed {
+    count: usize,
+    tag: Option<Tag>,
+    /// How many of this tag there were before the last one.
+    repeated: usize,
 }
 
-/// Which arrow a mark belongs to, and where on its way.
-fn key(story: &Story<'_>, mark: &Mark) -> Option<(Key, usize)> {
+/// An arrow that begins, goes on or ends at a mark.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrow {
+    pub(super) id: u64,
+    pub(super) ends: bool,
+}
+
+/// The arrows of all stories.
+pub(super) struct Arrows {
+    streams: BTreeMap<Stream, [Passed; STAGES]>,
+    /// No records are lost.
+    complete: bool,
+}
+
+impl Arrows {
+    pub(super) fn between(stories: &[Story<'_>]) -> Self {
+        Self { streams: BTreeMap::new(), complete: stories.iter().all(|story| story.lost == 0) }
+    }
+
+    /// The arrow at the next mark of a story.
+    pub(super) fn at(&mut self, story: &Story<'_>, mark: &Mark) -> Option<Arrow> {
+        let (stream, stage) = stream(story, mark)?;
+        let tag = mark.word.tag;
+        // Without tags, only the number tells one from another, and that is not known where some are lost.
+        if tag.is_none() && matches!(stream, Stream::Value(..)) && !self.complete {
+            return None;
+        }
+        let passed = &mut self.streams.entry(stream).or_default()[stage];
+        passed.repeated = if passed.count > 0 && passed.tag == tag { passed.repeated + 1 } else { 0 };
+        passed.tag = tag;
+        passed.count += 1;
+        let mut hasher = DefaultHasher::new();
+        (stream, tag.map(|tag| (tag.time.as_nanos(), tag.microstep.0)), passed.repeated).hash(&mut hasher);
+        let last = if matches!(stream, Stream::Value(..)) { STAGES - 1 } else { 1 };
+        Some(Arrow { id: hasher.finish(), ends: stage == last })
+    }
+
+    /// How many messages were seen at two places at least.
+    pub(super) fn count(&self) -> usize {
+        let both = |stages: &[Passed; STAGES]| {
+            let mut counts = stages.map(|passed| passed.count);
+            counts.sort_unstable();
+            counts[STAGES - 2]
+        };
+        self.streams.values().map(both).sum()
+    }
+}
+
+/// To which stream a mark belongs, and where on its way.
+fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Stream, usize)> {
     let Mark { sent, word, .. } = mark;
-    let tag = word.tag.map(|Tag { time, microstep }| (time.as_nanos(), microstep.0));
     if matches!(word.subject, Subject::Value | Subject::Absent) {
         let stage = match (story.is_rti, sent) {
             (false, true) => 0,
@@ -65,10 +90,9 @@ fn key(story: &Story<'_>, mark: &Mark) -> Option<(Key, usize)> {
             (true, true) => 2,
             (false, false) => 3,
         };
-        return Some((Key::Value(word.subject, word.to, tag), stage));
+        return Some((Stream::Value(word.subject, word.to), stage));
     }
     let federate = if story.is_rti { Some(word.peer).filter(|peer| *peer != RTI) } else { story.id };
     let to_rti = story.is_rti != *sent;
-    // The ways of control messages have two stages.
-    Some((Key::Control(word.subject, federate?, to_rti, tag), usize::from(!sent)))
+    Some((Stream::Control(word.subject, federate?, to_rti), usize::from(!sent)))
 }

@@ -14,20 +14,16 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// The corrections that are among the records. What was before the last step was not known yet, and is taken to be
-    /// as right after as before.
-    pub(crate) fn of(records: &[Record]) -> Self {
-        let mut points: Vec<(i64, i64)> = Vec::new();
-        for record in records {
-            let Event::Clock(time) = record.event else { continue };
-            let (at, offset) = (record.at.as_nanos(), time.as_nanos().saturating_sub(record.at.as_nanos()));
-            let is_step = |&(last, before): &(i64, i64)| (offset - before).abs() > (at - last).max(1_000_000) / STEP;
-            if points.last().is_some_and(is_step) {
-                points.clear();
-            }
-            points.push((at, offset));
+    /// Takes the next record, which may be a correction. What was before the last step was not known yet, and is taken to
+    /// be as right after as before.
+    pub(crate) fn take(&mut self, record: &Record) {
+        let Event::Clock(time) = record.event else { return };
+        let (at, offset) = (record.at.as_nanos(), time.as_nanos().saturating_sub(record.at.as_nanos()));
+        let is_step = |&(last, before): &(i64, i64)| (offset - before).abs() > (at - last).max(1_000_000) / STEP;
+        if self.points.last().is_some_and(is_step) {
+            self.points.clear();
         }
-        Self { points }
+        self.points.push((at, offset));
     }
 
     /// The federation's time at a time of the own clock.
@@ -56,7 +52,10 @@ mod tests {
     fn a_step_counts_from_the_beginning_and_what_follows_in_between() {
         let record = |at, time| Record { at: Instant::from_nanos(at), event: Event::Clock(Instant::from_nanos(time)) };
         let second = 1_000_000_000;
-        let clock = Clock::of(&[record(0, 0), record(100, 5 * second + 100), record(second, 6 * second + 1_000)]);
+        let mut clock = Clock::default();
+        for record in [record(0, 0), record(100, 5 * second + 100), record(second, 6 * second + 1_000)] {
+            clock.take(&record);
+        }
         assert_eq!(clock.time(0), 5 * second);
         assert_eq!(clock.time(second), 6 * second + 1_000);
         assert_eq!(clock.time(second / 2), 5 * second + second / 2 + 499);

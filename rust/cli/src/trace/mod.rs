@@ -10,15 +10,19 @@ mod story;
 mod table;
 mod words;
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 use lf_compiler::plan::Plan;
 use lf_linux::runtime::trace::Role;
 
 use crate::failure::Failure;
+use arrows::Arrows;
 use names::Names;
-use story::Story;
+use perfetto::Writer;
+use story::{Story, Told};
+use table::Sums;
 
 /// What was made of a folder.
 #[derive(Debug)]
@@ -76,15 +80,35 @@ pub(crate) fn convert(folder: &Path, names: Option<&Path>, output: &Path) -> Res
             Role::Rti | Role::Program => None,
         };
         let participant = names.of_participant(&recorded.header).map_err(wrong)?;
-        stories.push(Story::of(recorded, names.name(role), id, participant));
+        stories.push(Story::of(recorded, names.name(role), id, participant)?);
     }
     // The RTI has no start of its own.
     let start = stories.iter().find_map(|story| story.start);
     for story in &mut stories {
         story.start = story.start.or(start);
     }
-    let arrows = arrows::draw(&mut stories);
-    fs::write(output, perfetto::encode(&stories, &names))
-        .map_err(|error| Failure::message(format!("cannot write {}: {error}", output.display())))?;
-    Ok(TraceSummary { table: table::table(&stories, &names), participants: stories.len(), arrows })
+    let wrong = |error| Failure::message(format!("cannot write {}: {error}", output.display()));
+    let mut file = BufWriter::new(File::create(output).map_err(wrong)?);
+    let (mut arrows, mut tables) = (Arrows::between(&stories), Vec::new());
+    for (number, story) in (1..).zip(&stories) {
+        let mut writer = Writer { story, names: &names, number, output: &mut file };
+        let mut written = writer.begin();
+        let mut sums = Sums::default();
+        story.tell(&mut |told| {
+            let mut write = |writer: &mut Writer<'_, _>| match &told {
+                Told::Slice(slice) => {
+                    sums.add(slice, story, &names);
+                    writer.slice(slice)
+                }
+                Told::Mark(mark) => writer.mark(mark, arrows.at(story, mark)),
+            };
+            if written.is_ok() {
+                written = write(&mut writer);
+            }
+        })?;
+        written.map_err(wrong)?;
+        tables.push(sums.table(story));
+    }
+    file.flush().map_err(wrong)?;
+    Ok(TraceSummary { table: tables.join("\n"), participants: stories.len(), arrows: arrows.count() })
 }

@@ -3,11 +3,14 @@
 //!
 //! The messages are those of Perfetto's `protos/perfetto/trace`, as far as they are used here.
 
+use std::io::{self, Write};
+
 use lf_linux::model::Part;
 use lf_linux::model::time::Tag;
 use lf_linux::runtime::trace::{RTI, Subject};
 use prost::Message;
 
+use super::arrows::Arrow;
 use super::names::Names;
 use super::story::{Mark, Slice, Story, What};
 use super::words;
@@ -96,39 +99,30 @@ const SEQUENCE: u32 = 1;
 /// What a participant's tracks are called, in their order. Behind them come those of workers.
 const TRACKS: [&str; 4] = ["tags", "reactions", "waits", "messages"];
 
-/// All participants, as the bytes of a file.
-pub(crate) fn encode(stories: &[Story<'_>], names: &Names) -> Vec<u8> {
-    let mut packet = Vec::new();
-    for (number, story) in (1..).zip(stories) {
-        Writer { story, names, number, packets: &mut packet }.write();
-    }
-    Trace { packet }.encode_to_vec()
-}
-
-struct Writer<'a> {
-    story: &'a Story<'a>,
-    names: &'a Names,
+/// The tracks of a participant, one packet after another.
+pub(crate) struct Writer<'a, O> {
+    pub(crate) story: &'a Story<'a>,
+    pub(crate) names: &'a Names,
     /// From 1.
-    number: i32,
-    packets: &'a mut Vec<TracePacket>,
+    pub(crate) number: i32,
+    pub(crate) output: O,
 }
 
-impl Writer<'_> {
-    fn write(&mut self) {
+impl<O: Write> Writer<'_, O> {
+    /// Writes what tracks there are.
+    ///
+    /// # Errors
+    /// When it cannot be written; so with all others.
+    pub(crate) fn begin(&mut self) -> io::Result<()> {
         let process = ProcessDescriptor { pid: self.number, process_name: self.story.name.clone() };
         self.describe(TrackDescriptor {
             uuid: self.uuid(0),
             process: Some(process),
             child_ordering: Some(EXPLICIT),
             ..TrackDescriptor::default()
-        });
-        let workers = self.story.slices.iter().filter_map(|slice| match slice.what {
-            What::Reaction(_, _, worker, _) => Some(worker),
-            _ => None,
-        });
-        let workers = workers.max().unwrap_or(0);
-        let names =
-            TRACKS.iter().map(|name| (*name).to_owned()).chain((1..=workers).map(|worker| format!("worker {worker}")));
+        })?;
+        let workers = (1..=self.story.workers).map(|worker| format!("worker {worker}"));
+        let names = TRACKS.iter().map(|name| (*name).to_owned()).chain(workers);
         for (rank, name) in (1u16..).zip(names) {
             self.describe(TrackDescriptor {
                 uuid: self.uuid(rank),
@@ -136,15 +130,14 @@ impl Writer<'_> {
                 parent_uuid: Some(self.uuid(0)),
                 sibling_order_rank: Some(rank.into()),
                 ..TrackDescriptor::default()
-            });
+            })?;
         }
-        let story = self.story;
-        for slice in &story.slices {
-            self.slice(slice);
-        }
-        for mark in &story.marks {
-            self.mark(mark);
-        }
+        Ok(())
+    }
+
+    /// The packets of a trace stand one after another.
+    fn put(&mut self, packet: TracePacket) -> io::Result<()> {
+        self.output.write_all(&Trace { packet: vec![packet] }.encode_to_vec())
     }
 
     /// The number of a track: the participant's own (0), one of [`TRACKS`], or a worker's.
@@ -152,25 +145,26 @@ impl Writer<'_> {
         (u64::from(self.number.unsigned_abs()) << 16) + u64::from(track)
     }
 
-    fn describe(&mut self, descriptor: TrackDescriptor) {
-        self.packets.push(TracePacket {
+    fn describe(&mut self, descriptor: TrackDescriptor) -> io::Result<()> {
+        self.put(TracePacket {
             trusted_packet_sequence_id: SEQUENCE,
             track_descriptor: Some(descriptor),
             ..TracePacket::default()
-        });
+        })
     }
 
-    fn event(&mut self, at: i64, event: TrackEvent) {
-        self.packets.push(TracePacket {
+    fn event(&mut self, at: i64, event: TrackEvent) -> io::Result<()> {
+        self.put(TracePacket {
             // Nothing is before 1970, or the boot of a board.
             timestamp: Some(u64::try_from(at).unwrap_or(0)),
             trusted_packet_sequence_id: SEQUENCE,
             track_event: Some(event),
             ..TracePacket::default()
-        });
+        })
     }
 
-    fn slice(&mut self, slice: &Slice) {
+    /// Writes something that lasts.
+    pub(crate) fn slice(&mut self, slice: &Slice) -> io::Result<()> {
         let tagged = |tag: Tag| self.of_tag(tag);
         let (track, category, name, mut annotations) = match slice.what {
             What::Tag(tag) => (1, "tag", words::tag(tag, self.story.start), tagged(tag)),
@@ -203,11 +197,12 @@ impl Writer<'_> {
             name,
             ..TrackEvent::default()
         };
-        self.event(slice.begin, begin);
-        self.event(slice.end, TrackEvent { kind: SLICE_END, track_uuid, ..TrackEvent::default() });
+        self.event(slice.begin, begin)?;
+        self.event(slice.end, TrackEvent { kind: SLICE_END, track_uuid, ..TrackEvent::default() })
     }
 
-    fn mark(&mut self, mark: &Mark) {
+    /// Writes a message, with the arrow that begins, goes on or ends there.
+    pub(crate) fn mark(&mut self, mark: &Mark, arrow: Option<Arrow>) -> io::Result<()> {
         let word = &mark.word;
         let mut annotations = word.tag.map(|tag| self.of_tag(tag)).unwrap_or_default();
         annotations.push(number("bytes", word.bytes.into()));
@@ -218,8 +213,8 @@ impl Writer<'_> {
         };
         let what = if word.subject == Subject::Absent { format!("absent: {what}") } else { what };
         let (mut flow_ids, mut terminating_flow_ids) = (Vec::new(), Vec::new());
-        if let Some((arrow, ends)) = mark.arrow {
-            if ends { &mut terminating_flow_ids } else { &mut flow_ids }.push(arrow);
+        if let Some(Arrow { id, ends }) = arrow {
+            if ends { &mut terminating_flow_ids } else { &mut flow_ids }.push(id);
         }
         let event = TrackEvent {
             debug_annotations: annotations,
@@ -230,7 +225,7 @@ impl Writer<'_> {
             flow_ids,
             terminating_flow_ids,
         };
-        self.event(mark.at, event);
+        self.event(mark.at, event)
     }
 
     /// The other end of a connection.

@@ -2,10 +2,11 @@
 //! A folder of traces: files of participants, and logs of consoles on which boards have printed theirs.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, Read, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use lf_linux::runtime::trace::{Header, RECORD_BYTES, Record, Role};
+use lf_linux::runtime::trace::{Damage, Event, Header, RECORD_BYTES, Record, Role};
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -23,9 +24,19 @@ const END: &str = "end";
 #[derive(Debug)]
 pub(crate) struct Recorded {
     pub(crate) header: Header,
-    pub(crate) records: Vec<Record>,
-    /// For people: where it is from.
+    /// Where it is from.
     pub(crate) source: PathBuf,
+    blocks: Blocks,
+}
+
+/// Where the records are.
+#[derive(Debug)]
+enum Blocks {
+    /// In a file, which is as long as somebody has let it be, so it is read as often as it is needed: how many there
+    /// are, and how many of them are newer than all others, where the file has gone on at its beginning.
+    File { count: u64, newer: u64 },
+    /// In lines of a console. A board has kept them in its memory, so they are few.
+    Printed(Vec<[u8; RECORD_BYTES]>),
 }
 
 /// Reads all traces of a folder.
@@ -72,40 +83,58 @@ pub(crate) fn read(folder: &Path) -> Result<Vec<Recorded>, Failure> {
 /// The traces in a file; none in one of another kind.
 fn read_file(path: &Path) -> Result<Vec<Recorded>, String> {
     let extension = path.extension().unwrap_or_default();
-    let bytes = || fs::read(path).map_err(|error| error.to_string());
+    let open = || File::open(path).map(BufReader::new).map_err(said);
     if extension == EXTENSION {
-        Ok(vec![of_file(&bytes()?, path)?])
+        Ok(vec![of_file(open()?, path)?])
     } else if extension == "log" || extension == "txt" {
-        of_console(&String::from_utf8_lossy(&bytes()?), path)
+        of_console(open()?, path)
     } else {
         Ok(Vec::new())
     }
 }
 
+fn said(error: io::Error) -> String {
+    error.to_string()
+}
+
 /// The trace that is a file.
-fn of_file(bytes: &[u8], path: &Path) -> Result<Recorded, String> {
-    let (blocks, rest) = bytes.as_chunks::<RECORD_BYTES>();
-    let Some((header, records)) = blocks.split_first() else {
+fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
+    let bytes = file.get_ref().metadata().map_err(said)?.len();
+    let Some(header) = next_block(&mut file).map_err(said)? else {
         return Err(format!(
-            "it is too short for a trace ({} bytes): the program was ended before it began, or the copy is not \
-             complete; remove it, or record again",
-            bytes.len()
+            "it is too short for a trace ({bytes} bytes): the program was ended before it began, or the copy is not \
+             complete; remove it, or record again"
         ));
     };
-    if !rest.is_empty() {
+    let header = Header::from_bytes(&header).map_err(wrong)?;
+    let (mut count, mut newer) = (0, 0);
+    while let Some(block) = next_block(&mut file).map_err(said)? {
+        count += 1;
+        if Record::from_bytes(&block).map_err(wrong)?.event == Event::Seam {
+            newer = count;
+        }
+    }
+    if bytes % RECORD_BYTES as u64 != 0 {
         terminal::remark(format_args!(
             "warning: {}: the last record is cut off: the disk was full, or the copy is not complete",
             path.display()
         ));
     }
-    decode(header, records, path)
+    Ok(Recorded { header, source: path.to_owned(), blocks: Blocks::File { count, newer } })
 }
 
-fn decode(header: &[u8; RECORD_BYTES], records: &[[u8; RECORD_BYTES]], path: &Path) -> Result<Recorded, String> {
-    let wrong = |damage| format!("{damage}; record again with the programs of this lfz, or remove it");
-    let header = Header::from_bytes(header).map_err(wrong)?;
-    let records: Result<Vec<_>, _> = records.iter().map(Record::from_bytes).collect();
-    Ok(Recorded { header, records: records.map_err(wrong)?, source: path.to_owned() })
+/// The next whole block.
+fn next_block(from: &mut impl Read) -> io::Result<Option<[u8; RECORD_BYTES]>> {
+    let mut block = [0; RECORD_BYTES];
+    match from.read_exact(&mut block) {
+        Ok(()) => Ok(Some(block)),
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn wrong(damage: Damage) -> String {
+    format!("{damage}; record again with the programs of this lfz, or remove it")
 }
 
 /// A trace on a console: its blocks, and whether all of it was printed.
@@ -116,12 +145,14 @@ struct Printed {
 }
 
 /// The traces that participants have printed, whatever stands before the marker in a line.
-fn of_console(text: &str, path: &Path) -> Result<Vec<Recorded>, String> {
-    let mut printed: BTreeMap<&str, Printed> = BTreeMap::new();
-    for (number, line) in (1..).zip(text.lines()) {
+fn of_console(file: impl BufRead, path: &Path) -> Result<Vec<Recorded>, String> {
+    let mut printed: BTreeMap<String, Printed> = BTreeMap::new();
+    for (number, line) in (1..).zip(file.split(b'\n')) {
+        let line = line.map_err(said)?;
+        let line = String::from_utf8_lossy(&line);
         let Some((_, words)) = line.split_once(MARKER) else { continue };
         let Some((who, what)) = words.trim().split_once(' ') else { continue };
-        let one = printed.entry(who).or_default();
+        let one = printed.entry(who.to_owned()).or_default();
         if what == END {
             one.ended = true;
             continue;
@@ -138,13 +169,17 @@ fn of_console(text: &str, path: &Path) -> Result<Vec<Recorded>, String> {
     let mut all = Vec::new();
     for (who, Printed { blocks, ended }) in printed {
         let Some((header, records)) = blocks.split_first() else { continue };
+        let header = Header::from_bytes(header).map_err(wrong)?;
+        for record in records {
+            Record::from_bytes(record).map_err(wrong)?;
+        }
         if !ended {
             terminal::remark(format_args!(
                 "warning: {}: the trace of {who} has no line `{MARKER}{who} {END}`: its newest records are missing",
                 path.display()
             ));
         }
-        all.push(decode(header, records, path)?);
+        all.push(Recorded { header, source: path.to_owned(), blocks: Blocks::Printed(records.to_vec()) });
     }
     Ok(all)
 }
@@ -163,6 +198,41 @@ fn block(text: &str) -> Option<[u8; RECORD_BYTES]> {
 }
 
 impl Recorded {
+    /// Hands on all records, the oldest first.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub(crate) fn for_each(&self, mut take: impl FnMut(Record)) -> Result<(), Failure> {
+        self.try_for_each(&mut take).map_err(|reason| Failure::message(format!("{}: {reason}", self.source.display())))
+    }
+
+    fn try_for_each(&self, take: &mut dyn FnMut(Record)) -> Result<(), String> {
+        let (count, newer) = match &self.blocks {
+            Blocks::File { count, newer } => (*count, *newer),
+            Blocks::Printed(blocks) => {
+                return blocks.iter().try_for_each(|block| Record::from_bytes(block).map(&mut *take).map_err(wrong));
+            }
+        };
+        let mut file = BufReader::new(File::open(&self.source).map_err(said)?);
+        for (from, to) in [(newer, count), (0, newer)] {
+            // Behind the header.
+            file.seek(SeekFrom::Start((1 + from) * RECORD_BYTES as u64)).map_err(said)?;
+            for _ in from..to {
+                let Some(block) = next_block(&mut file).map_err(said)? else { break };
+                take(Record::from_bytes(&block).map_err(wrong)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// How many records were lost since the file has gone on at its beginning: those that newer ones took the place of.
+    pub(crate) fn overwritten(&self) -> u64 {
+        match self.blocks {
+            Blocks::File { newer, .. } => newer,
+            Blocks::Printed(_) => 0,
+        }
+    }
+
     /// Whether it is the trace of an RTI.
     pub(crate) fn is_rti(&self) -> bool {
         self.header.role == Role::Rti
@@ -172,7 +242,6 @@ impl Recorded {
 #[cfg(test)]
 mod tests {
     use lf_linux::model::time::Instant;
-    use lf_linux::runtime::trace::Event;
 
     use super::*;
 
@@ -187,10 +256,16 @@ mod tests {
         digits.filter_map(|digit| char::from_digit(digit.into(), 16)).collect()
     }
 
-    fn in_folder(name: &str, content: &[u8]) -> Result<Vec<Recorded>, String> {
+    fn in_folder(name: &str, content: &[u8]) -> Result<Vec<(Header, Vec<Record>)>, String> {
         let folder = tempfile::tempdir().expect("there is room");
         fs::write(folder.path().join(name), content).expect("it can be written");
-        read(folder.path()).map_err(|failure| failure.to_string())
+        let found = read(folder.path()).map_err(|failure| failure.to_string())?;
+        let records = found.iter().map(|recorded| {
+            let mut records = Vec::new();
+            recorded.for_each(|record| records.push(record)).expect("it can be read");
+            (recorded.header, records)
+        });
+        Ok(records.collect())
     }
 
     #[test]
@@ -199,8 +274,20 @@ mod tests {
         let lines: Vec<_> = blocks().iter().map(|block| format!("[x] lf-trace 3 {}\r\n", hex(block))).collect();
         let log = format!("boot\n{}[x] lf-trace 3 end\nbye\n", lines.concat());
         let console = in_folder("a.log", log.as_bytes()).expect("it is right");
-        assert_eq!((file[0].header, &file[0].records), (console[0].header, &console[0].records));
-        assert_eq!(file[0].records.len(), 1);
+        assert_eq!((file[0].0, &file[0].1), (console[0].0, &console[0].1));
+        assert_eq!(file[0].1.len(), 1);
+    }
+
+    /// A file that has gone on at its beginning is read from its seam on, and a cut one up to the cut.
+    #[test]
+    fn records_come_oldest_first() {
+        let at = |at, event| Record { at: Instant::from_nanos(at), event }.to_bytes();
+        let mut ring = vec![blocks()[0], at(7, Event::Lost(3)), at(8, Event::WaitEnds), at(8, Event::Seam)];
+        ring.extend([at(5, Event::WaitEnds), at(6, Event::WaitEnds)]);
+        let mut bytes = ring.concat();
+        bytes.truncate(bytes.len() - 5);
+        let found = in_folder("a.lftrace", &bytes).expect("it is right");
+        assert_eq!(found[0].1.iter().map(|record| record.at.as_nanos()).collect::<Vec<_>>(), [5, 7, 8, 8]);
     }
 
     #[test]

@@ -10,23 +10,39 @@ use lf_linux::runtime::trace::{Event, Waits, Word};
 use super::clock::Clock;
 use super::names::Participant;
 use super::read::Recorded;
+use crate::failure::Failure;
 
-/// What a participant did.
+/// How many records can be recorded later than others that happened behind them: what workers did is recorded when all
+/// reactions of a level have ended, and a level has 65535 at most, each of which begins and ends.
+const LATE_MAX: usize = 2 * 65_535;
+
+/// What a participant did. It is told from its records as often as it is needed, for these can be many.
 #[derive(Debug)]
 pub(crate) struct Story<'a> {
+    recorded: &'a Recorded,
     pub(crate) name: String,
     pub(crate) is_rti: bool,
     /// The federate's number.
     pub(crate) id: Option<u16>,
     pub(crate) names: Option<&'a Participant>,
-    pub(crate) slices: Vec<Slice>,
-    pub(crate) marks: Vec<Mark>,
     /// From the first to the last record.
     pub(crate) span: (i64, i64),
     /// The start of the federation.
     pub(crate) start: Option<i64>,
     /// How many records are missing before the first.
     pub(crate) lost: u64,
+    /// How many workers have run reactions.
+    pub(crate) workers: u16,
+    clock: Clock,
+    /// Nobody waits for the time of tags.
+    fast: bool,
+}
+
+/// What a story tells of.
+#[derive(Debug)]
+pub(crate) enum Told {
+    Slice(Slice),
+    Mark(Mark),
 }
 
 /// Something that lasts.
@@ -54,8 +70,6 @@ pub(crate) struct Mark {
     pub(crate) at: i64,
     pub(crate) sent: bool,
     pub(crate) word: Word,
-    /// The arrow that begins, goes on or ends here, and whether it ends.
-    pub(crate) arrow: Option<(u64, bool)>,
 }
 
 impl Slice {
@@ -65,36 +79,53 @@ impl Slice {
 }
 
 impl<'a> Story<'a> {
-    /// Puts the records of a participant together.
-    pub(crate) fn of(recorded: &Recorded, name: String, id: Option<u16>, names: Option<&'a Participant>) -> Self {
-        let clock = Clock::of(&recorded.records);
-        let mut records: Vec<_> =
-            recorded.records.iter().map(|record| (clock.time(record.at.as_nanos()), record.event)).collect();
-        // What workers did is recorded when all have ended.
-        records.sort_by_key(|(at, _)| *at);
-        let is_rti = recorded.is_rti();
-        let span = (records.first().map_or(0, |(at, _)| *at), records.last().map_or(0, |(at, _)| *at));
-        let mut teller = Teller {
-            open: BTreeMap::new(),
-            tag: None,
-            fast: false,
-            slices: Vec::new(),
-            marks: Vec::new(),
-            start: None,
-            lost: 0,
-        };
-        // A ring keeps the start, whatever it has lost.
-        for (_, event) in &records {
-            if let Event::Starts(time, fast) = event {
-                (teller.start, teller.fast) = (Some(time.as_nanos()), *fast);
+    /// Looks at the records of a participant for what all others have to be read with.
+    ///
+    /// # Errors
+    /// When they cannot be read.
+    pub(crate) fn of(
+        recorded: &'a Recorded,
+        name: String,
+        id: Option<u16>,
+        names: Option<&'a Participant>,
+    ) -> Result<Self, Failure> {
+        let (mut clock, mut start, mut fast, mut lost, mut workers) = (Clock::default(), None, false, 0, 0);
+        let mut own = None;
+        recorded.for_each(|record| {
+            clock.take(&record);
+            let at = record.at.as_nanos();
+            let (first, last) = own.unwrap_or((at, at));
+            own = Some((at.min(first), at.max(last)));
+            match record.event {
+                Event::Starts(time, is_fast) => (start, fast) = (Some(time.as_nanos()), is_fast),
+                Event::Lost(count) => lost = count + recorded.overwritten(),
+                Event::ReactionBegins(_, _, worker) => workers = workers.max(worker),
+                _ => {}
             }
+        })?;
+        let span = own.map_or((0, 0), |(first, last)| (clock.time(first), clock.time(last)));
+        let is_rti = recorded.is_rti();
+        Ok(Self { recorded, name, is_rti, id, names, span, start, lost, workers, clock, fast })
+    }
+
+    /// Tells all that lasted and all messages, each when it ends.
+    ///
+    /// # Errors
+    /// When the records cannot be read.
+    pub(crate) fn tell(&self, told: &mut dyn FnMut(Told)) -> Result<(), Failure> {
+        let mut teller = Teller { open: BTreeMap::new(), tag: None, fast: self.fast, told };
+        let mut waiting = Late::default();
+        self.recorded.for_each(|record| {
+            waiting.put(self.clock.time(record.at.as_nanos()), record.event);
+            if waiting.len() > LATE_MAX {
+                waiting.take(&mut teller);
+            }
+        })?;
+        while waiting.len() > 0 {
+            waiting.take(&mut teller);
         }
-        for (at, event) in records {
-            teller.take(at, event);
-        }
-        teller.end(span.1);
-        let Teller { slices, marks, start, lost, .. } = teller;
-        Self { name, is_rti, id, names, slices, marks, span, start, lost }
+        teller.end(self.span.1);
+        Ok(())
     }
 
     /// The name of an input.
@@ -121,18 +152,39 @@ enum Track {
     Wait,
 }
 
-struct Teller {
-    open: BTreeMap<Track, (i64, What)>,
-    tag: Option<Tag>,
-    /// Nobody waits for the time of tags.
-    fast: bool,
-    slices: Vec<Slice>,
-    marks: Vec<Mark>,
-    start: Option<i64>,
-    lost: u64,
+/// Records that are put into the order of their times.
+#[derive(Default)]
+struct Late {
+    /// In the order of time; those of one time as they were recorded.
+    events: BTreeMap<(i64, u64), Event>,
+    count: u64,
 }
 
-impl Teller {
+impl Late {
+    fn put(&mut self, at: i64, event: Event) {
+        self.events.insert((at, self.count), event);
+        self.count += 1;
+    }
+
+    fn len(&self) -> usize {
+        self.events.len()
+    }
+
+    fn take(&mut self, teller: &mut Teller<'_>) {
+        if let Some(((at, _), event)) = self.events.pop_first() {
+            teller.take(at, event);
+        }
+    }
+}
+
+struct Teller<'a> {
+    open: BTreeMap<Track, (i64, What)>,
+    tag: Option<Tag>,
+    fast: bool,
+    told: &'a mut dyn FnMut(Told),
+}
+
+impl Teller<'_> {
     fn take(&mut self, at: i64, event: Event) {
         match event {
             Event::TagBegins(tag) => {
@@ -149,10 +201,9 @@ impl Teller {
             Event::ReactionEnds(_, worker) => self.close(Track::Reaction(worker), at, false),
             Event::WaitBegins(waits) => self.begin(Track::Wait, at, What::Waits(waits)),
             Event::WaitEnds => self.close(Track::Wait, at, false),
-            Event::Sent(word) => self.marks.push(Mark { at, sent: true, word, arrow: None }),
-            Event::Received(word) => self.marks.push(Mark { at, sent: false, word, arrow: None }),
-            Event::Lost(count) => self.lost += count,
-            Event::Clock(_) | Event::Starts(..) | Event::Ends(_) => {}
+            Event::Sent(word) => (self.told)(Told::Mark(Mark { at, sent: true, word })),
+            Event::Received(word) => (self.told)(Told::Mark(Mark { at, sent: false, word })),
+            Event::Clock(_) | Event::Starts(..) | Event::Ends(_) | Event::Lost(_) | Event::Seam => {}
         }
     }
 
@@ -173,12 +224,16 @@ impl Teller {
         let mut begin = begin;
         if let Some(tag) = due.filter(|tag| tag.time.as_nanos() > begin) {
             let until = tag.time.as_nanos().min(end);
-            self.slices.push(Slice { begin, end: until, what: What::Waits(Waits::Time(tag)), is_open: false });
+            self.slice(Slice { begin, end: until, what: What::Waits(Waits::Time(tag)), is_open: false });
             begin = until;
         }
         if due.is_none() || begin < end {
-            self.slices.push(Slice { begin, end, what, is_open });
+            self.slice(Slice { begin, end, what, is_open });
         }
+    }
+
+    fn slice(&mut self, slice: Slice) {
+        (self.told)(Told::Slice(slice));
     }
 
     fn end(&mut self, at: i64) {

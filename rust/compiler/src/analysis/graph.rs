@@ -21,6 +21,9 @@ pub(super) struct Step {
     pub(super) instance: usize,
     /// The innermost mode that it is in.
     pub(super) mode: Option<usize>,
+    /// The mode outside of which it never runs: none for a reaction to `shutdown`, which also runs at the last tag when
+    /// its mode has been left.
+    pub(super) confined: Option<usize>,
     pub(super) work: Work,
 }
 
@@ -372,7 +375,9 @@ impl Graph {
                 }
                 let step = self.steps.len();
                 let mode = tree.mode_of(position, reaction.ast.mode);
-                self.steps.push(Step { instance: position, mode, work: Work::Reaction(index) });
+                let ends = reaction.parameters.iter().any(|it| it.variable == Variable::Shutdown);
+                let confined = mode.filter(|_| !ends);
+                self.steps.push(Step { instance: position, mode, confined, work: Work::Reaction(index) });
                 for parameter in &reaction.parameters {
                     if let Variable::Mode(mode, Transition::Reset) = parameter.variable {
                         self.resets.extend(tree.mode_of(position, Some(mode)));
@@ -399,7 +404,8 @@ impl Graph {
         }
         for (position, link) in self.links.iter().enumerate().filter(|(_, link)| link.copies) {
             let step = self.steps.len();
-            self.steps.push(Step { instance: self.instance[link.to], mode: link.mode, work: Work::Copy(position) });
+            let (instance, mode) = (self.instance[link.to], link.mode);
+            self.steps.push(Step { instance, mode, confined: mode, work: Work::Copy(position) });
             self.writers[self.root[link.to]].push(step);
             self.readers[self.root[link.from]].push((step, true));
         }

@@ -6,6 +6,7 @@ mod classes;
 mod ends;
 mod federate;
 mod graph;
+mod last_tag;
 mod network;
 mod order;
 mod physical;

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Levels: reactions that write before those that read, and within an instance in the order of declaration.
 //!
+//! Of two reactions that can run at one tag, and share a reactor's state or a port, one waits for the other. So levels,
+//! which are other ones where the program is federated, decide nothing that it can see.
+//!
 //! They are common to all federates: what is sent without `after` is received at a higher level than that of sending.
 //! So federates that wait for each other within a tag cannot all wait, for one of them waits at the lowest level.
 
 use std::collections::BTreeMap;
 
 use super::graph::{Graph, Node, Step, Work};
+use super::last_tag;
 use super::zero_delay::is_immediate;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
@@ -22,18 +26,18 @@ pub(super) struct Levels {
 }
 
 /// What runs at a level: reactions by their position in the graph, then connections to other federates by theirs.
-type Vertex = usize;
+pub(super) type Vertex = usize;
 
 /// Why one comes after another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reason {
+pub(super) enum Reason {
     /// It is declared later in the same reactor.
     Declared,
     /// It reads or sends a port that the other one writes or fills.
     Port(Node),
 }
 
-type Followers = Vec<Vec<(Vertex, Reason)>>;
+pub(super) type Followers = Vec<Vec<(Vertex, Reason)>>;
 
 /// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
 /// for each other.
@@ -43,32 +47,19 @@ pub(super) fn order(
     classes: &[Class<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Option<Levels> {
-    let followers = collect_followers(graph, tree);
-    let count = followers.len();
-    let mut missing = vec![0_usize; count];
-    for (follower, _) in followers.iter().flatten() {
-        missing[*follower] += 1;
-    }
-    let mut levels = vec![0_usize; count];
-    let mut ready: Vec<_> = (0..count).filter(|vertex| missing[*vertex] == 0).collect();
-    let mut done = Vec::with_capacity(count);
-    while let Some(vertex) = ready.pop() {
-        done.push(vertex);
-        for (follower, _) in &followers[vertex] {
-            levels[*follower] = levels[*follower].max(levels[vertex] + 1);
-            missing[*follower] -= 1;
-            if missing[*follower] == 0 {
-                ready.push(*follower);
-            }
-        }
-    }
-    if done.len() < count {
-        if let Some(cycle) = find_cycle(&followers, &missing) {
+    let mut followers = collect_followers(graph, tree);
+    let mut sorted = sort(&followers);
+    if sorted.order.len() < followers.len() {
+        if let Some(cycle) = find_cycle(&followers, &sorted.missing) {
             diagnostics.push(CycleNames { graph, tree, classes }.report(&cycle));
         }
         return None;
     }
-    let deadlines = inherited(deadlines(graph, tree, classes), &done, &followers);
+    if last_tag::order(graph, tree, classes, &mut followers) {
+        sorted = sort(&followers);
+    }
+    let Sorted { order, mut levels, .. } = sorted;
+    let deadlines = inherited(deadlines(graph, tree, classes), &order, &followers);
     by_deadline(&mut levels, &deadlines);
     // The highest number stands for "no level".
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
@@ -79,6 +70,37 @@ pub(super) fn order(
     };
     let sends = steps.split_off(graph.steps.len());
     Some(Levels { steps, sends })
+}
+
+/// All vertices that are in no cycle and behind none.
+struct Sorted {
+    /// Each behind all that it follows.
+    order: Vec<Vertex>,
+    levels: Vec<usize>,
+    /// By vertex: how many of those that it follows are not in the order.
+    missing: Vec<usize>,
+}
+
+fn sort(followers: &Followers) -> Sorted {
+    let count = followers.len();
+    let mut missing = vec![0_usize; count];
+    for (follower, _) in followers.iter().flatten() {
+        missing[*follower] += 1;
+    }
+    let mut levels = vec![0_usize; count];
+    let mut ready: Vec<_> = (0..count).filter(|vertex| missing[*vertex] == 0).collect();
+    let mut order = Vec::with_capacity(count);
+    while let Some(vertex) = ready.pop() {
+        order.push(vertex);
+        for (follower, _) in &followers[vertex] {
+            levels[*follower] = levels[*follower].max(levels[vertex] + 1);
+            missing[*follower] -= 1;
+            if missing[*follower] == 0 {
+                ready.push(*follower);
+            }
+        }
+    }
+    Sorted { order, levels, missing }
 }
 
 /// The deadlines by which reactions come first, in nanoseconds; the highest number for none. What is not known is told
@@ -131,7 +153,7 @@ fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         behind[graph.root[link.from]].push(sends + position);
     }
-    let mode = |vertex: Vertex| graph.steps.get(vertex).and_then(|step| step.mode);
+    let mode = |vertex: Vertex| graph.steps.get(vertex).and_then(|step| step.confined);
     let mut follow = |vertex: Vertex, node: Node| {
         // Those that exclude each other never wait for each other.
         let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
@@ -145,10 +167,25 @@ fn collect_followers(graph: &Graph, tree: &Tree) -> Followers {
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| is_immediate(link)) {
         follow(sends + position, link.to);
     }
+    order_copies(graph, tree, &mut followers);
     followers
 }
 
-/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes.
+/// A connection of a mode and a reaction to `shutdown` of another mode can set a port at one tag. The connection does
+/// that last.
+fn order_copies(graph: &Graph, tree: &Tree, followers: &mut Followers) {
+    for writers in &graph.writers {
+        let copies = |writer: usize| matches!(graph.steps[writer].work, Work::Copy(_));
+        for reaction in writers.iter().copied().filter(|writer| !copies(*writer)) {
+            let apart = |copy: usize| tree.exclude(graph.steps[reaction].confined, graph.steps[copy].confined);
+            let behind = writers.iter().copied().filter(|copy| copies(*copy) && !apart(*copy));
+            followers[reaction].extend(behind.map(|copy| (copy, Reason::Declared)));
+        }
+    }
+}
+
+/// The reactions of an instance follow each other as they are declared, as far as they are not in different modes. For
+/// the last tag, [`last_tag`] has more.
 fn declared_order(graph: &Graph, tree: &Tree, followers: &mut Followers) {
     // The last reactions of the instance so far: any other one is before one of them.
     let mut last: Vec<usize> = Vec::new();

@@ -6,79 +6,185 @@ use std::fmt;
 use lf_model::time::Interval;
 
 use super::line::Value;
-use super::script::Script;
+use super::script::{Change, Script, ScriptError};
 
 /// An input becomes active, or is no more.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Move {
     /// Since the start.
     pub at: Interval,
-    /// Whether the script means this federate alone.
+    /// Whether the script means this federate alone, which has to have the pin then.
     pub is_own: bool,
     /// The input.
     pub pin: String,
     /// What it is from then on.
     pub active: bool,
+    /// Where the script says so.
+    pub line: u32,
 }
 
 impl fmt::Display for Move {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { at, is_own, pin, active } = self;
+        let Self { at, is_own, pin, active, line } = self;
         let whose = if *is_own { "own" } else { "any" };
-        write!(f, "{} {whose} {pin} {}", at.as_nanos(), u8::from(*active))
+        write!(f, "{} {whose} {pin} {} {line}", at.as_nanos(), u8::from(*active))
     }
 }
 
-/// All moves of pins that a script has for a federate, in order, and the devices in it that are no pins.
+/// A participant of a federation, and what it takes of a script.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reader {
+    /// The federate.
+    pub name: String,
+    /// What it takes.
+    pub takes: Takes,
+}
+
+/// What a participant takes of a script.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Takes {
+    /// A program for Linux finds values of all devices, and says itself what it cannot use.
+    All,
+    /// An image on native_sim finds levels of pins.
+    Pins,
+    /// An image without emulated pins, or on a board of another kind.
+    Nothing,
+}
+
+/// Checks that each line of a script makes sense, and that a participant for which it is can carry it out.
 ///
 /// # Errors
-/// The first line of the script that makes no sense.
-pub fn moves(script: &str, federate: &str) -> Result<(Vec<Move>, Vec<String>), String> {
-    let script = Script::read(script).map_err(|error| error.to_string())?;
+/// All lines of which that is not so, and why.
+pub fn check(script: &str, readers: &[Reader]) -> Result<(), String> {
+    checked(script, readers).map(drop).map_err(|error| error.to_string())
+}
+
+fn checked(script: &str, readers: &[Reader]) -> Result<Script, ScriptError> {
+    let script = Script::read(script)?;
+    let mut lines = refused(&script, readers);
+    lines.sort_by_key(|(line, _)| *line);
+    if lines.is_empty() { Ok(script) } else { Err(ScriptError { lines }) }
+}
+
+/// All moves of pins that a script has for a federate, in order. Without readers, the federate is alone.
+///
+/// # Errors
+/// All lines of the script that make no sense, or that no participant that they are for can carry out.
+pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Move>, String> {
+    let alone = [Reader { name: federate.to_owned(), takes: Takes::Pins }];
+    let readers = if readers.is_empty() { &alone } else { readers };
+    let script = checked(script, readers).map_err(|error| error.to_string())?;
     let own = format!("{federate}.");
-    let (mut moves, mut others) = (Vec::new(), script.bound.keys().cloned().collect::<Vec<_>>());
+    let mut moves = Vec::new();
     for (name, changes) in &script.devices {
         let pin = name.strip_prefix(&own);
         if pin.is_none() && script.devices.contains_key(&format!("{own}{name}")) {
             continue;
         }
-        let level = |value: &Value| match value {
-            Value::Number(0.0) => Some(false),
-            Value::Number(1.0) => Some(true),
-            _ => None,
-        };
-        let levels: Option<Vec<_>> =
-            changes.iter().map(|change| level(&change.value).map(|level| (change.at, level))).collect();
-        let Some(levels) = levels else {
-            others.push(name.clone());
-            continue;
-        };
-        let is_own = pin.is_some();
+        // Without others, it is this one that is meant.
+        let is_own = pin.is_some() || readers.len() == 1;
         let pin = pin.unwrap_or(name);
-        moves.extend(levels.into_iter().map(|(at, active)| Move { at, is_own, pin: pin.to_owned(), active }));
+        moves.extend(changes.iter().filter_map(|Change { at, value, line }| {
+            let active = level(value)?;
+            Some(Move { at: *at, is_own, pin: pin.to_owned(), active, line: *line })
+        }));
     }
     moves.sort_by_key(|change| change.at);
-    Ok((moves, others))
+    Ok(moves)
+}
+
+/// The lines that nobody can carry out for whom they are, and why.
+fn refused(script: &Script, readers: &[Reader]) -> Vec<(u32, String)> {
+    let changed = script.devices.iter().flat_map(|(name, changes)| {
+        // One line can stand for many changes.
+        let mut lines: Vec<_> = changes.iter().map(|it| (it.line, level(&it.value).is_some())).collect();
+        lines.sort_unstable();
+        lines.dedup();
+        lines.into_iter().map(move |(line, is_level)| (line, name, is_level))
+    });
+    let bound = script.bound.iter().map(|(name, bound)| (bound.line, name, false));
+    changed.chain(bound).filter_map(|(line, name, is_level)| Some((line, refusal(name, is_level, readers)?))).collect()
+}
+
+/// Why nobody can take a value of a device, if it is so.
+fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
+    let (owner, device) = name.split_once('.').map_or((None, name), |(owner, device)| (Some(owner), device));
+    let meant: Vec<_> = readers.iter().filter(|reader| owner.is_none_or(|owner| reader.name == owner)).collect();
+    let is_level = is_level && !device.contains('@') && !is_part(device);
+    let takes = |reader: &&Reader| match reader.takes {
+        Takes::All => true,
+        Takes::Pins => is_level,
+        Takes::Nothing => false,
+    };
+    if meant.iter().any(takes) {
+        return None;
+    }
+    let who = match (owner, &meant[..]) {
+        (Some(owner), []) => return Some(format!("there is no federate {owner}")),
+        (_, [one]) => format!("{} is an image, which finds", one.name),
+        _ => "all participants are images, which find".to_owned(),
+    };
+    Some(if meant.iter().any(|reader| reader.takes == Takes::Pins) {
+        format!("{device}: {who} levels of pins, 0 or 1, and nothing else; a program for Linux finds it")
+    } else {
+        format!("{device}: {who} nothing of a script: only images on native_sim with emulated pins do")
+    })
+}
+
+/// Whether a name in brackets is not a number within the device's own name, as in `keys[1]`.
+fn is_part(device: &str) -> bool {
+    let inside = device.split_once('[').and_then(|(_, rest)| rest.strip_suffix(']'));
+    inside.is_some_and(|name| name.parse::<u8>().is_err())
+}
+
+fn level(value: &Value) -> Option<bool> {
+    match value {
+        Value::Number(0.0) => Some(false),
+        Value::Number(1.0) => Some(true),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn readers(takes: &[(&str, Takes)]) -> Vec<Reader> {
+        takes.iter().map(|(name, takes)| Reader { name: (*name).to_owned(), takes: *takes }).collect()
+    }
+
     #[test]
     fn moves_are_in_order_and_those_for_one_federate_count_first() {
         let script = "2 ms sw0 1 every 2 ms until 4 ms\n3 ms sw0 0\n1 ms b.sw1 1\n1 ms sw1 1\n5 ms line \"text\"\n";
+        let readers = readers(&[("a", Takes::Pins), ("b", Takes::Pins), ("c", Takes::All)]);
         let told = |federate: &str| {
-            let (moves, others) = moves(script, federate).expect("it makes sense");
-            assert_eq!(others, ["line"]);
+            let moves = moves(script, federate, &readers).expect("it makes sense");
             moves.iter().map(Move::to_string).collect::<Vec<_>>()
         };
-        let sw0 = ["2000000 any sw0 1", "3000000 any sw0 0", "4000000 any sw0 1"];
-        assert_eq!(told("b"), [&["1000000 own sw1 1"], &sw0[..]].concat());
-        assert_eq!(told("a"), [&["1000000 any b.sw1 1", "1000000 any sw1 1"], &sw0[..]].concat());
+        let sw0 = ["2000000 any sw0 1 1", "3000000 any sw0 0 2", "4000000 any sw0 1 1"];
+        assert_eq!(told("b"), [&["1000000 own sw1 1 3"], &sw0[..]].concat());
+        assert_eq!(told("a"), [&["1000000 any b.sw1 1 3", "1000000 any sw1 1 4"], &sw0[..]].concat());
         assert_eq!(
-            moves("1 ms", "a").err(),
+            moves("1 ms", "a", &readers).err(),
             Some("line 1: after the time comes the name of a device, and its value".to_owned())
         );
+        assert!(moves("1 ms sw0 1", "a", &readers[..1]).is_ok_and(|moves| moves[0].is_own));
+    }
+
+    /// Whatever the kind of device: a line is taken by somebody for whom it is, or refused with its number.
+    #[test]
+    fn a_line_that_nobody_can_carry_out_is_an_error_that_names_it() {
+        let text = "0 s t@48[0x00] 0x1980\n0 s t[ambient_temp] 1\n0 s adc0 1500\n0 s uart \"x\"\n0 s b.sw0 1\n\
+                    led0 gpio /dev/gpiochip0 17\n0 s sw0 1\n0 s keys[1] 1\n0 s x.sw0 1\n";
+        let lines = |takes: &[(&str, Takes)]| {
+            let refused = moves(text, "a", &readers(takes)).expect_err("some are refused");
+            let number = |line: &str| line.strip_prefix("line ")?.split(':').next()?.parse::<u32>().ok();
+            refused.lines().filter_map(number).collect::<Vec<_>>()
+        };
+        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 9]);
+        assert_eq!(lines(&[("a", Takes::Nothing), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::All)]), [9]);
+        let error = moves("\n0 s t[0x00] 7", "a", &readers(&[("a", Takes::Pins)])).expect_err("it has no registers");
+        assert!(error.starts_with("line 2: t[0x00]: a is an image, which finds levels of pins"), "{error}");
     }
 }

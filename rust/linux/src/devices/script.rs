@@ -17,6 +17,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use lf_devices::Channel;
 use lf_model::time::Interval;
 
 use super::binding::Bound;
@@ -43,16 +44,18 @@ pub(crate) struct Script {
     pub(super) bound: BTreeMap<String, Bound>,
 }
 
-/// What is wrong with a line.
+/// What is wrong with lines, in their order.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct ScriptError {
-    line: usize,
-    what: String,
+    pub(super) lines: Vec<(u32, String)>,
 }
 
 impl fmt::Display for ScriptError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "line {}: {}", self.line, self.what)
+        for (index, (line, what)) in self.lines.iter().enumerate() {
+            write!(f, "{}line {line}: {what}", if index == 0 { "" } else { "\n" })?;
+        }
+        Ok(())
     }
 }
 
@@ -60,40 +63,18 @@ impl Script {
     /// Reads a script.
     ///
     /// # Errors
-    /// The first line that makes no sense.
+    /// All lines that make no sense.
     pub(crate) fn read(text: &str) -> Result<Self, ScriptError> {
         let mut script = Self::default();
+        let mut lines = Vec::new();
         let mut count = 0;
         for (number, line) in (1..).zip(text.lines()) {
             let line = without_comment(line);
             if line.trim().is_empty() {
                 continue;
             }
-            let error = |what| ScriptError { line: number, what };
-            let (line, read) = (u32::try_from(number).unwrap_or(u32::MAX), ScriptLine::read(line).map_err(error)?);
-            let Happening { at, device, value, every, until } = match read {
-                ScriptLine::Change(happening) => happening,
-                ScriptLine::Binding(device, binding) => {
-                    if let Some(Bound { line, .. }) = script.bound.get(&device) {
-                        return Err(error(format!("line {line} says already which device {device} is")));
-                    }
-                    script.bound.insert(device, Bound { line, binding });
-                    continue;
-                }
-            };
-            let changes = script.devices.entry(device).or_default();
-            let mut time = at;
-            loop {
-                count += 1;
-                if count > CHANGES {
-                    return Err(error(format!("there are more than {CHANGES} changes: end the repetition earlier")));
-                }
-                changes.push(Change { at: time, value: value.clone(), line });
-                let Some(every) = every else { break };
-                time = Interval::from_nanos(time.as_nanos().saturating_add(every.as_nanos()));
-                if time > until {
-                    break;
-                }
+            if let Err(what) = ScriptLine::read(line).and_then(|read| script.take(number, read, &mut count)) {
+                lines.push((number, what));
             }
         }
         for changes in script.devices.values_mut() {
@@ -104,22 +85,50 @@ impl Script {
             changes.dedup_by(|earlier, later| earlier.at == later.at && is_replaced(earlier) && is_replaced(later));
             changes.reverse();
         }
-        script.is_either_real_or_simulated()?;
-        Ok(script)
+        lines.extend(script.both_real_and_simulated());
+        lines.sort_by_key(|(line, _)| *line);
+        if lines.is_empty() { Ok(script) } else { Err(ScriptError { lines }) }
+    }
+
+    /// Adds what a line says. `count` is that of changes.
+    fn take(&mut self, line: u32, read: ScriptLine, count: &mut usize) -> Result<(), String> {
+        let Happening { at, device, value, every, until } = match read {
+            ScriptLine::Change(happening) => happening,
+            ScriptLine::Binding(device, binding) => {
+                if let Some(Bound { line, .. }) = self.bound.get(&device) {
+                    return Err(format!("line {line} says already which device {device} is"));
+                }
+                self.bound.insert(device, Bound { line, binding });
+                return Ok(());
+            }
+        };
+        check_part(&device)?;
+        let changes = self.devices.entry(device).or_default();
+        let mut time = at;
+        loop {
+            *count += 1;
+            if *count > CHANGES {
+                return Err(format!("there are more than {CHANGES} changes: end the repetition earlier"));
+            }
+            changes.push(Change { at: time, value: value.clone(), line });
+            let Some(every) = every else { return Ok(()) };
+            time = Interval::from_nanos(time.as_nanos().saturating_add(every.as_nanos()));
+            if time > until {
+                return Ok(());
+            }
+        }
     }
 
     /// What a real device finds nobody can write down before.
-    fn is_either_real_or_simulated(&self) -> Result<(), ScriptError> {
-        for (name, Bound { line, .. }) in &self.bound {
+    fn both_real_and_simulated(&self) -> Vec<(u32, String)> {
+        let of = |(name, Bound { line, .. }): (&String, &Bound)| {
             let of_name = |key: &str| key == name || key.strip_prefix(name.as_str()).is_some_and(is_register);
-            let change = self.devices.iter().filter(|(key, _)| of_name(key)).flat_map(|(_, changes)| changes).next();
-            if let Some(change) = change {
-                let what =
-                    format!("{name} is a device of this computer, says line {line}: what it does is not written");
-                return Err(ScriptError { line: change.line.try_into().unwrap_or(usize::MAX), what });
-            }
-        }
-        Ok(())
+            let changes = self.devices.iter().filter(|(key, _)| of_name(key)).flat_map(|(_, changes)| changes);
+            let first = changes.map(|change| change.line).min()?;
+            let what = format!("{name} is a device of this computer, says line {line}: what it does is not written");
+            Some((first, what))
+        };
+        self.bound.iter().filter_map(of).collect()
     }
 
     /// Which device of this computer a device of a federate is; `None` for one that is simulated.
@@ -153,14 +162,22 @@ impl Script {
 
     /// The devices that should be this federate's, and that it does not have. A name without a federate can be
     /// another's, where there are others.
-    pub(crate) fn unknown<'s>(&'s self, federate: &str, is_alone: bool, knows: impl Fn(&str) -> bool) -> Vec<&'s str> {
+    pub(crate) fn unknown<'s>(
+        &'s self,
+        federate: &str,
+        is_alone: bool,
+        knows: impl Fn(&str) -> bool,
+    ) -> Vec<(u32, &'s str)> {
         let own = format!("{federate}.");
         let knows = |name: &str| knows(name) || knows(name.split(['@', '[']).next().unwrap_or(name));
         let is_unknown = |name: &&'s String| match name.strip_prefix(&own) {
             Some(device) => !knows(device),
             None => is_alone && !knows(name),
         };
-        self.devices.keys().chain(self.bound.keys()).filter(is_unknown).map(String::as_str).collect()
+        let changed = self.devices.iter().map(|(name, changes)| (changes.first().map_or(0, |it| it.line), name));
+        let bound = self.bound.iter().map(|(name, bound)| (bound.line, name));
+        let unknown = changed.chain(bound).filter(|(_, name)| is_unknown(name));
+        unknown.map(|(line, name)| (line, name.as_str())).collect()
     }
 }
 
@@ -193,6 +210,32 @@ impl<'s> Part<'s> {
     }
 }
 
+/// Whether what is in brackets behind a device's name can be a part of a device: a register, a channel of a sensor, or
+/// a number in the device's own name.
+fn check_part(device: &str) -> Result<(), String> {
+    let Some(begin) = device.find(['@', '[']) else { return Ok(()) };
+    let (name, behind) = device.split_at(begin);
+    let wrong = |what: &str| Err(format!("\"{device}\" is no part of a device: {what}"));
+    let Some((address, rest)) = behind.split_once('[') else {
+        return wrong("behind an address comes a register, such as [0x00]");
+    };
+    let Some(part) = rest.strip_suffix(']').filter(|_| !name.is_empty()) else {
+        return wrong("it has to be a name, perhaps an address, and a register or a channel in brackets");
+    };
+    if let Some(address) = address.strip_prefix('@') {
+        if u8::from_str_radix(hexadecimal(address), 16).is_err() {
+            return wrong("an address is hexadecimal, such as @48, and ff at most");
+        }
+    } else if !address.is_empty() {
+        return wrong("an address begins with @, as in @48[0x00]");
+    }
+    let is_channel = Channel::ALL.iter().any(|channel| channel.name() == part);
+    if is_channel || (Part { address: None, name: part }).register().is_some() {
+        return Ok(());
+    }
+    wrong("in brackets is a register, from 0x00 to 0xff, or a channel that sensors have, such as ambient_temp")
+}
+
 /// Whether this behind the name of a device is not a part of the name, as `[1]` is in `keys[1]`.
 fn is_register(text: &str) -> bool {
     Part::read(text).is_some_and(|part| part.address.is_some() || part.name.starts_with("0x"))
@@ -221,8 +264,8 @@ mod tests {
         assert_eq!(numbers(script.changes("a", "sw0")), [(ms(10), 1.0), (ms(30), 0.0)]);
         assert_eq!(numbers(script.changes("b", "sw0")), [(ms(1000), 1.0)]);
         assert_eq!(script.changes("a", "led0"), []);
-        assert_eq!(script.unknown("a", true, |_| false), ["b.sw0", "sw0"]);
-        assert_eq!(script.unknown("b", false, |_| false), ["b.sw0"]);
+        assert_eq!(script.unknown("a", true, |_| false), [(6, "b.sw0"), (4, "sw0")]);
+        assert_eq!(script.unknown("b", false, |_| false), [(6, "b.sw0")]);
     }
 
     #[test]
@@ -248,7 +291,7 @@ mod tests {
             ]
         );
         assert_eq!(parts.iter().map(|(part, _)| part.register()).collect::<Vec<_>>(), [Some(1), None, Some(2)]);
-        assert_eq!(script.unknown("a", true, |name| name == "t"), ["tt[0]"]);
+        assert_eq!(script.unknown("a", true, |name| name == "t"), [(4, "tt[0]")]);
     }
 
     #[test]
@@ -258,6 +301,24 @@ mod tests {
         let texts: Vec<_> = script.changes("", "line").iter().map(|change| (change.at, &change.value)).collect();
         let first = Value::Text(b"a \"b\" # \r\n".to_vec());
         assert_eq!(texts, [(ms(1000), &first), (ms(1000), &Value::Text(b"c".to_vec())), (ms(2000), &first)]);
+    }
+
+    #[test]
+    fn every_line_without_sense_is_named() {
+        let text = "5 ms sw0\n1 s sw1 1\nled0 gpio /dev/gpiochip0 17\n6 ms t@xyz[0] 1\n7 ms led0 1";
+        let error = Script::read(text).expect_err("three lines make no sense").to_string();
+        let lines: Vec<_> = error.lines().filter_map(|line| line.split(':').next()).collect();
+        assert_eq!(lines, ["line 1", "line 4", "line 5"], "{error}");
+    }
+
+    #[test]
+    fn a_part_that_no_device_can_have_is_named() {
+        for part in ["t@48", "t@123[0]", "t[ambient_tmp]", "t[0x100]", "t[300]", "t48[0", "[0]", "t@[0]"] {
+            let error = Script::read(&format!("\n0 s {part} 1")).expect_err(part).to_string();
+            assert!(error.starts_with(&format!("line 2: \"{part}\" is no part of a device")), "{error}");
+        }
+        Script::read("0 s keys[1] 1\n0 s t@48[0x00] 0x01\n0 s t[255] 1\n0 s t[ambient_temp] 1")
+            .expect("these are sound");
     }
 
     #[test]

@@ -319,8 +319,9 @@ impl Drop for Running {
     fn drop(&mut self) {
         let simulation = Simulation::of_program();
         let known = simulation.lock().used.clone();
-        for name in simulation.script.unknown(&simulation.federate, simulation.is_alone, |name| known.contains(name)) {
-            log::warn!("the script for devices has values of {name}, which this program has not read");
+        let knows = |name: &str| known.contains(name);
+        for (line, name) in simulation.script.unknown(&simulation.federate, simulation.is_alone, knows) {
+            log::warn!("the script for devices has values of {name} (line {line}), which this program has not read");
         }
         let Some(path) = &simulation.recording else { return };
         let write = || recording::write(BufWriter::new(File::create(path)?), &[simulation.recorded()]);

@@ -39,6 +39,8 @@ pub enum Event {
     Ends(bool),
     /// So many records were lost here, because there was no room for more.
     Lost(u64),
+    /// In a file that goes on at its beginning when it is full: the newest record is before this, the oldest behind.
+    Seam,
 }
 
 /// A message as far as it is recorded.
@@ -58,7 +60,7 @@ pub struct Word {
 }
 
 /// What a message says.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 #[repr(u8)]
 pub enum Subject {
     /// A value.

@@ -213,6 +213,7 @@ impl Fields {
             Event::WaitEnds => Self::new(10),
             Event::Ends(failed) => Self { detail: failed.into(), ..Self::new(11) },
             Event::Lost(count) => Self { time: count.cast_signed(), ..Self::new(12) },
+            Event::Seam => Self::new(13),
         }
     }
 
@@ -238,6 +239,7 @@ impl Fields {
             10 => Event::WaitEnds,
             11 => Event::Ends(self.detail != 0),
             12 => Event::Lost(self.time.cast_unsigned()),
+            13 => Event::Seam,
             _ => return None,
         })
     }
@@ -307,7 +309,7 @@ mod tests {
         #[test]
         fn records_are_the_same_when_they_are_read_again(
             mut bytes: [u8; RECORD_BYTES],
-            kind in 0u8..14,
+            kind in 0u8..15,
             detail in 0u8..16,
         ) {
             (bytes[24], bytes[25]) = (kind, detail);

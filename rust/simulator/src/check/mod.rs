@@ -5,6 +5,7 @@
 mod direct;
 mod ends;
 mod late;
+mod order;
 mod traces;
 mod wire;
 
@@ -15,6 +16,7 @@ use lf_model::time::Tag;
 pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use late::{LateCounts, late};
+pub(crate) use order::order;
 pub(crate) use traces::{Difference, Expected, in_order, traces};
 pub(crate) use wire::{Counts, Seen, Watch};
 
@@ -25,6 +27,8 @@ pub(crate) enum Violation {
     TagOrder { federate: usize, before: Tag, after: Tag },
     /// A federate did something else than the same program does unfederated.
     Trace { federate: usize, difference: Difference },
+    /// Reactions of a federate that can run at one tag run in another order than the same program has unfederated.
+    Unordered { federate: usize, first: String, second: String },
     /// A message came for a tag that had been granted before.
     GrantViolated { federate: usize, grant: &'static str, granted: Tag, message: Tag },
     /// A grant was for an earlier tag than the one before it.
@@ -69,6 +73,7 @@ impl Violation {
         match self {
             Self::TagOrder { .. } => "tag-order",
             Self::Trace { .. } => "same-trace-as-unfederated",
+            Self::Unordered { .. } => "same-order-as-unfederated",
             Self::GrantViolated { .. } => "no-message-after-grant",
             Self::GrantOrder { .. } => "grants-in-order",
             Self::Deadlock { .. } => "no-deadlock",
@@ -99,6 +104,9 @@ impl fmt::Display for Violation {
                 write!(f, "f{federate} handled an event at {after} after one at {before}")
             }
             Self::Trace { federate, difference } => write!(f, "f{federate} {difference}"),
+            Self::Unordered { federate, first, second } => {
+                write!(f, "f{federate} runs {first} before {second}, and unfederated it is the other way round")
+            }
             Self::GrantViolated { federate, grant, granted, message } => {
                 write!(f, "f{federate} was sent a message with tag {message} after {grant} {granted}")
             }

@@ -71,7 +71,8 @@ impl FederateMemory {
         let settings = Settings {
             federated: true,
             timeout: target.timeout_ns.map(Interval::from_nanos),
-            keepalive: target.keepalive,
+            // As for all programs in Rust, which know who can make an event for them.
+            keepalive: false,
             fast: target.fast,
         };
         let federation = federation(plan, federate, tables);

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use lf_linux::model::time::Interval;
-use lf_linux::rti::{Options, Trace, TraceFormat};
+use lf_linux::rti::{Options, TRACE_MIB, Trace, TraceFormat};
 
 use crate::time;
 
@@ -78,6 +78,9 @@ pub struct RtiArgs {
     /// Record what happens in this file, which `lfz trace` reads beside those of the federates.
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
+    /// How large the file of --trace may be, in MiB; when it is full, the oldest records are dropped.
+    #[arg(long, value_name = "MIB", default_value_t = TRACE_MIB, value_parser = clap::value_parser!(u32).range(1..))]
+    trace_limit: u32,
     /// A certificate and its key.
     #[arg(long, num_args = 0.., hide = true)]
     tls: Option<Vec<String>>,
@@ -144,6 +147,7 @@ impl RtiArgs {
             log_waits: self.log_waits,
             traces: self.traces(),
             record: self.trace.clone(),
+            record_limit: self.trace_limit,
             payload_bytes_max: match self.max_message {
                 None => Options::payload_bytes_max_default(),
                 Some(bytes) => usize::try_from(bytes).unwrap_or(usize::MAX),

@@ -16,13 +16,14 @@ impl FederateModule<'_> {
         description.set("program", format_args!("{:?}", self.plan.name));
         description.set("name", format_args!("{:?}", self.federate.name));
         description.set_if(target.timeout_ns.is_some(), "timeout", optional_ns(target.timeout_ns));
-        // Alone, a program that nobody can make an event for has nothing to stay for: lfc's Rust target ends it, too.
-        // In C anybody may have started a thread, and physical actions are there to be scheduled.
+        // Bodies in Rust have links for what schedules from outside, and other federates are known. So a program for
+        // which nobody can make an event has nothing to stay for: lfc's Rust target ends it, too. In C anybody may have
+        // started a thread, and physical actions are there to be scheduled.
         let of_c = self.layout().is_none();
         let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
         let may_end = self.rti.is_none() && target.c.keepalive == Some(false);
-        let stays = of_c && !may_end && self.federate.triggers.iter().any(physical);
-        let keepalive = stays || target.keepalive && (of_c || self.rti.is_some());
+        let stays = target.keepalive || !may_end && self.federate.triggers.iter().any(physical);
+        let keepalive = of_c && stays;
         description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
         let federation = self.rti.as_ref().map(|rti| self.federation(rti, &mut uses));

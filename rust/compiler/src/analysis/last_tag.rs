@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The order of reactions that meet at the last tag alone: those to `shutdown` of modes that have been left, and those of
+//! the mode that is active.
+//!
+//! They follow each other as they are declared, unless the one that is declared later comes first for another reason. So
+//! a mode can drive what another one listens to, and no cycle comes of it. What a reason is must not depend on whether
+//! the program is federated, so it is looked for in what both have in common.
+
+use std::collections::BTreeSet;
+
+use super::graph::{Graph, Node, Step, Work};
+use super::order::{Followers, Reason, Vertex};
+use crate::instances::Tree;
+use crate::resolve::{Class, Variable};
+
+/// Adds that order to who follows whom, which has no cycles. Returns whether there are such reactions.
+pub(super) fn order(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers: &mut Followers) -> bool {
+    let outlasts = |position: usize| graph.steps[position].confined != graph.steps[position].mode;
+    let last: Vec<_> = (0..graph.steps.len()).filter(|position| outlasts(*position)).collect();
+    if last.is_empty() {
+        return false;
+    }
+    let mut common = followers.clone();
+    join_shares(graph, tree, &mut common);
+    join_around(graph, tree, classes, &mut common);
+    for position in last {
+        let step = graph.steps[position];
+        for other in graph.reactions_of(step.instance) {
+            let is_second_look = other < position && outlasts(other);
+            if is_second_look || !tree.exclude(step.mode, graph.steps[other].mode) {
+                continue;
+            }
+            let (first, second) = (position.min(other), position.max(other));
+            let is_reversed = leads(&common, second, first) && !leads(followers, first, second);
+            let (first, second) = if is_reversed { (second, first) } else { (first, second) };
+            followers[first].push((second, Reason::Declared));
+            common[first].push((second, Reason::Declared));
+        }
+    }
+    true
+}
+
+/// Unfederated, the reactions of the federated reactor are those of one instance, and follow each other.
+fn join_shares(graph: &Graph, tree: &Tree, followers: &mut Followers) {
+    let declared = |(position, step): (usize, &Step)| match step.work {
+        Work::Reaction(reaction) if tree.is_share(step.instance) => Some((reaction, position)),
+        _ => None,
+    };
+    let mut shared: Vec<_> = graph.steps.iter().enumerate().filter_map(declared).collect();
+    shared.sort_unstable();
+    for pair in shared.windows(2) {
+        followers[pair[0].1].push((pair[1].1, Reason::Declared));
+    }
+}
+
+/// Federated, nobody knows in which mode something was sent that comes back by connections of the federated reactor, so
+/// reactions of other modes follow that, too.
+fn join_around(graph: &Graph, tree: &Tree, classes: &[Class<'_>], followers: &mut Followers) {
+    for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| step.mode.is_some()) {
+        for node in reads(graph, tree, classes, position).into_iter().filter(|node| is_from_around(graph, tree, *node))
+        {
+            let root = graph.root[node];
+            for writer in &graph.writers[root] {
+                if tree.exclude(graph.steps[*writer].confined, step.confined) {
+                    followers[*writer].push((position, Reason::Port(root)));
+                }
+            }
+        }
+    }
+}
+
+/// The ports that a step reads, as it sees them.
+fn reads(graph: &Graph, tree: &Tree, classes: &[Class<'_>], position: usize) -> Vec<Node> {
+    let step = graph.steps[position];
+    if let Work::Copy(link) = step.work {
+        return vec![graph.links[link].from];
+    }
+    let parameters = graph.reaction(position, tree, classes).map_or(&[][..], |reaction| &reaction.parameters);
+    let ports = parameters.iter().filter(|it| !it.effect).filter_map(|parameter| match parameter.variable {
+        Variable::Port(port) => Some(port),
+        _ => None,
+    });
+    ports.flat_map(|port| graph.nodes(tree, step.instance, port)).collect()
+}
+
+/// Whether a port is fed by a connection between two instances in the main reactor, without a delay.
+fn is_from_around(graph: &Graph, tree: &Tree, node: Node) -> bool {
+    let is_top = |node: Node| tree.instances[graph.instance[node]].parent == Some(0);
+    let mut at = node;
+    while at != graph.root[at] {
+        let Some(link) = graph.into[at].map(|link| &graph.links[link]) else { return false };
+        if is_top(link.from) && is_top(link.to) {
+            return true;
+        }
+        at = link.from;
+    }
+    false
+}
+
+/// Whether one vertex follows another one, directly or behind others.
+fn leads(followers: &Followers, from: Vertex, to: Vertex) -> bool {
+    let mut seen = BTreeSet::from([from]);
+    let mut open = vec![from];
+    while let Some(vertex) = open.pop() {
+        if vertex == to {
+            return true;
+        }
+        open.extend(followers[vertex].iter().map(|(follower, _)| *follower).filter(|follower| seen.insert(*follower)));
+    }
+    false
+}
