@@ -2,7 +2,7 @@
 //! The memory of the RTI, which its owner gives.
 
 use lf_model::time::{Instant, Tag};
-use lf_wire::ADDRESS_PORT_UNKNOWN;
+use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
 
 use super::config::SetupError;
 use super::graph::Node;
@@ -126,6 +126,8 @@ pub struct Slot {
     pub(super) vacated: bool,
     /// Its clock, once it has sent it.
     pub(super) clock: Option<Instant>,
+    /// The last byte of its last question for an address may still come.
+    pub(super) query_end: QueryEnd,
     /// It wants to be granted the stop tag in its turn.
     pub(super) stops_in_turn: bool,
     /// It has asked to stop, or has agreed to.
@@ -153,6 +155,7 @@ impl Slot {
         pending: Pending::NONE,
         vacated: false,
         clock: None,
+        query_end: QueryEnd::NONE,
         stops_in_turn: false,
         stop_agreed: false,
         address: [0; 4],

@@ -69,6 +69,7 @@ struct Connection {
 #[derive(Default)]
 struct Stream {
     bytes: Vec<u8>,
+    query_end: QueryEnd,
     /// What came was no message, so nothing behind it can be told apart.
     unreadable: bool,
 }
@@ -126,15 +127,20 @@ impl<P: Platform> Traced<P> {
         stream.bytes.extend_from_slice(bytes);
         let mut rest = &stream.bytes[..];
         loop {
+            rest = &rest[stream.query_end.take(rest)..];
             let length = match decode(rest, &Limits::NONE) {
                 Ok(Decoded::Complete { message, len }) => {
-                    if let Message::FedIds { federate: id, .. } | Message::FedNonce { federate: id, .. } = message {
+                    if let Message::FedIds { federate: id, .. }
+                    | Message::TransientFedIds { federate: id, .. }
+                    | Message::FedNonce { federate: id, .. } = message
+                    {
                         *federate = Some(id);
                     }
                     if let (Message::UdpPort(port), Some(federate)) = (message, *federate) {
                         self.ports.insert(SocketAddrV4::new(*address, port), federate);
                     }
                     self.table.add(now, direction, *federate, &message);
+                    stream.query_end.follow(&message);
                     len
                 }
                 // The RTI skips such a byte, too.
