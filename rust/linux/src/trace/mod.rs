@@ -18,7 +18,7 @@ use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Interest, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Header};
-use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
+use lf_wire::{DecodeError, Decoded, Limits, Message, QueryEnd, decode};
 
 use csv::Csv;
 use lft::Lft;
