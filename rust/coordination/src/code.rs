@@ -361,6 +361,7 @@ coded!(SetupError {
 coded!(Violation {
     Bytes(error), TooLong { bytes, max }, Unexpected(message), Clock(clock), NoSuchFederate(id),
     Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication, HasLeft,
+    Transient,
 });
 coded!(Cause {
     Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,

@@ -5,12 +5,9 @@
 //! address the RTI has led it, answers with ACK or REJECT. There is one connection per direction. What is sent over it
 //! afterwards is up to the owners: the untagged messages of physical connections, or tagged ones and absences.
 
-use lf_wire::{DecodeError, Decoded, Limits, Message, MessageType, RejectCode, decode};
+use lf_wire::{DecodeError, Decoded, IntroductionHeader, Limits, Message, RejectCode, decode};
 
 use crate::FederateId;
-
-/// Bytes of `P2P_SENDING_FED_ID` before the federation id.
-const HEADER_BYTES: usize = MessageType::P2pSendingFedId.fixed_bytes();
 
 /// What a federate that has connected is to be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,14 +18,19 @@ pub enum VisitorReply {
     Introduced(FederateId),
     /// REJECT with this code; the connection is then closed.
     Refuse(RejectCode),
+    /// It says that it is this federate, and transient. REJECT, since nobody here awaits one who comes and goes.
+    Transient(FederateId),
 }
 
 /// The introduction of whoever has connected, as far as it has come. It is compared byte by byte, so that nobody who is
 /// not known takes more memory than this.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Introduction {
-    header: [u8; HEADER_BYTES],
-    taken: usize,
+    header: [u8; IntroductionHeader::BYTES_MAX],
+    /// Bytes of the header.
+    header_len: usize,
+    /// Bytes of the federation id.
+    id_len: usize,
     /// A byte of the federation id was another one.
     differs: bool,
 }
@@ -37,31 +39,41 @@ impl Introduction {
     /// Takes what has come next, which has to be at most as many bytes as are missing.
     pub fn take(&mut self, bytes: &[u8], federation_id: &[u8]) {
         for &byte in bytes {
-            match self.taken.checked_sub(HEADER_BYTES) {
-                None => self.header[self.taken] = byte,
-                Some(place) => self.differs |= federation_id.get(place) != Some(&byte),
+            match self.header(federation_id) {
+                IntroductionHeader::Incomplete(_) => {
+                    if let Some(place) = self.header.get_mut(self.header_len) {
+                        *place = byte;
+                    }
+                    self.header_len += 1;
+                }
+                _ => {
+                    self.differs |= federation_id.get(self.id_len) != Some(&byte);
+                    self.id_len += 1;
+                }
             }
-            self.taken += 1;
         }
+    }
+
+    fn header(&self, federation_id: &[u8]) -> IntroductionHeader {
+        IntroductionHeader::read(self.header.get(..self.header_len).unwrap_or_default(), federation_id.len())
     }
 
     /// What is to be told.
     pub fn judge(&self, federation_id: &[u8]) -> VisitorReply {
-        if self.taken < HEADER_BYTES {
-            return VisitorReply::Incomplete(HEADER_BYTES - self.taken);
+        match self.header(federation_id) {
+            IntroductionHeader::Incomplete(missing) => VisitorReply::Incomplete(missing),
+            IntroductionHeader::Other => VisitorReply::Refuse(RejectCode::WrongServer),
+            IntroductionHeader::From { federate, is_transient, federation_id_bytes } => {
+                match usize::from(federation_id_bytes).checked_sub(self.id_len) {
+                    Some(missing @ 1..) => VisitorReply::Incomplete(missing),
+                    _ if self.differs || usize::from(federation_id_bytes) != federation_id.len() => {
+                        VisitorReply::Refuse(RejectCode::FederationIdMismatch)
+                    }
+                    _ if is_transient => VisitorReply::Transient(FederateId(federate)),
+                    _ => VisitorReply::Introduced(FederateId(federate)),
+                }
+            }
         }
-        let [message_type, low, high, length] = self.header;
-        if message_type != MessageType::P2pSendingFedId.byte() {
-            return VisitorReply::Refuse(RejectCode::WrongServer);
-        }
-        let whole = HEADER_BYTES + usize::from(length);
-        if self.taken < whole {
-            return VisitorReply::Incomplete(whole - self.taken);
-        }
-        if self.differs || usize::from(length) != federation_id.len() {
-            return VisitorReply::Refuse(RejectCode::FederationIdMismatch);
-        }
-        VisitorReply::Introduced(FederateId(u16::from_le_bytes([low, high])))
     }
 }
 
@@ -91,44 +103,67 @@ pub fn read_answer(bytes: &[u8]) -> IntroductionReply {
 
 #[cfg(test)]
 mod tests {
+    use std::vec::Vec;
+
     use super::*;
 
     const ID: &[u8] = b"Unidentified Federation";
 
-    /// Gives so many bytes at a time to a new introduction, never more than it says are missing.
-    fn judge(bytes: &[u8], piece: usize) -> VisitorReply {
+    /// Hands `piece` bytes at a time to a new introduction, never more than it says are missing.
+    fn judge(bytes: &[u8], id: &[u8], piece: usize) -> VisitorReply {
         let mut introduction = Introduction::default();
         let mut rest = bytes;
         loop {
-            let arrival = introduction.judge(ID);
+            let arrival = introduction.judge(id);
             let VisitorReply::Incomplete(missing) = arrival else { return arrival };
             let next = &rest[..rest.len().min(missing).min(piece)];
             if next.is_empty() {
                 return arrival;
             }
-            introduction.take(next, ID);
+            introduction.take(next, id);
             rest = &rest[next.len()..];
         }
     }
 
+    /// An introduction of federate 0 as LF 0.12 sends it, and as LF 0.13 does.
+    fn introductions(id: &[u8]) -> [Vec<u8>; 2] {
+        let length = u8::try_from(id.len()).expect("it is short");
+        [[&[16, 0, 0, length][..], id].concat(), [&[16, 0, 0, 0, length][..], id].concat()]
+    }
+
     /// The bytes of recording 52b, in order: a wrong first message, another federation, the right one.
     #[test]
-    fn arrivals_are_judged_as_in_the_recording() {
-        let introduction = |id: &[u8]| [&[0x10, 0, 0, u8::try_from(id.len()).expect("it is short")][..], id].concat();
+    fn arrivals_of_both_releases_are_judged_as_in_the_recording() {
         for piece in [1, 3, 1000] {
-            let judge = |bytes: &[u8]| judge(bytes, piece);
+            let judge = |bytes: &[u8]| judge(bytes, ID, piece);
             assert_eq!(judge(&[0x12, 0, 0, 1]), VisitorReply::Refuse(RejectCode::WrongServer));
             let refused = VisitorReply::Refuse(RejectCode::FederationIdMismatch);
-            for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], b"", &[ID, b"s"].concat()] {
-                assert_eq!(judge(&introduction(other)), refused);
+            for other in [&b"Another Federation"[..], b"Unidentified Federatiom", &ID[..5], &[ID, b"s"].concat()] {
+                assert_eq!(introductions(other).map(|bytes| judge(&bytes)), [refused; 2]);
             }
-            let right = introduction(ID);
-            assert_eq!(judge(&right), VisitorReply::Introduced(FederateId(0)));
-            for length in 0..right.len() {
-                let VisitorReply::Incomplete(missing) = judge(&right[..length]) else { panic!("{length} bytes") };
-                assert!(missing <= right.len() - length);
+            for right in introductions(ID) {
+                assert_eq!(judge(&right), VisitorReply::Introduced(FederateId(0)));
+                for length in 0..right.len() {
+                    let VisitorReply::Incomplete(missing) = judge(&right[..length]) else { panic!("{length} bytes") };
+                    assert!(missing <= right.len() - length);
+                }
             }
         }
+    }
+
+    /// The length of a federation id of one byte is what a transient federate has at the same place.
+    #[test]
+    fn a_federation_id_of_one_byte_is_understood_in_both_forms() {
+        for id in [&b"x"[..], b"\x01", b"\x00"] {
+            let found = introductions(id).map(|bytes| judge(&bytes, id, 1));
+            assert_eq!(found, [VisitorReply::Introduced(FederateId(0)); 2], "{id:?}");
+        }
+    }
+
+    #[test]
+    fn a_transient_federate_is_known_as_one() {
+        let bytes = [&[16, 7, 0, 1, 23][..], ID].concat();
+        assert_eq!(judge(&bytes, ID, 1), VisitorReply::Transient(FederateId(7)));
     }
 
     #[test]

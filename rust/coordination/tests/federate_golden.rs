@@ -5,8 +5,8 @@
 //! Two differences are allowed, and only these: a NET that repeats the federate's last NET is left out. The recorded
 //! federates often send a NET twice, and always that of their last tag; the README of the recordings says that others
 //! need not. So a NET in a recording is passed over if the NET before it, with or without other messages between the
-//! two, is the same; and our federate never sends such a one. And after many tags with messages our federate asks the
-//! RTI for its own address, to see how far the RTI has come. Everything else has to be there, in the same order, and
+//! two, is the same; and our federate never sends such a one. And after many tags with messages our federate sends
+//! itself a PORT_ABSENT by way of the RTI, to see how far the RTI has come. Everything else has to be there, in the same order, and
 //! nothing more.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
@@ -32,8 +32,7 @@ const NET: u8 = 6;
 const FED_NONCE: u8 = 100;
 /// It asks for a stop in turn, which is nothing to a stock RTI.
 const IN_TURN: [u8; 5] = [15, 0xff, 0xff, 0xff, 0xff];
-const OWN_ADDRESS_QUERY: [u8; 3] = [13, 0, 0];
-const ADDRESS_UNKNOWN: [u8; 9] = [14, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0];
+const PACE_QUESTION: [u8; 17] = [23, 0xff, 0xff, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x80, 0, 0, 0, 0];
 /// Where the federate awaits datagrams, and from where those of the RTI come.
 const UDP_PORT: u16 = 40_000;
 const RTI_UDP: Endpoint = Endpoint { ip: IpAddress::V4(Ipv4Addr::LOCALHOST), port: RTI_UDP_PORT };
@@ -103,8 +102,8 @@ impl Replay<'_> {
         if found == IN_TURN {
             return self.recv(frame, at);
         }
-        if found == OWN_ADDRESS_QUERY {
-            self.driver.receive(&ADDRESS_UNKNOWN);
+        if found == PACE_QUESTION {
+            self.driver.receive(&PACE_QUESTION);
             return self.recv(frame, at);
         }
         assert!(found != self.last_net, "{at}: a NET is repeated");

@@ -56,7 +56,7 @@ fn step<N: Needs>(federate: &mut Federate<'static, N>, deed: u8, at: i64) -> Str
             return format!("{:?} {:?}", federate.current(), drain(federate));
         }
         11 => return format!("{:?} {:?}", federate.handle_timeout(now), drain(federate)),
-        12 => Message::AddressQueryReply { port: 1, address: [0; 4] },
+        12 => Message::PortAbsent { port: u16::MAX, federate: 1, tag: lf_wire::Tag::NEVER },
         13 => Message::StopRequest(to_wire(tag)),
         14 => Message::StopGranted(to_wire(tag)),
         _ => Message::DownstreamNextEventTag(to_wire(tag)),

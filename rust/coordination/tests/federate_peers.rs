@@ -31,7 +31,7 @@ fn federate(listening: Option<u16>, peers: &'static [u16]) -> Federate<'static> 
 
 fn drain(federate: &mut Federate<'_>) -> Vec<Message<'static>> {
     let all = std::iter::from_fn(|| federate.poll_transmit(usize::MAX)).map(|message| match message {
-        Message::AddressQuery { federate } => Some(Message::AddressQuery { federate }),
+        Message::AddressQuery { federate, is_transient } => Some(Message::AddressQuery { federate, is_transient }),
         Message::AddressAdvertisement { port } => Some(Message::AddressAdvertisement { port }),
         Message::Timestamp(time) => Some(Message::Timestamp(time)),
         _ => None,
@@ -43,6 +43,11 @@ fn drain(federate: &mut Federate<'_>) -> Vec<Message<'static>> {
 fn skip_in_turn(federate: &mut Federate<'_>) {
     let mut all = std::iter::from_fn(|| federate.poll_transmit(0x100));
     assert!(all.any(|message| message == IN_TURN));
+}
+
+/// The form of LF 0.13, which every RTI answers.
+fn query(federate: u16) -> Message<'static> {
+    Message::AddressQuery { federate, is_transient: Some(false) }
 }
 
 fn reply(port: i32) -> Message<'static> {
@@ -57,21 +62,21 @@ fn found(federate: u16, port: u16) -> Event<'static> {
 #[test]
 fn the_time_is_told_when_all_connections_are_there() {
     let mut federate = federate(Some(4711), &[2, 5]);
-    let first = [IN_TURN, Message::AddressAdvertisement { port: 4711 }, Message::AddressQuery { federate: 2 }];
+    let first = [IN_TURN, Message::AddressAdvertisement { port: 4711 }, query(2)];
     assert_eq!(drain(&mut federate), first);
     assert_eq!(federate.phase(), Phase::Meeting);
     assert_eq!(federate.handle_message(NOW, reply(1234)), Ok(found(2, 1234)));
     assert_eq!((drain(&mut federate), federate.poll_timeout()), (vec![], Deadline::Never));
     federate.peer_connected(NOW);
-    assert_eq!(drain(&mut federate), [Message::AddressQuery { federate: 5 }]);
+    assert_eq!(drain(&mut federate), [query(5)]);
     assert_eq!(federate.handle_message(NOW, reply(1235)), Ok(found(5, 1235)));
     federate.peer_connected(NOW + MS);
     assert_eq!(drain(&mut federate), [Message::Timestamp((NOW + MS).as_nanos())]);
     assert_eq!(federate.phase(), Phase::Starting);
 }
 
-/// The messages of the recorded federate until the connection is made, byte by byte: an unknown address is asked for
-/// again 250 ms after the answer.
+/// The messages of the recorded federate until the connection is made, byte by byte, but for the last one of each
+/// question, which LF 0.12 does not have: an unknown address is asked for again 250 ms after the answer.
 #[test]
 fn the_questions_are_those_of_the_recording() {
     let recording = lf_testkit::golden::load("52-decentralized-source").unwrap();
@@ -83,7 +88,7 @@ fn the_questions_are_those_of_the_recording() {
             Step::Recv(frame) if frame.message.starts_with("ADDRESS_QUERY") => {
                 let [question] = drain(&mut federate)[..] else { panic!("nothing is asked") };
                 asked += 1;
-                assert_eq!(frame.bytes.exact().unwrap(), encoded(&question));
+                assert_eq!([&frame.bytes.exact().unwrap()[..], &[0]].concat(), encoded(&question));
             }
             Step::Send(frame) if frame.message.starts_with("ADDRESS_QUERY_REPLY") => {
                 let bytes = frame.bytes.fill_with(4711i32.to_le_bytes());
@@ -140,7 +145,7 @@ fn a_connection_that_fails_is_tried_at_an_address_that_is_asked_for_again_until_
         assert_eq!(federate.poll_timeout(), Deadline::At(now + CONNECT_RETRY));
         now = now + CONNECT_RETRY;
         federate.handle_timeout(now).unwrap();
-        assert_eq!(drain(&mut federate), [Message::AddressQuery { federate: 3 }]);
+        assert_eq!(drain(&mut federate), [query(3)]);
     }
     assert_eq!((attempts, now), (121, NOW + CONNECT_TIME_OUT));
     assert_eq!(federate.phase(), Phase::Failed);
@@ -153,7 +158,7 @@ fn an_unknown_address_is_asked_for_as_long_as_it_takes() {
     skip_in_turn(&mut federate);
     let mut now = NOW;
     for _ in 0..1000 {
-        assert_eq!(drain(&mut federate), [Message::AddressQuery { federate: 3 }]);
+        assert_eq!(drain(&mut federate), [query(3)]);
         assert_eq!(federate.handle_message(now, reply(ADDRESS_PORT_UNKNOWN)), Ok(Event::None));
         now = now + ADDRESS_RETRY;
         federate.handle_timeout(now).unwrap();

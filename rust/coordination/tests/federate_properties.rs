@@ -349,9 +349,7 @@ impl Loop {
                     self.ltc = tag;
                 }
                 // The RTI has taken all that came before the question.
-                Message::AddressQuery { federate: 1 } => {
-                    self.handle(Message::AddressQueryReply { port: -1, address: [127, 0, 0, 1] });
-                }
+                question @ Message::PortAbsent { federate: 1, port: u16::MAX, .. } => self.handle(question),
                 Message::Resign | Message::TaggedMessage { .. } => {}
                 other => panic!("{other:?}"),
             }

@@ -245,7 +245,7 @@ fn a_reply_without_room_holds_the_question_back() {
     let (mut world, connections) = chain(config(), sizes);
     for _ in 0..3 {
         let mut bytes = vec![0; 3];
-        Message::AddressQuery { federate: 0 }.encode(&mut bytes).expect("it has 3 bytes");
+        Message::AddressQuery { federate: 0, is_transient: None }.encode(&mut bytes).expect("it has 3 bytes");
         world.outlet.list[connections[0].0].incoming.extend(bytes);
     }
     world.pump(connections[0]);
@@ -262,7 +262,7 @@ fn nothing_overtakes_the_start_time() {
     let sizes = Sizes { output: 16, ..Sizes::ample(2) };
     let mut world = World::new(config(), sizes);
     let connections = [hello(&mut world, 0, &[]), hello(&mut world, 1, &[(0, DELAY_NONE)])];
-    world.message(connections[1], &Message::AddressQuery { federate: 0 });
+    world.message(connections[1], &Message::AddressQuery { federate: 0, is_transient: None });
     for connection in connections {
         world.message(connection, &Message::Timestamp(0));
     }

@@ -11,6 +11,8 @@ use rti_support::Recorded;
 /// `FED_IDS` of federate 0 of the default federation.
 const IDS_0: &str = "01000017556e6964656e7469666965642046656465726174696f6e";
 
+const TAG_FOREVER: &str = "07ffffffffffffff7fffffffff";
+
 fn load(name: &str) -> Recording {
     let recording = lf_testkit::golden::load(name).unwrap_or_else(|error| panic!("{error}"));
     assert!(recording.quirk.is_some(), "{name} is marked as accidental");
@@ -23,7 +25,12 @@ fn frame(connection: u16, hex: &str) -> Frame {
 }
 
 fn play(recording: &Recording) -> Recorded {
-    let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), usize::MAX);
+    play_in_pieces(recording, usize::MAX)
+}
+
+/// Plays what is sent in pieces of so many bytes.
+fn play_in_pieces(recording: &Recording, piece: usize) -> Recorded {
+    let mut rti = Recorded::new(recording.rti().expect("it is the recording of an RTI"), piece);
     if let Err(difference) = replay(recording, &mut rti) {
         panic!("{difference}\n{:#?}", rti.world.outlet.notices);
     }
@@ -126,6 +133,62 @@ fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
     let rti = play(&recording);
     let notices = &rti.world.outlet.notices;
     assert!(notices[..2].iter().all(|notice| notice.contains("auth: true")), "{notices:#?}");
+}
+
+/// 60 and 62, of LF 0.13: both forms of an ADDRESS_QUERY are answered, and a federate that says that it is persistent
+/// joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by one.
+#[test]
+fn federates_of_lf_0_13_are_served_and_freed_when_all_upstream_have_left() {
+    for (name, own) in [("60-query-with-kind", 1), ("62-persistent-by-103", 1)] {
+        let mut recording = load(name);
+        let at = closed(&recording, 0);
+        recording.steps.insert(at + 1, Step::Recv(frame(own, TAG_FOREVER)));
+        for piece in [usize::MAX, 1, 3, 7] {
+            play_in_pieces(&recording, piece);
+        }
+    }
+}
+
+/// 61: in addition, the recorded RTI looks at the others only at the next NET when a connection closes without RESIGN.
+#[test]
+fn who_waits_for_a_federate_that_vanishes_goes_on_at_once() {
+    let mut recording = load("61-upstreams-gone");
+    let at = closed(&recording, 0);
+    // TAG (start+29999999, 4294967295), which the NET of the other upstream federate allows.
+    recording.steps.insert(at + 1, Step::Recv(frame(2, "077f8dc8e4b3b6e00dffffffff")));
+    let at = closed(&recording, 1);
+    let is_grant = |step: &Step| matches!(step, Step::Recv(frame) if frame.connection == 2);
+    let later = recording.steps.split_off(at + 1);
+    recording.steps.push(Step::Recv(frame(2, TAG_FOREVER)));
+    recording.steps.extend(later.into_iter().filter(|step| !is_grant(step)));
+    play(&recording);
+}
+
+/// A transient federate is told at once that it cannot join.
+#[test]
+fn a_transient_federate_is_refused_and_named() {
+    let mut recording = load("62-persistent-by-103");
+    let ids = "6700001701556e6964656e7469666965642046656465726174696f6e";
+    let refused = [
+        Step::Connect(100),
+        Step::Send(frame(100, ids)),
+        Step::Recv(frame(100, "0004")),
+        Step::ClosedByPeer(100),
+        Step::Close(100),
+    ];
+    let at = closed(&recording, 0);
+    recording.steps.insert(at + 1, Step::Recv(frame(1, TAG_FOREVER)));
+    recording.steps.splice(0..0, refused);
+    let rti = play(&recording);
+    let told = "a connection was refused that claims to be federate 0: the message was not expected (code 4); it is a \
+                transient federate";
+    assert!(rti.world.outlet.notices[0].starts_with(told), "{:#?}", rti.world.outlet.notices);
+}
+
+/// Where this connection is closed by the federate.
+fn closed(recording: &Recording, connection: u16) -> usize {
+    let closed = recording.steps.iter().position(|step| *step == Step::Close(connection));
+    closed.expect("the recording has such a step")
 }
 
 /// Where the second received message of this connection stands: the ACK of a federate that authenticates.

@@ -47,7 +47,7 @@ fn a_federate_that_does_not_tell_its_clock_loses_its_place() {
     world.message(federate, &Message::Timestamp(0));
     wait(&mut world, Interval::from_nanos(CLOCK_TIME_OUT.as_nanos() - 1));
     // It is looking for another federate.
-    world.message(squatter, &Message::AddressQuery { federate: 1 });
+    world.message(squatter, &Message::AddressQuery { federate: 1, is_transient: None });
     assert_eq!(read(&mut world, squatter), ["ADDRESS_QUERY_REPLY"]);
     assert_eq!(world.rti.poll_timeout(), Deadline::At(world.now + CLOCK_TIME_OUT));
     wait(&mut world, CLOCK_TIME_OUT);

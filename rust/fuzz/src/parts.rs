@@ -29,6 +29,7 @@ pub(crate) fn of_type(input: &mut Unstructured<'_>, message_type: MessageType, s
         address: array(bytes),
         nonce: array(bytes),
         hmac: array(bytes),
+        is_transient: bytes.get(1).map(|byte| byte % 2 == 1),
         id: bytes.to_vec(),
         payload: bytes.to_vec(),
         upstream: Vec::new(),

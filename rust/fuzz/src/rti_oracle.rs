@@ -66,7 +66,9 @@ impl Oracle {
                 let completed = peer.completed;
                 peer.unconsumed.retain(|tag| Some(*tag) > completed);
             }
-            Message::FedIds { federate, .. } => peer.federate = peer.federate.or(Some(federate)),
+            Message::FedIds { federate, .. } | Message::TransientFedIds { federate, .. } => {
+                peer.federate = peer.federate.or(Some(federate));
+            }
             Message::NeighborStructure(neighbors) if self.start.is_none() => {
                 peer.upstream = neighbors.upstream().collect();
             }

@@ -192,7 +192,7 @@ impl Federation {
 
 /// Bytes kept free in a send buffer for messages of coordination, so that data never blocks them.
 ///
-/// The longest such message of a running federation is 13 bytes; a federate owes at most a handful at a time. The
+/// The longest such message of a running federation is 17 bytes; a federate owes at most a handful at a time. The
 /// longest of the handshake is the neighbor structure, for which a buffer is larger by `neighbors`.
 pub const CONTROL_BYTES: usize = 128;
 

@@ -202,6 +202,13 @@ pub enum PeerRemark {
         /// How many have been.
         times: Times,
     },
+    /// A transient federate was refused.
+    Transient {
+        /// Which federate it is.
+        federate: u16,
+        /// How many connections have been refused.
+        times: Times,
+    },
     /// A connection was closed whose other end did not say who it is.
     Nameless {
         /// From where it came.
@@ -248,6 +255,11 @@ impl fmt::Display for PeerRemark {
             Self::Refused { address, code, times } => {
                 say!(f, "a connection from {address} was refused: {code}{times}")
             }
+            Self::Transient { federate, times } => say!(
+                f,
+                "federate {federate} was refused, because it is transient: it may come and go while the federation runs, \
+                 and this federate awaits it at the start; remove `@transient` from its program{times}"
+            ),
             Self::Nameless { address, times } => {
                 say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
             }
@@ -258,7 +270,8 @@ impl fmt::Display for PeerRemark {
 coded!(PeerRemark {
     Left(federate), LastMessages(error), DoesNotEnd(from), LeftInMessage(from), AfterStop { input, intended },
     Late { input, intended, actual, lateness, federate, times }, LateInAll { messages, unhandled },
-    Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Nameless { address, times },
+    Lost { messages, to }, LeftBefore(to), Refused { address, code, times }, Transient { federate, times },
+    Nameless { address, times },
 });
 
 /// What is said of connections that come.

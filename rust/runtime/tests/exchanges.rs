@@ -108,7 +108,7 @@ fn an_answer_leaves_before_anything_else_is_heard() {
             tester.introduce(exchanging, 1, &[], UDP_PORT_CLOCK_SYNC_INITIAL);
             tester.hear(exchanging, |message| matches!(message, Message::T1(_)));
             // The network takes no time, so both are there when the RTI looks.
-            tester.say(other, &Message::AddressQuery { federate: 1 });
+            tester.say(other, &Message::AddressQuery { federate: 1, is_transient: None });
             tester.say(exchanging, &Message::T3 { federate: 1 });
             tester.hear(exchanging, |message| matches!(message, Message::T1(_)));
         });

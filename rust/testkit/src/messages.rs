@@ -8,7 +8,7 @@ use lf_wire::{Message, MessageType, NeighborStructure, RejectCode, Tag};
 pub struct Parts {
     /// Which message it is.
     pub message_type: MessageType,
-    /// Why something is refused.
+    /// Why something is refused, or what kind of federate joins.
     pub code: u8,
     /// A federate's port; in `UDP_PORT`, one of the network.
     pub port: u16,
@@ -24,6 +24,8 @@ pub struct Parts {
     pub nonce: [u8; 8],
     /// The proof.
     pub hmac: [u8; 32],
+    /// Whether a federate says, or is said, to be transient, in messages that may leave it out.
+    pub is_transient: Option<bool>,
     /// The federation's id; the wire carries at most 255 bytes.
     pub id: Vec<u8>,
     /// A value.
@@ -37,7 +39,7 @@ pub struct Parts {
 impl Parts {
     /// The message that these parts make.
     pub fn message(&self) -> Message<'_> {
-        let Self { port, federate, tag, int, address, nonce, hmac, code, .. } = *self;
+        let Self { code, port, federate, tag, int, address, nonce, hmac, is_transient, .. } = *self;
         let (federation_id, payload) = (&self.id[..], &self.payload[..]);
         match self.message_type {
             MessageType::Reject => Message::Reject(RejectCode::from_byte(code)),
@@ -52,7 +54,7 @@ impl Parts {
             MessageType::StopRequest => Message::StopRequest(tag),
             MessageType::StopReply => Message::StopReply(tag),
             MessageType::StopGranted => Message::StopGranted(tag),
-            MessageType::AddressQuery => Message::AddressQuery { federate },
+            MessageType::AddressQuery => Message::AddressQuery { federate, is_transient },
             MessageType::AddressQueryReply => Message::AddressQueryReply { port: int, address },
             MessageType::AddressQueryReplyIpv6 => {
                 let mut long = [0; 16];
@@ -60,7 +62,11 @@ impl Parts {
                 Message::AddressQueryReplyIpv6 { port: int, address: long, scope: code.into() }
             }
             MessageType::AddressAdvertisement => Message::AddressAdvertisement { port: int },
-            MessageType::P2pSendingFedId => Message::P2pSendingFedId { federate, federation_id },
+            MessageType::P2pSendingFedId => {
+                // An id of one byte could be taken for what is left out.
+                let is_transient = is_transient.or((federation_id.len() <= 1).then_some(false));
+                Message::P2pSendingFedId { federate, is_transient, federation_id }
+            }
             MessageType::P2pMessage => Message::P2pMessage { port, federate, payload },
             MessageType::P2pTaggedMessage => Message::P2pTaggedMessage { port, federate, tag, payload },
             MessageType::T1 => Message::T1(tag.time),
@@ -76,6 +82,7 @@ impl Parts {
             MessageType::FedNonce => Message::FedNonce { federate, nonce },
             MessageType::RtiResponse => Message::RtiResponse { nonce, hmac },
             MessageType::FedResponse => Message::FedResponse { hmac },
+            MessageType::TransientFedIds => Message::TransientFedIds { federate, kind: code, federation_id },
             MessageType::UdpPort => Message::UdpPort(port),
             MessageType::Ack => Message::Ack,
         }

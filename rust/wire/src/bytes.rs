@@ -50,6 +50,13 @@ impl<'a> Reader<'a> {
         u8::from_le_bytes(self.array())
     }
 
+    /// A byte that is 0 or 1, if it is there; anything else is left to what follows.
+    pub(crate) fn flag(&mut self) -> Option<bool> {
+        let flag = self.bytes.get(self.at).filter(|byte| **byte <= 1).map(|byte| *byte == 1);
+        self.at += usize::from(flag.is_some());
+        flag
+    }
+
     pub(crate) fn u16(&mut self) -> u16 {
         u16::from_le_bytes(self.array())
     }
@@ -96,6 +103,13 @@ impl<'b> Writer<'b> {
 
     pub(crate) fn u8(&mut self, value: u8) {
         self.put(&[value]);
+    }
+
+    /// A byte that says yes or no, if anything is to be said.
+    pub(crate) fn flag(&mut self, value: Option<bool>) {
+        if let Some(value) = value {
+            self.u8(value.into());
+        }
     }
 
     pub(crate) fn u16(&mut self, value: u16) {

@@ -2,8 +2,8 @@
 //! Bytes and messages of the Lingua Franca federation protocol.
 //!
 //! Messages are what they mean. How they lie in bytes is the matter of a dialect, a module that keeps numbers and
-//! layouts together, for the protocol has no version field: `june_2026` is the one that the stock C runtime spoke in
-//! June 2026. A program speaks one dialect, which is chosen here and named nowhere else.
+//! layouts together, for the protocol has no version field: `stock` is the one of LF's C runtime, as the releases 0.12
+//! and 0.13 speak it. A program speaks one dialect, which is chosen here and named nowhere else.
 //!
 //! This crate knows no time, no sockets and no order of messages: it says what bytes mean, not whether they may come
 //! now. It never allocates, never panics on bytes from a peer, and never believes a length before it was checked.
@@ -35,22 +35,22 @@ mod buffer;
 mod bytes;
 mod decoded;
 mod error;
-mod june_2026;
 mod limits;
 mod message;
 mod neighbors;
 mod reject;
+mod stock;
 mod stream;
 mod tag;
 mod types;
 mod values;
 
 /// The dialect that is spoken.
-use june_2026 as dialect;
+use stock as dialect;
 
 pub use buffer::{InBuffer, OutBuffer, Storage};
 pub use decoded::{Decoded, Destination};
-pub use dialect::{decode, destination_in_header, message_bytes_max, tag_in_header};
+pub use dialect::{IntroductionHeader, QueryEnd, decode, destination_in_header, message_bytes_max, tag_in_header};
 pub use error::{Beyond, DecodeError, EncodeError, NoRoom, PushError};
 pub use limits::Limits;
 pub use message::Message;

@@ -52,6 +52,8 @@ pub enum Message<'a> {
     AddressQuery {
         /// The federate whose address is asked for.
         federate: u16,
+        /// Whether that federate is transient; `None` if the question does not say it, as before LF 0.13.
+        is_transient: Option<bool>,
     },
     /// ADDRESS_QUERY_REPLY (14), RTI to federate.
     AddressQueryReply {
@@ -80,6 +82,9 @@ pub enum Message<'a> {
     P2pSendingFedId {
         /// The connecting federate's id.
         federate: u16,
+        /// Whether it is transient; `None` if it does not say it, as before LF 0.13. Then the federation id has to be
+        /// longer than one byte, for the two forms cannot be told apart otherwise.
+        is_transient: Option<bool>,
         /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
         federation_id: &'a [u8],
     },
@@ -148,6 +153,15 @@ pub enum Message<'a> {
         /// HMAC-SHA256 over 102 and the RTI's nonce; the key is the federation id.
         hmac: [u8; HMAC_BYTES],
     },
+    /// TRANSIENT_FED_IDS (103), federate to RTI: what a federate that may be transient sends in place of FED_IDS.
+    TransientFedIds {
+        /// The federate's id.
+        federate: u16,
+        /// [`KIND_TRANSIENT`](crate::KIND_TRANSIENT), or anything else for a persistent federate.
+        kind: u8,
+        /// The federation it belongs to; at most 255 bytes, not necessarily UTF-8.
+        federation_id: &'a [u8],
+    },
     /// UDP_PORT (254), federate to RTI, after NEIGHBOR_STRUCTURE: where clock synchronization reaches the federate;
     /// see [`UDP_PORT_CLOCK_SYNC_OFF`](crate::UDP_PORT_CLOCK_SYNC_OFF) and
     /// [`UDP_PORT_CLOCK_SYNC_INITIAL`](crate::UDP_PORT_CLOCK_SYNC_INITIAL).
@@ -191,6 +205,7 @@ impl Message<'_> {
             Self::FedNonce { .. } => MessageType::FedNonce,
             Self::RtiResponse { .. } => MessageType::RtiResponse,
             Self::FedResponse { .. } => MessageType::FedResponse,
+            Self::TransientFedIds { .. } => MessageType::TransientFedIds,
             Self::UdpPort(_) => MessageType::UdpPort,
             Self::Ack => MessageType::Ack,
         }

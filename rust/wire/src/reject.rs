@@ -22,6 +22,8 @@ pub enum RejectCode {
     HmacMismatch,
     /// 7: authentication was begun, but the RTI does not use it.
     NotInAuthenticationMode,
+    /// 8: the federation does not wait for this federate any more.
+    JoinsTooLate,
     /// A code that this dialect does not have. [`RejectCode::from_byte`] never makes one of a code listed above.
     Other(u8),
 }
@@ -37,6 +39,7 @@ impl RejectCode {
             5 => Self::WrongServer,
             6 => Self::HmacMismatch,
             7 => Self::NotInAuthenticationMode,
+            8 => Self::JoinsTooLate,
             other => Self::Other(other),
         }
     }
@@ -51,6 +54,7 @@ impl RejectCode {
             Self::WrongServer => 5,
             Self::HmacMismatch => 6,
             Self::NotInAuthenticationMode => 7,
+            Self::JoinsTooLate => 8,
             Self::Other(byte) => byte,
         }
     }
@@ -66,6 +70,7 @@ impl fmt::Display for RejectCode {
             Self::WrongServer => text!("the connection went to the wrong server"),
             Self::HmacMismatch => text!("the HMAC does not match"),
             Self::NotInAuthenticationMode => text!("the RTI does not use authentication"),
+            Self::JoinsTooLate => text!("the federation has begun or ended without this federate"),
             Self::Other(_) => text!("a reason that is unknown here"),
         };
         say!(f, "{reason} (code {})", self.byte())

@@ -90,6 +90,8 @@ message_types! {
     RtiResponse "RTI_RESPONSE";
     /// Authentication: the federate's proof.
     FedResponse "FED_RESPONSE";
+    /// A federate names itself and its federation, and says whether it is transient.
+    TransientFedIds "TRANSIENT_FED_IDS";
     /// How a federate takes part in clock synchronization.
     UdpPort "UDP_PORT";
     /// Yes.
@@ -107,7 +109,8 @@ impl MessageType {
         dialect::byte(self)
     }
 
-    /// Bytes of a message of this type, type byte included, without what its lengths and counts announce.
+    /// Bytes of a message of this type, type byte included, without what its lengths and counts announce, and without a
+    /// byte that not all releases of LF send.
     pub const fn fixed_bytes(self) -> usize {
         dialect::fixed_bytes(self)
     }

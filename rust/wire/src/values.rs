@@ -7,6 +7,8 @@ pub const UDP_PORT_CLOCK_SYNC_OFF: u16 = u16::MAX;
 pub const UDP_PORT_CLOCK_SYNC_INITIAL: u16 = 0;
 /// Port in ADDRESS_QUERY_REPLY while the federate asked for has not advertised one.
 pub const ADDRESS_PORT_UNKNOWN: i32 = -1;
+/// Kind in TRANSIENT_FED_IDS of a federate that comes and goes while the federation runs.
+pub const KIND_TRANSIENT: u8 = 1;
 /// Bytes of a nonce in the authentication messages.
 pub const NONCE_BYTES: usize = 8;
 /// Bytes of an HMAC-SHA256 in the authentication messages.

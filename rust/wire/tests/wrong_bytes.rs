@@ -21,7 +21,7 @@ fn refusal(bytes: &[u8], limits: &Limits) -> String {
 #[test]
 fn every_type_byte_outside_the_protocol_is_refused() {
     let known: Vec<_> = MessageType::ALL.iter().map(|message_type| message_type.byte()).collect();
-    let expected: Vec<u8> = [0, 1, 2].into_iter().chain(4..=26).chain([100, 101, 102, 254, 255]).collect();
+    let expected: Vec<u8> = [0, 1, 2].into_iter().chain(4..=26).chain([100, 101, 102, 103, 254, 255]).collect();
     assert_eq!(known, expected);
     for byte in (0..=255).filter(|byte| !known.contains(byte)) {
         assert_eq!(MessageType::from_byte(byte), None);
@@ -46,10 +46,16 @@ fn a_length_over_its_limit_is_refused_before_what_it_announces_has_come() {
         let found = refusal(&bytes, &LIMITS);
         assert!(found.starts_with(expected), "{found}");
     }
-    for (message_type, name) in [(1, "FED_IDS"), (16, "P2P_SENDING_FED_ID")] {
+    let ids: [(&[u8], &str, usize); 4] = [
+        (&[1, 0, 0, 41], "FED_IDS", 3),
+        (&[16, 0, 0, 41], "P2P_SENDING_FED_ID", 3),
+        (&[16, 0, 0, 0, 41], "P2P_SENDING_FED_ID", 4),
+        (&[103, 0, 0, 41, 0], "TRANSIENT_FED_IDS", 3),
+    ];
+    for (bytes, name, offset) in ids {
         let expected =
-            format!("{name}: federation id length at offset 3 is 41, more than the 40 that are accepted here");
-        assert_eq!(refusal(&[message_type, 0, 0, 41], &LIMITS), expected);
+            format!("{name}: federation id length at offset {offset} is 41, more than the 40 that are accepted here");
+        assert_eq!(refusal(bytes, &LIMITS), expected);
     }
 }
 
@@ -77,8 +83,8 @@ fn the_longest_message_is_that_of_the_greatest_limit() {
         message_bytes_max(&Limits { payload_bytes_max, federation_id_bytes_max, neighbors_max })
     };
     assert_eq!(limits(0, 0, 0), 41);
-    assert_eq!(limits(100, 200, 0), 204);
-    assert_eq!(limits(0, 1000, 0), 259);
+    assert_eq!(limits(100, 200, 0), 205);
+    assert_eq!(limits(0, 1000, 0), 260);
     assert_eq!(limits(0, 0, 10), 129);
     assert_eq!(message_bytes_max(&Limits::NONE), usize::MAX);
 }

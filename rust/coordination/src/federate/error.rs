@@ -223,6 +223,7 @@ fn advice(code: RejectCode) -> Text {
         RejectCode::NotInAuthenticationMode => {
             text!("Start the RTI with authentication (`-a`), or set `auth: false` in the program")
         }
+        RejectCode::JoinsTooLate => text!("Start the RTI and all federates again, all at the same time"),
         RejectCode::Other(_) => text!("See the RTI's output for the reason, and use an RTI of the same release"),
     }
 }

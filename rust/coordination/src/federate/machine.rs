@@ -107,6 +107,10 @@ impl<'a, N: Needs> Federate<'a, N> {
         let is_decentralized = self.config.coordination == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
         Ok(match message {
+            ref answer if !is_decentralized && Pace::is_answer(answer, self.config.id) => {
+                self.pace.answered();
+                Event::None
+            }
             Message::TaggedMessage { .. } | Message::PortAbsent { .. } if !N::INPUTS || is_decentralized => {
                 return unexpected;
             }
@@ -145,15 +149,10 @@ impl<'a, N: Needs> Federate<'a, N> {
                 self.stop.asked(from_wire(tag), self.tags.earliest()).map_or(Event::None, Event::StopRequested)
             }
             Message::StopGranted(tag) => Event::StopGranted(self.stop.decided(from_wire(tag), self.tags.earliest())),
-            Message::AddressQueryReply { .. } => {
-                self.pace.answered();
-                Event::None
-            }
+            // The answer to nothing that this federate asked; it does no harm.
+            Message::AddressQueryReply { .. } => Event::None,
             #[cfg(feature = "ipv6")]
-            Message::AddressQueryReplyIpv6 { .. } => {
-                self.pace.answered();
-                Event::None
-            }
+            Message::AddressQueryReplyIpv6 { .. } => Event::None,
             Message::Failed => return Err(FederateError::RtiFailed),
             _ => return unexpected,
         })
@@ -239,7 +238,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             Message::LatestTagComplete(_) => self.tags.ltc_transmitted(),
             Message::NextEventTag(_) => self.tags.net_transmitted(),
             Message::StopRequest(_) | Message::StopReply(_) => self.stop.transmitted(),
-            Message::AddressQuery { .. } if self.phase() == Phase::Running => self.pace.asked(),
+            Message::PortAbsent { .. } => self.pace.asked(),
             Message::T3 { .. } => {
                 self.clock.initial.t3_leaves();
                 self.session.transmitted(&message);
@@ -273,7 +272,7 @@ impl<'a, N: Needs> Federate<'a, N> {
         match phase {
             Phase::Resigning => Some(Message::Resign),
             // Last, so that it stands behind all that it is to tell of.
-            Phase::Running if self.pace.is_question_due() => Some(Message::AddressQuery { federate: self.config.id.0 }),
+            Phase::Running if self.pace.is_question_due() => Some(Pace::question(self.config.id)),
             _ => None,
         }
     }

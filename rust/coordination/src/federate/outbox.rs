@@ -75,7 +75,7 @@ impl Outbox {
             return Some(Message::AddressAdvertisement { port: port.into() });
         }
         if let Some(federate) = self.address_query {
-            return Some(Message::AddressQuery { federate: federate.0 });
+            return Some(Message::AddressQuery { federate: federate.0, is_transient: Some(false) });
         }
         if let Some(time) = self.timestamp {
             return Some(Message::Timestamp(time.as_nanos()));

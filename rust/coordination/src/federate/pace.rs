@@ -3,8 +3,17 @@
 //!
 //! What a federate has sent can lie unread in buffers on its way, and a federate without upstream federates hears of
 //! nothing that would slow it down. Then its answer to a stop request lies behind thousands of messages, which a
-//! receiver that has named a stop tag cannot take. So after some tags with messages a federate asks the RTI for its own
-//! address: the answer comes when everything before the question has been taken. Meanwhile it goes on, but not far.
+//! receiver that has named a stop tag cannot take. So after some tags with messages a federate sends the RTI a question
+//! that every RTI answers in order: a PORT_ABSENT for itself, which comes back when everything before it has been taken.
+//! Meanwhile the federate goes on, but not far. The question names an input that nobody has and a tag at which nothing
+//! happens, so it means nothing else to anybody.
+
+use lf_wire::{Message, Tag};
+
+use crate::FederateId;
+
+/// The input that a question names.
+const NO_INPUT: u16 = u16::MAX;
 
 /// After so many tags with messages the RTI is asked.
 const ASK_AFTER: u16 = 8;
@@ -43,6 +52,16 @@ impl Pace {
         if self.ahead >= ASK_AFTER && self.question == Question::None {
             self.question = Question::Due;
         }
+    }
+
+    /// What a federate asks the RTI, and gets back.
+    pub(super) const fn question(federate: FederateId) -> Message<'static> {
+        Message::PortAbsent { port: NO_INPUT, federate: federate.0, tag: Tag::NEVER }
+    }
+
+    /// Whether a message is the answer to such a question of this federate.
+    pub(super) fn is_answer(message: &Message<'_>, own: FederateId) -> bool {
+        matches!(*message, Message::PortAbsent { port: NO_INPUT, federate, tag: Tag::NEVER } if federate == own.0)
     }
 
     /// Whether the RTI is to be asked.

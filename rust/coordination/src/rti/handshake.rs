@@ -2,13 +2,15 @@
 //! From a new connection to a federate that is part of the federation.
 //!
 //! Each message has its place: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
-//! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, which is answered by ACK; `NEIGHBOR_STRUCTURE`;
-//! `UDP_PORT`; then, if both sides want it, the initial clock synchronization (`exchange`). Anything else is refused,
+//! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, or `TRANSIENT_FED_IDS` of a federate that is not
+//! transient, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial clock synchronization (`exchange`). Anything else is refused,
 //! as soon as as many bytes are there as the header of the right message has. A connection that comes when all
 //! federates are there is told the true reason why it is refused, once it has said who it is.
 
 use lf_model::time::Instant;
-use lf_wire::{Decoded, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode};
+use lf_wire::{
+    Decoded, KIND_TRANSIENT, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode,
+};
 
 use super::barrier::Barrier;
 use super::config::{ClockSync, Config};
@@ -104,7 +106,7 @@ impl Handshake<'_, '_> {
         if bytes.len() < expected.fixed_bytes() && !may_be_whole {
             return Verdict::Incomplete(expected.fixed_bytes());
         }
-        if bytes[0] != expected.byte() {
+        if !is_expected(expected, bytes[0]) {
             return self.refuse_type(connection, expected, bytes, outlet);
         }
         let (message, len) = match decode(bytes, self.limits) {
@@ -148,7 +150,14 @@ impl Handshake<'_, '_> {
             (Message::FedResponse { hmac }, Phase::Proof { own, claimed }, _) => {
                 self.on_proof(connection, claimed, own, hmac)
             }
-            (Message::FedIds { federate, federation_id }, Phase::Ids { claimed }, _) => {
+            (Message::TransientFedIds { federate, kind: KIND_TRANSIENT, .. }, ..) => {
+                Err(Refusal { federate: Some(FederateId(federate)), ..Violation::Transient.into() })
+            }
+            (
+                Message::FedIds { federate, federation_id } | Message::TransientFedIds { federate, federation_id, .. },
+                Phase::Ids { claimed },
+                _,
+            ) => {
                 if claimed.is_some_and(|claimed| claimed != federate) {
                     return Err(Violation::OtherFederate(federate).into());
                 }
@@ -348,12 +357,17 @@ impl Handshake<'_, '_> {
     }
 }
 
+/// Whether a message whose first byte is `found` is of the expected type, or one that stands for it.
+fn is_expected(expected: MessageType, found: u8) -> bool {
+    found == expected.byte() || (expected == MessageType::FedIds && found == MessageType::TransientFedIds.byte())
+}
+
 /// The answer to another message than the one expected.
 fn wrong_type<'m>(expected: MessageType, found: u8) -> Refusal<'m> {
     let Some(message_type) = MessageType::from_byte(found) else {
         return Violation::Bytes(lf_wire::DecodeError::UnknownType { found }).into();
     };
-    if expected == MessageType::FedNonce && message_type == MessageType::FedIds {
+    if expected == MessageType::FedNonce && is_expected(MessageType::FedIds, found) {
         return Violation::NoAuthentication.into();
     }
     let code = match message_type {

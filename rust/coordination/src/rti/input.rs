@@ -80,6 +80,10 @@ impl Rti<'_> {
             // It says nothing any more behind these bytes, and agrees to a stop as it says there, or in silence.
             self.find_stop_reply(federate, bytes, true, outlet);
         }
+        let query_end = self.members.slots[federate].query_end.take(bytes);
+        if query_end > 0 {
+            return Verdict::Consumed(query_end);
+        }
         let step = match decode(bytes, &self.limits) {
             Ok(Decoded::Incomplete { need, .. }) => return Verdict::Incomplete(need),
             Ok(Decoded::Complete { message, len }) => {
@@ -130,7 +134,13 @@ impl Rti<'_> {
             }
             Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN } => slot.stops_in_turn = true,
             Message::AddressAdvertisement { port } => slot.port = port,
-            Message::AddressQuery { federate: asked } => return self.answer_address_query(connection, asked, outlet),
+            Message::AddressQuery { federate: asked, .. } => {
+                let step = self.answer_address_query(connection, asked, outlet)?;
+                if matches!(step, Step::Done) {
+                    self.members.slots[federate].query_end.follow(message);
+                }
+                return Ok(step);
+            }
             Message::Resign => self.resign(now, federate, outlet),
             Message::Failed => self.expel(federate, Cause::Failed, outlet),
             _ if !has_started => return unexpected,

@@ -87,6 +87,8 @@ pub enum Violation {
     NoAuthentication,
     /// The peer wants to be a federate that has left since the federation runs.
     HasLeft,
+    /// The peer is a transient federate, for which no federation here has a place.
+    Transient,
 }
 
 impl fmt::Display for Violation {
@@ -121,6 +123,11 @@ impl fmt::Display for Violation {
                 f,
                 "it does not authenticate: compile its program with the target property `auth: true`, or start this \
                  RTI without `-a`",
+            ),
+            Self::Transient => say!(
+                f,
+                "it is a transient federate, which may come and go while the federation runs, and this RTI takes \
+                 persistent ones only: remove `@transient` from its program, or run LF's own RTI",
             ),
         }
     }

@@ -2,7 +2,7 @@
 //! The memory of the RTI, which its owner gives.
 
 use lf_model::time::{Instant, Interval, Tag};
-use lf_wire::ADDRESS_PORT_UNKNOWN;
+use lf_wire::{ADDRESS_PORT_UNKNOWN, QueryEnd};
 
 use super::config::SetupError;
 use super::graph::Node;
@@ -128,6 +128,8 @@ pub struct Slot {
     pub(super) clock: Option<Instant>,
     /// How far its clock was ahead of the RTI's when it told it.
     pub(super) ahead: Interval,
+    /// The last byte of its last question for an address may still come.
+    pub(super) query_end: QueryEnd,
     /// It wants to be granted the stop tag in its turn.
     pub(super) stops_in_turn: bool,
     /// It has asked to stop, or has agreed to.
@@ -156,6 +158,7 @@ impl Slot {
         vacated: false,
         clock: None,
         ahead: Interval::ZERO,
+        query_end: QueryEnd::NONE,
         stops_in_turn: false,
         stop_agreed: false,
         address: IpAddress::UNSPECIFIED,

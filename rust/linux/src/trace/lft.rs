@@ -88,7 +88,7 @@ fn event(direction: Direction, kind: MessageType) -> Option<i32> {
         MessageType::StopRequest => 16,
         MessageType::StopReply => 17,
         MessageType::StopGranted => 18,
-        MessageType::FedIds => 19,
+        MessageType::FedIds | MessageType::TransientFedIds => 19,
         MessageType::ProvisionalTagGrant => 20,
         MessageType::TagGrant => 21,
         MessageType::Reject => 22,

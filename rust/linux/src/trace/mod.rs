@@ -17,7 +17,7 @@ use lf_model::Outside;
 use lf_model::time::Instant;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, RandomError, SocketId, Transfer};
 use lf_runtime::trace::{Event, Header};
-use lf_wire::{DecodeError, Decoded, Limits, Message, decode};
+use lf_wire::{DecodeError, Decoded, Limits, Message, QueryEnd, decode};
 
 use csv::Csv;
 use lft::Lft;
@@ -68,6 +68,7 @@ struct Connection {
 #[derive(Default)]
 struct Stream {
     bytes: Vec<u8>,
+    query_end: QueryEnd,
     /// What came was no message, so nothing behind it can be told apart.
     unreadable: bool,
 }
@@ -125,15 +126,20 @@ impl<P: Platform> Traced<P> {
         stream.bytes.extend_from_slice(bytes);
         let mut rest = &stream.bytes[..];
         loop {
+            rest = &rest[stream.query_end.take(rest)..];
             let length = match decode(rest, &Limits::NONE) {
                 Ok(Decoded::Complete { message, len }) => {
-                    if let Message::FedIds { federate: id, .. } | Message::FedNonce { federate: id, .. } = message {
+                    if let Message::FedIds { federate: id, .. }
+                    | Message::TransientFedIds { federate: id, .. }
+                    | Message::FedNonce { federate: id, .. } = message
+                    {
                         *federate = Some(id);
                     }
                     if let (Message::UdpPort(port), Some(federate)) = (message, *federate) {
                         self.ports.insert(Endpoint::new(*address, port), federate);
                     }
                     self.table.add(now, direction, *federate, &message);
+                    stream.query_end.follow(&message);
                     len
                 }
                 // The RTI skips such a byte, too.

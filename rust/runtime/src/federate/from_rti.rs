@@ -39,7 +39,9 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
 
     fn expects(message_type: MessageType) -> bool {
         match message_type {
-            MessageType::TaggedMessage | MessageType::PortAbsent => N::INPUTS,
+            MessageType::TaggedMessage => N::INPUTS,
+            // Also the answer to what the federate asks to keep its pace.
+            MessageType::PortAbsent => true,
             MessageType::RtiResponse => N::AUTHENTICATION,
             _ => false,
         }

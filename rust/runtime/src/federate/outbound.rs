@@ -20,6 +20,11 @@ pub struct Outbound<'s> {
     connection: Connection<'s>,
     answer: InBuffer<[u8; 2]>,
     stage: Approach,
+    /// What the next introduction says of whether this federate is transient. LF 0.12 takes no introduction that says
+    /// it, LF 0.13 none that does not, and nothing tells of which release the receiver is: so each attempt takes the
+    /// other form. That of LF 0.13 is the first, because a receiver of LF 0.12 refuses it at once, while one of LF 0.13
+    /// would wait for the rest of the other form.
+    says_transient: Option<bool>,
     /// When the wait for the answer of the other federate is over.
     answer_due: Instant,
     /// Why the last attempt to connect has failed.
@@ -54,12 +59,18 @@ impl<'s> Outbound<'s> {
             connection: Connection::new(&mut [], output),
             answer: InBuffer::new([0; 2]),
             stage: Approach::Absent,
+            says_transient: Some(false),
             answer_due: Instant::NEVER,
             trouble: None,
             stuck: None,
             lost: 0,
             left_early: false,
         }
+    }
+
+    /// What the next introduction has to say of whether this federate is transient.
+    pub(super) fn says_transient(&self) -> Option<bool> {
+        self.says_transient
     }
 
     /// What is to be sent.
@@ -140,7 +151,10 @@ impl<'s> Outbound<'s> {
         match self.step(platform, introduction) {
             Ok(connected) => connected.then_some(true),
             Err(fault) => {
-                self.trouble = Some(fault);
+                // A refusal says more than the silence in which the other form ends.
+                if !matches!((self.trouble, fault), (Some(PeerFault::Refuses(_)), PeerFault::Unanswered)) {
+                    self.trouble = Some(fault);
+                }
                 self.end(platform);
                 Some(false)
             }
@@ -154,6 +168,7 @@ impl<'s> Outbound<'s> {
             self.connection.open(socket);
             self.stage = Approach::Introduced;
             self.output().push(introduction).map_err(|_| PeerFault::Unreachable(NetError::NoSocketLeft))?;
+            self.says_transient = self.says_transient.xor(Some(false));
         }
         self.flush(platform);
         if let (Approach::Introduced, Some(socket)) = (self.stage, self.connection.socket()) {

@@ -100,8 +100,10 @@ impl<'a, 's> Peers<'a, 's> {
     /// Goes on with the connection that is being made. `Some` when it is there, or cannot be made.
     pub(super) fn establish<P: Platform>(&mut self, platform: &mut P) -> Option<Result<(), (u16, PeerFault)>> {
         let index = self.meeting?;
-        let introduction = Message::P2pSendingFedId { federate: self.federation.id, federation_id: self.federation_id };
+        let (federate, federation_id) = (self.federation.id, self.federation_id);
         let outbound = self.outbound_mut().get_mut(index)?;
+        let is_transient = outbound.says_transient();
+        let introduction = Message::P2pSendingFedId { federate, is_transient, federation_id };
         let connected = outbound.establish(platform, &introduction)?;
         let fault = outbound.trouble.unwrap_or(PeerFault::Unanswered);
         self.meeting = None;

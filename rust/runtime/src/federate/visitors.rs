@@ -77,6 +77,14 @@ impl Visitors {
                     refuse(platform, visitor.socket, visitor.address, code, self.refused.count());
                     *place = None;
                 }
+                Said::IsTransient(federate) => {
+                    let times = self.refused.count();
+                    if times.is_told() {
+                        tell(Level::Warn, &PeerRemark::Transient { federate: federate.0, times });
+                    }
+                    reject(platform, visitor.socket, RejectCode::UnexpectedMessage);
+                    *place = None;
+                }
                 Said::Is(federate) => {
                     let introduced = Introduced { federate, socket: visitor.socket, address: visitor.address };
                     *place = None;
@@ -154,6 +162,7 @@ enum Said {
     /// It has gone.
     Ended,
     Is(FederateId),
+    IsTransient(FederateId),
     Refused(RejectCode),
 }
 
@@ -164,6 +173,7 @@ impl Visitor {
             let missing = match self.introduction.judge(federation_id) {
                 VisitorReply::Incomplete(missing) => missing.min(PIECE_BYTES),
                 VisitorReply::Introduced(federate) => return Said::Is(federate),
+                VisitorReply::Transient(federate) => return Said::IsTransient(federate),
                 VisitorReply::Refuse(code) => return Said::Refused(code),
             };
             if !self.readable {
@@ -190,6 +200,11 @@ pub(super) fn refuse<P: Platform>(
     if times.is_told() {
         tell(Level::Warn, &PeerRemark::Refused { address, code, times });
     }
+    reject(platform, socket, code);
+}
+
+/// Sends REJECT and closes the connection.
+fn reject<P: Platform>(platform: &mut P, socket: SocketId, code: RejectCode) {
     let mut bytes = [0; 2];
     let mut rest = Message::Reject(code).encode(&mut bytes).map_or(&[][..], |length| &bytes[..length]);
     // The first bytes of a connection always find room.

@@ -278,7 +278,7 @@ impl<P: Platform, N, B: Storage> Outgoings<'_, P, N, B> {
     pub(super) fn note_received(&mut self, connection: usize, now: Instant, bytes: &[u8]) {
         let Some(outgoing) = self.table.get_mut(connection) else { return };
         let Ok(Decoded::Complete { message, .. }) = decode(bytes, &Limits::NONE) else { return };
-        if let Message::FedIds { federate, .. } = message {
+        if let Message::FedIds { federate, .. } | Message::TransientFedIds { federate, .. } = message {
             outgoing.federate = federate;
         }
         if let Some(word) = Word::of(&message, outgoing.federate) {

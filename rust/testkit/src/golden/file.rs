@@ -117,6 +117,9 @@ enum RawRole {
 #[serde(deny_unknown_fields)]
 struct RawRti {
     federates: u16,
+    /// Recordings of an RTI that knows such federates name them.
+    #[serde(default)]
+    transient_federates: u16,
     federation_id: String,
     options: Vec<String>,
     auth: bool,
@@ -124,8 +127,8 @@ struct RawRti {
 
 impl RawRti {
     fn with_exit_code(self, ExitCode(exit_code): ExitCode) -> RtiSetup {
-        let Self { federates, federation_id, options, auth } = self;
-        RtiSetup { federates, federation_id, options, auth, exit_code }
+        let Self { federates, transient_federates, federation_id, options, auth } = self;
+        RtiSetup { federates, transient_federates, federation_id, options, auth, exit_code }
     }
 }
 

@@ -52,6 +52,8 @@ pub enum Role {
 pub struct RtiSetup {
     /// Number of federates.
     pub federates: u16,
+    /// How many of them are transient.
+    pub transient_federates: u16,
     /// The federation id.
     pub federation_id: String,
     /// Further options of the command line.

@@ -13,7 +13,7 @@ fn time() -> impl Strategy<Value = i64> {
 
 /// Parts for a message of one of `types`.
 pub(crate) fn parts(types: &'static [MessageType]) -> impl Strategy<Value = Parts> {
-    let scalars = (any::<u8>(), any::<u16>(), any::<u16>(), time(), any::<u32>(), any::<i32>());
+    let scalars = (any::<u8>(), any::<u16>(), any::<u16>(), time(), any::<u32>(), any::<i32>(), any::<Option<bool>>());
     let arrays = (any::<[u8; 4]>(), any::<[u8; 8]>(), any::<[u8; 32]>());
     let lists = (
         vec(any::<u8>(), 0..=255),
@@ -22,7 +22,7 @@ pub(crate) fn parts(types: &'static [MessageType]) -> impl Strategy<Value = Part
         vec(any::<u16>(), 0..12),
     );
     (proptest::sample::select(types), scalars, arrays, lists).prop_map(|(message_type, scalars, arrays, lists)| {
-        let (code, port, federate, time, microstep, int) = scalars;
+        let (code, port, federate, time, microstep, int, is_transient) = scalars;
         let (address, nonce, hmac) = arrays;
         let (id, payload, upstream, downstream) = lists;
         Parts {
@@ -35,6 +35,7 @@ pub(crate) fn parts(types: &'static [MessageType]) -> impl Strategy<Value = Part
             address,
             nonce,
             hmac,
+            is_transient,
             id,
             payload,
             upstream,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in the words of the recordings.
 
-use lf_wire::{DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
+use lf_wire::{DELAY_NONE, KIND_TRANSIENT, Message, NeighborStructure, RejectCode, Tag};
 
 /// The description that the recorder gave to such a message, in a run with this start time in nanoseconds.
 pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
@@ -9,8 +9,12 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
     let tag = |tag: &Tag| describe_tag(*tag, start);
     match message {
         Message::Reject(code) => format!("{name} {}", describe_code(*code)),
-        Message::FedIds { federate, federation_id } | Message::P2pSendingFedId { federate, federation_id } => {
+        Message::FedIds { federate, federation_id } | Message::P2pSendingFedId { federate, federation_id, .. } => {
             format!("{name} federate {federate}, federation \"{}\"", String::from_utf8_lossy(federation_id))
+        }
+        Message::TransientFedIds { federate, kind, federation_id } => {
+            let kind = describe_kind(*kind == KIND_TRANSIENT);
+            format!("{name} federate {federate}, {kind}, federation \"{}\"", String::from_utf8_lossy(federation_id))
         }
         Message::Timestamp(time) => format!("{name} {time}"),
         Message::TaggedMessage { port, federate, tag: t, payload }
@@ -28,7 +32,10 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
         | Message::StopRequest(t)
         | Message::StopGranted(t)
         | Message::DownstreamNextEventTag(t) => format!("{name} {}", tag(t)),
-        Message::AddressQuery { federate } | Message::T3 { federate } | Message::FedNonce { federate, .. } => {
+        Message::AddressQuery { federate, is_transient: Some(is_transient) } => {
+            format!("{name} federate {federate}, {}", describe_kind(*is_transient))
+        }
+        Message::AddressQuery { federate, .. } | Message::T3 { federate } | Message::FedNonce { federate, .. } => {
             format!("{name} federate {federate}")
         }
         Message::AddressQueryReply { port, address: [a, b, c, d] } => {
@@ -58,6 +65,10 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
     }
 }
 
+fn describe_kind(is_transient: bool) -> &'static str {
+    if is_transient { "transient" } else { "persistent" }
+}
+
 fn describe_tag(tag: Tag, start: i64) -> String {
     if tag == Tag::FOREVER {
         return format!("(FOREVER, {})", tag.microstep);
@@ -84,6 +95,7 @@ fn describe_code(code: RejectCode) -> &'static str {
         RejectCode::WrongServer => "WRONG_SERVER",
         RejectCode::HmacMismatch => "HMAC_DOES_NOT_MATCH",
         RejectCode::NotInAuthenticationMode => "RTI_NOT_EXECUTED_WITH_AUTH",
+        RejectCode::JoinsTooLate => "joining too late",
         RejectCode::Other(_) => "unknown",
     }
 }

@@ -22,8 +22,12 @@ pub(crate) fn encode(message: &Message<'_>, target: &mut [u8]) -> Result<usize, 
 /// Bytes of a message, type byte included.
 pub(crate) fn encoded_len(message: &Message<'_>) -> usize {
     let variable = match message {
+        Message::AddressQuery { is_transient, .. } => usize::from(is_transient.is_some()),
+        Message::P2pSendingFedId { federation_id, is_transient, .. } => {
+            federation_id.len().saturating_add(usize::from(is_transient.is_some()))
+        }
         Message::FedIds { federation_id: bytes, .. }
-        | Message::P2pSendingFedId { federation_id: bytes, .. }
+        | Message::TransientFedIds { federation_id: bytes, .. }
         | Message::TaggedMessage { payload: bytes, .. }
         | Message::P2pMessage { payload: bytes, .. }
         | Message::P2pTaggedMessage { payload: bytes, .. } => bytes.len(),
@@ -39,7 +43,9 @@ impl Message<'_> {
         let message = self.message_type();
         let checked = |field, length, max| length_field(message, field, length, max);
         Ok(match self {
-            Self::FedIds { federation_id, .. } | Self::P2pSendingFedId { federation_id, .. } => {
+            Self::FedIds { federation_id, .. }
+            | Self::TransientFedIds { federation_id, .. }
+            | Self::P2pSendingFedId { federation_id, .. } => {
                 [checked("federation id length", federation_id.len(), u8::MAX.into())?, 0]
             }
             Self::TaggedMessage { payload, .. }
@@ -57,10 +63,26 @@ impl Message<'_> {
     fn write(&self, writer: &mut Writer<'_>, [length, second_length]: [u32; 2]) {
         match self {
             Self::Reject(code) => writer.u8(code.byte()),
-            Self::FedIds { federate, federation_id } | Self::P2pSendingFedId { federate, federation_id } => {
+            Self::FedIds { federate, federation_id } => {
                 writer.u16(*federate);
                 writer.u8(length.to_le_bytes()[0]);
                 writer.put(federation_id);
+            }
+            Self::TransientFedIds { federate, kind, federation_id } => {
+                writer.u16(*federate);
+                writer.u8(length.to_le_bytes()[0]);
+                writer.u8(*kind);
+                writer.put(federation_id);
+            }
+            Self::P2pSendingFedId { federate, is_transient, federation_id } => {
+                writer.u16(*federate);
+                writer.flag(*is_transient);
+                writer.u8(length.to_le_bytes()[0]);
+                writer.put(federation_id);
+            }
+            Self::AddressQuery { federate, is_transient } => {
+                writer.u16(*federate);
+                writer.flag(*is_transient);
             }
             Self::TaggedMessage { port, federate, tag, payload }
             | Self::P2pTaggedMessage { port, federate, tag, payload } => {
@@ -85,7 +107,7 @@ impl Message<'_> {
             | Self::StopGranted(tag)
             | Self::DownstreamNextEventTag(tag) => writer.tag(*tag),
             Self::Timestamp(time) | Self::T1(time) | Self::T4(time) | Self::CodedProbe(time) => writer.i64(*time),
-            Self::AddressQuery { federate } | Self::T3 { federate } => writer.u16(*federate),
+            Self::T3 { federate } => writer.u16(*federate),
             Self::AddressQueryReply { port, address } => {
                 writer.i32(*port);
                 writer.put(address);

@@ -10,6 +10,9 @@ use crate::{
 
 /// Reads the message at the beginning of `bytes`.
 ///
+/// An ADDRESS_QUERY is whole without its last byte, which not all releases of LF send. [`QueryEnd`](crate::QueryEnd)
+/// finds that byte where it comes in a later piece than the others.
+///
 /// # Errors
 /// [`DecodeError`] if no bytes that follow can make this a message within `limits`.
 pub fn decode<'a>(bytes: &'a [u8], limits: &Limits) -> Result<Decoded<'a>, DecodeError> {
@@ -72,7 +75,7 @@ pub const fn message_bytes_max(limits: &Limits) -> usize {
     };
     let lengths = [
         fixed_bytes(MessageType::RtiResponse),
-        fixed_bytes(MessageType::FedIds) + id,
+        fixed_bytes(MessageType::TransientFedIds) + id,
         fixed_bytes(MessageType::TaggedMessage).saturating_add(limits.payload_bytes_max),
         fixed_bytes(MessageType::NeighborStructure)
             .saturating_add(limits.neighbors_max.saturating_mul(UPSTREAM_BYTES + DOWNSTREAM_BYTES)),
@@ -124,7 +127,6 @@ impl<'a> Fields<'a, '_> {
             MessageType::StopRequest => Message::StopRequest(reader.tag()),
             MessageType::StopReply => Message::StopReply(reader.tag()),
             MessageType::StopGranted => Message::StopGranted(reader.tag()),
-            MessageType::AddressQuery => Message::AddressQuery { federate: reader.u16() },
             MessageType::AddressQueryReply => {
                 Message::AddressQueryReply { port: reader.i32(), address: reader.array() }
             }
@@ -146,21 +148,31 @@ impl<'a> Fields<'a, '_> {
         })
     }
 
-    /// A message with more than a tag, a time or an address.
+    /// A message with more than a tag, a time or an address, or that only the RTI reads.
     fn long_message(&mut self, expects: impl Fn(MessageType) -> bool) -> Result<Message<'a>, Stop> {
         let reader = &mut self.reader;
         Ok(match self.message_type {
             MessageType::FedIds if expects(MessageType::FedIds) => {
-                let (federate, federation_id) = self.ids()?;
-                Message::FedIds { federate, federation_id }
+                let (federate, length) = (reader.u16(), self.federation_id_length()?);
+                Message::FedIds { federate, federation_id: self.reader.take(length)? }
             }
             MessageType::TaggedMessage if expects(MessageType::TaggedMessage) => {
                 let (port, federate, tag, payload) = self.tagged()?;
                 Message::TaggedMessage { port, federate, tag, payload }
             }
+            MessageType::TransientFedIds if expects(MessageType::TransientFedIds) => {
+                let (federate, length) = (reader.u16(), self.federation_id_length()?);
+                let kind = self.reader.u8();
+                Message::TransientFedIds { federate, kind, federation_id: self.reader.take(length)? }
+            }
+            MessageType::AddressQuery if expects(MessageType::AddressQuery) => {
+                Message::AddressQuery { federate: reader.u16(), is_transient: reader.flag() }
+            }
             MessageType::P2pSendingFedId if expects(MessageType::P2pSendingFedId) => {
-                let (federate, federation_id) = self.ids()?;
-                Message::P2pSendingFedId { federate, federation_id }
+                let (federate, is_transient) = (reader.u16(), reader.flag());
+                reader.require(reader.at() + 1)?;
+                let length = self.federation_id_length()?;
+                Message::P2pSendingFedId { federate, is_transient, federation_id: self.reader.take(length)? }
             }
             MessageType::P2pMessage if expects(MessageType::P2pMessage) => {
                 let (port, federate, length) = (reader.u16(), reader.u16(), self.payload_length()?);
@@ -189,12 +201,10 @@ impl<'a> Fields<'a, '_> {
         })
     }
 
-    fn ids(&mut self) -> Result<(u16, &'a [u8]), Stop> {
-        let federate = self.reader.u16();
+    fn federation_id_length(&mut self) -> Result<usize, Stop> {
         let offset = self.reader.at();
         let found = self.reader.u8().into();
-        let length = self.within("federation id length", offset, found, self.limits.federation_id_bytes_max)?;
-        Ok((federate, self.reader.take(length)?))
+        self.within("federation id length", offset, found, self.limits.federation_id_bytes_max)
     }
 
     fn tagged(&mut self) -> Result<(u16, u16, Tag, &'a [u8]), Stop> {

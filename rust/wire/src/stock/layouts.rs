@@ -61,13 +61,15 @@ layouts! {
     FedNonce = 100, 11;
     RtiResponse = 101, 41;
     FedResponse = 102, 33;
+    TransientFedIds = 103, 5;
     #[cfg(feature = "ipv6")]
     AddressQueryReplyIpv6 = 114, 25;
     UdpPort = 254, 3;
     Ack = 255, 1;
 }
 
-/// Bytes of a message of a type, type byte included, without what its lengths and counts announce.
+/// Bytes of a message of a type, type byte included, without what its lengths and counts announce, and without the byte
+/// that only some releases send.
 #[cfg_attr(target_pointer_width = "32", inline(never))]
 pub(crate) const fn fixed_bytes(message_type: MessageType) -> usize {
     FIXED_BYTES[message_type as usize] as usize
