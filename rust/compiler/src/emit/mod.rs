@@ -14,6 +14,7 @@ mod tests;
 use crate::deployment::{Place, Platform, RtiHome};
 use crate::plan::{Federate, Plan};
 use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
+use crate::stack::with_stack;
 use names::{Names, kebab_case};
 
 pub(crate) use job::Job;
@@ -84,6 +85,10 @@ pub enum Artifact {
 /// # Errors
 /// For each federate the first thing of which no crate can be made; each thing once.
 pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
+    with_stack(|| emitted(plan, settings))
+}
+
+fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
     let emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
     let language = plan.language(plan.main);

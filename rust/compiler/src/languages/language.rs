@@ -156,6 +156,8 @@ pub(crate) enum CodeKind {
 /// What is wrong with a code block; places are bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CodeProblem {
+    /// What is reported.
+    pub(crate) code: Code,
     /// Where it is.
     pub(crate) range: core::ops::Range<usize>,
     /// One sentence without a full stop.

@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What hides the end of a block of code, and brackets: C's strings and comments.
 
-use crate::languages::lexical::{brackets, is_word};
+use crate::languages::lexical::{brackets, is_word, strange, too_deep};
 use crate::languages::{CodeKind, CodeProblem};
 
-/// What is wrong with the brackets of a block. Macros and conditions of the preprocessor can open what is closed
+/// Those behind which text can be that is not C as it stands.
+const DIRECTIVES: [&str; 4] = ["if", "define", "error", "warning"];
+
+/// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open what is closed
 /// elsewhere, so nothing is said about a block that has any.
 pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let directive = |line: &str| {
         let directive = line.trim_start().strip_prefix('#').map(str::trim_start);
-        directive.is_some_and(|directive| directive.starts_with("if") || directive.starts_with("define"))
+        directive.is_some_and(|directive| DIRECTIVES.iter().any(|one| directive.starts_with(one)))
     };
-    if kind == CodeKind::TypeParameter || text.lines().any(directive) { None } else { brackets(text, skip) }
+    if kind == CodeKind::TypeParameter {
+        return None;
+    }
+    let found = too_deep(text, skip);
+    if text.lines().any(directive) {
+        found
+    } else {
+        found.or_else(|| strange(text, skip, "C")).or_else(|| brackets(text, skip))
+    }
 }
 
 /// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the

@@ -9,6 +9,7 @@ mod integer;
 mod layout;
 pub(in crate::languages) mod manifest;
 mod names;
+mod nesting;
 mod print;
 mod reactor;
 pub(in crate::languages) mod rti;

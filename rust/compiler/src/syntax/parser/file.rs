@@ -8,12 +8,13 @@ use crate::diagnostics::{Diagnostic, FileId};
 
 /// Reads a file.
 pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
-    let Tokens { list, comments, diagnostics } = tokens(file, text);
+    let Tokens { list, comments, open, diagnostics } = tokens(file, text);
     let mut parser = Parser {
         file,
         text,
         tokens: list,
         comments,
+        open,
         position: 0,
         depth: 0,
         diagnostics,

@@ -6,7 +6,11 @@ use super::super::ast::{
     PortSyntax, ReactionKeyword, ReactionSyntax, ReactorBody, StateSyntax, Timer,
 };
 use super::super::token::TokenKind;
-use super::{Parsed, Parser};
+use super::{Failed, Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic, Span};
+
+/// How many reactions a reactor can have: each has a level of its own, and the highest number stands for none.
+const REACTIONS_MAX: usize = u16::MAX as usize - 1;
 
 impl Parser<'_> {
     /// One declaration, from its first word on; `start` is where its attributes begin.
@@ -45,6 +49,9 @@ impl Parser<'_> {
             }
             Some("reaction" | "mutation") => {
                 let reaction = self.reaction(attributes)?;
+                if body.reactions.len() >= REACTIONS_MAX {
+                    return self.too_many(reaction.keyword);
+                }
                 body.reactions.push(reaction);
             }
             Some(_) if self.peek(1).kind == TokenKind::Equals => {
@@ -59,6 +66,15 @@ impl Parser<'_> {
         }
         self.eat(TokenKind::Semicolon);
         Ok(())
+    }
+
+    /// Reports that there are too many reactions, and reads no further.
+    fn too_many(&mut self, keyword: Span) -> Parsed<()> {
+        let message = format!("this reactor has more than {REACTIONS_MAX} reactions");
+        let hint = "divide them among several reactors";
+        self.report(Diagnostic::new(Code::TooLarge, keyword, message).hint(hint));
+        self.position = self.tokens.len() - 1;
+        Err(Failed)
     }
 
     fn state(&mut self, attributes: Vec<Attribute>) -> Parsed<StateSyntax> {

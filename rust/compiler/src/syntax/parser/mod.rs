@@ -12,9 +12,12 @@ mod reactor;
 mod target;
 mod types;
 
+use std::collections::HashSet;
+
 use super::ast::{CodeBlock, Name};
 use super::token::{Token, TokenKind};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
+use crate::characters::{instead, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::languages::CodeKind;
 
@@ -33,6 +36,8 @@ struct Parser<'t> {
     text: &'t str,
     tokens: Vec<Token>,
     comments: Vec<std::ops::Range<usize>>,
+    /// Where code blocks begin that have no end.
+    open: HashSet<usize>,
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
@@ -122,10 +127,12 @@ impl<'t> Parser<'t> {
     /// Reports that something else was expected here.
     fn unexpected<T>(&mut self, expected: &str) -> Parsed<T> {
         let token = self.peek(0);
+        let strange = self.text_of(token).chars().next().filter(|_| token.kind == TokenKind::Other);
         let found = match token.kind {
             TokenKind::End => "the end of the file".to_owned(),
             TokenKind::Code => "a code block".to_owned(),
             TokenKind::Text => "a string".to_owned(),
+            TokenKind::Other => strange.map(shown).unwrap_or_default(),
             _ => format!("`{}`", self.text_of(token)),
         };
         let message = format!("expected {expected}, found {found}");
@@ -137,7 +144,8 @@ impl<'t> Parser<'t> {
             self.span_of(token)
         };
         let label = format!("expected {expected}");
-        self.report(Diagnostic::new(Code::Syntax, span, message).label(label));
+        let diagnostic = Diagnostic::new(Code::Syntax, span, message).label(label);
+        self.report(diagnostic.hint_maybe(strange.and_then(instead)));
         Err(Failed)
     }
 
@@ -172,8 +180,7 @@ impl<'t> Parser<'t> {
         let start = span.start + 2;
         let end = if text.len() >= 4 && text.ends_with("=}") { span.end - 2 } else { span.end };
         let code = CodeBlock { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) };
-        let is_open = |found: &Diagnostic| found.code == Code::UnterminatedCode && found.span.start == span.start;
-        if !self.diagnostics.iter().any(is_open) {
+        if !self.open.contains(&span.start) {
             self.codes.push((code.clone(), kind));
         }
         Ok(code)

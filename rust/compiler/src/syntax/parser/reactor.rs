@@ -101,8 +101,8 @@ impl Parser<'_> {
                 return;
             }
             if self.at_end() || self.at_file_start() {
-                // A comment or a code block without an end takes the brace with it.
-                let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment);
+                // A comment or a code block without an end takes the brace with it, and so does what is not read.
+                let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment | Code::TooLarge);
                 if self.at_end() && self.diagnostics.iter().any(|entry| taken(entry.code)) {
                     return;
                 }
