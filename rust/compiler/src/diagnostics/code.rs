@@ -63,6 +63,9 @@ codes! {
     /// A reactor that the imported file does not have.
     MissingImport = "E022-missing-import",
 
+    /// A file whose name the files and programs made of it cannot have.
+    FileName = "E023-file-name",
+
     /// A feature of the language that is not supported yet.
     Unsupported = "E030-unsupported",
     /// A target property that is not honoured yet.
