@@ -183,6 +183,8 @@ codes! {
     UnequalWidths = "W009-unequal-widths",
     /// A reaction without a body.
     MissingBody = "W010-missing-body",
+    /// A macro that inherited code sees, and whose own file has another one or none.
+    InheritedMacro = "W011-inherited-macro",
 }
 
 impl Code {

@@ -152,7 +152,7 @@ mod tests {
         let name = |program: &str| package_name(program, None, ["serde", "my_crate"].into_iter());
         for (program, expected) in [
             ("SmartGrid", "smart-grid"),
-            ("2Motors", "program-2motors"),
+            ("2Motors", "program-2-motors"),
             ("Build", "program-build"),
             ("-dash", "dash"),
             ("Serde", "program-serde"),

@@ -47,6 +47,10 @@ pub(super) fn find(checker: &mut Checker<'_>, classes: &[Class<'_>]) -> Option<C
     let is_main = |class: &Class<'_>| class.id.unit == 0 && class.ast.kind != ReactorKind::Plain;
     let mut mains = classes.iter().enumerate().filter(|(_, class)| is_main(class));
     let Some((first, main)) = mains.next() else {
+        // A reactor without a name is probably meant, and has been reported.
+        if classes.iter().any(|class| class.id.unit == 0 && class.ast.name.is_none()) {
+            return None;
+        }
         let span = Span::new(FileId::default(), 0, 0);
         let diagnostic = Diagnostic::new(Code::NoMain, span, "there is no main reactor in this file")
             .hint("write `main reactor { … }`, or `federated reactor { … }` for a federation");

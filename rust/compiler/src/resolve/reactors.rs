@@ -6,7 +6,7 @@ use super::checker::Checker;
 use super::expand::Expanded;
 use super::load::Program;
 use super::model::{CheckedChild, Class, ClassId};
-use super::{mains, modes, names, unsupported};
+use super::{macros, mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::syntax::ast;
 
@@ -27,6 +27,9 @@ pub(crate) fn check<'p>(
         names::check(&reactor.ast, checker.language, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
         modes::check(&reactor.ast, &mut checker.found);
+        if checker.language.name() == "C" {
+            macros::check(program, reactor.id.unit, &reactor.ast, &mut checker.found);
+        }
         classes.push(checker.declare(reactor));
     }
     for (position, reactor) in expanded.iter().enumerate() {

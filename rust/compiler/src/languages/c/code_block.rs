@@ -5,7 +5,7 @@ use crate::languages::lexical::{brackets, is_word, strange, too_deep};
 use crate::languages::{CodeKind, CodeProblem};
 
 /// Those behind which text can be that is not C as it stands.
-const DIRECTIVES: [&str; 4] = ["if", "define", "error", "warning"];
+const DIRECTIVES: [&str; 2] = ["if", "define"];
 
 /// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open what is closed
 /// elsewhere, so nothing is said about a block that has any.
@@ -14,15 +14,18 @@ pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         let directive = line.trim_start().strip_prefix('#').map(str::trim_start);
         directive.is_some_and(|directive| DIRECTIVES.iter().any(|one| directive.starts_with(one)))
     };
+    // What such a line says is for people.
+    let is_prose =
+        |line: &str| line.trim_start().starts_with('#') && (line.contains("error") || line.contains("warning"));
     if kind == CodeKind::TypeParameter {
         return None;
     }
     let found = too_deep(text, skip);
-    if text.lines().any(directive) {
-        found
-    } else {
-        found.or_else(|| strange(text, skip, "C")).or_else(|| brackets(text, skip))
+    if found.is_some() || text.lines().any(directive) {
+        return found;
     }
+    let strange = if text.lines().any(is_prose) { None } else { strange(text, skip, "C") };
+    strange.or_else(|| brackets(text, skip))
 }
 
 /// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names that C keeps for itself.
 
+use super::macros::is_macro;
+
 /// C's words, those of C23 that older compilers know as macros included.
 const KEYWORDS: &[&str] = &[
     "alignas",
     "alignof",
+    "asm",
     "auto",
     "bool",
     "break",
@@ -49,32 +52,6 @@ const KEYWORDS: &[&str] = &[
     "while",
 ];
 
-/// Macros that stand for something wherever they are written.
-const MACROS: &[&str] = &[
-    "BILLION",
-    "EOF",
-    "FOREVER",
-    "FOREVER_MICROSTEP",
-    "FOREVER_TAG",
-    "LF_FILE_SEPARATOR",
-    "LF_PACKAGE_DIRECTORY",
-    "LF_SOURCE_DIRECTORY",
-    "LF_SOURCE_GEN_DIRECTORY",
-    "MILLION",
-    "NEVER",
-    "NEVER_MICROSTEP",
-    "NEVER_TAG",
-    "NULL",
-    "PRINTF_MICROSTEP",
-    "PRINTF_TAG",
-    "PRINTF_TIME",
-    "ZERO_TAG",
-    "errno",
-    "stderr",
-    "stdin",
-    "stdout",
-];
-
 /// Why nothing in C can be called so, or no variable of a body.
 pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if in_bodies && name == "self" {
@@ -86,8 +63,12 @@ pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if !in_bodies && name == "base" {
         return Some("`self->base` is what the runtime knows of a reactor");
     }
-    if MACROS.contains(&name) {
+    if is_macro(name) {
         return Some("it is a macro of C");
+    }
+    if name.starts_with("__") || name.strip_prefix('_').is_some_and(|rest| rest.starts_with(|c: char| c.is_uppercase()))
+    {
+        return Some("names that begin so are C's own");
     }
     KEYWORDS.contains(&name).then_some("it is a word of C")
 }

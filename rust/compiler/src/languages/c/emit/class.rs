@@ -7,7 +7,7 @@ use super::class_file::ClassFile;
 use super::cpp::{self, extension};
 use super::header;
 use super::reactions::functions;
-use super::structs::{field, files, port_struct, self_struct};
+use super::structs::{declares_bank_index, field, files, port_struct, self_struct};
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
 use super::types::CType;
@@ -102,7 +102,7 @@ impl ClassFile<'_, '_> {
              {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)lf_given;\n    \
              self->base.bank_index = lf_member;"
         ));
-        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+        if !declares_bank_index(class) {
             self.text.line("    self->bank_index = lf_member;");
         }
         for (index, parameter) in class.parameters.iter().enumerate() {
