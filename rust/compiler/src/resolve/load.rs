@@ -80,6 +80,14 @@ impl Program {
         let named = [unit, 0].into_iter().find_map(|unit| languages::named(&target(unit)?.name.text));
         named.unwrap_or_else(languages::default)
     }
+
+    /// The name that the target declaration has which counts for the language of a file: the main file's, where that
+    /// has the same language.
+    pub(crate) fn target_name(&self, unit: usize) -> &str {
+        let named = |unit: usize| self.units.get(unit)?.ast.target.as_ref().map(|target| target.name.text.as_str());
+        let is_main = self.language(unit).name() == self.language(0).name();
+        [if is_main { 0 } else { unit }, unit].into_iter().find_map(named).unwrap_or_default()
+    }
 }
 
 /// Reads the main file and all imports. Nothing if the main file cannot be read.

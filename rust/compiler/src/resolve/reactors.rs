@@ -24,7 +24,8 @@ pub(crate) fn check<'p>(
     let mut classes: Vec<Class<'p>> = Vec::new();
     for reactor in expanded {
         checker.language = program.language(reactor.id.unit);
-        names::check(&reactor.ast, checker.language, &mut checker.found);
+        let target = program.target_name(reactor.id.unit);
+        names::check(&reactor.ast, checker.language, target, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
         modes::check(&reactor.ast, &mut checker.found);
         if checker.language.name() == "C" {

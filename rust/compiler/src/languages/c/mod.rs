@@ -22,6 +22,9 @@ use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 /// Its name in the target declaration.
 pub(in crate::languages) const NAME: &str = "C";
 
+/// The name by which bodies are compiled as C++.
+const CPP: &str = "CCpp";
+
 /// `target C`, and `target CCpp`, whose bodies are compiled as C++
 #[derive(Debug)]
 pub(crate) struct C;
@@ -32,7 +35,7 @@ impl Language for C {
     }
 
     fn aliases(&self) -> &'static [&'static str] {
-        &["CCpp"]
+        &[CPP]
     }
 
     fn block_end(&self, text: &str) -> BlockEnd {
@@ -43,8 +46,8 @@ impl Language for C {
         code_block::problem(text, kind)
     }
 
-    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
-        names::problem(name, in_bodies)
+    fn name_problem(&self, name: &str, in_bodies: bool, target: &str) -> Option<&'static str> {
+        names::problem(name, in_bodies, target.eq_ignore_ascii_case(CPP))
     }
 
     fn name_code(&self) -> Code {

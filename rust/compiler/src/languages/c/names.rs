@@ -52,8 +52,62 @@ const KEYWORDS: &[&str] = &[
     "while",
 ];
 
+/// Words of C++ that are none of C.
+const WORDS_OF_CPP: &[&str] = &[
+    "and",
+    "and_eq",
+    "asm",
+    "bitand",
+    "bitor",
+    "catch",
+    "char8_t",
+    "char16_t",
+    "char32_t",
+    "class",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "compl",
+    "concept",
+    "const_cast",
+    "consteval",
+    "constinit",
+    "decltype",
+    "delete",
+    "dynamic_cast",
+    "explicit",
+    "export",
+    "friend",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "not_eq",
+    "operator",
+    "or",
+    "or_eq",
+    "private",
+    "protected",
+    "public",
+    "reinterpret_cast",
+    "requires",
+    "static_cast",
+    "template",
+    "this",
+    "throw",
+    "try",
+    "typeid",
+    "typename",
+    "using",
+    "virtual",
+    "wchar_t",
+    "xor",
+    "xor_eq",
+];
+
 /// Why nothing in C can be called so, or no variable of a body.
-pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
+pub(super) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> Option<&'static str> {
     if in_bodies && name == "self" {
         return Some("reaction bodies have a variable of this name");
     }
@@ -69,6 +123,9 @@ pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if name.starts_with("__") || name.strip_prefix('_').is_some_and(|rest| rest.starts_with(|c: char| c.is_uppercase()))
     {
         return Some("names that begin so are C's own");
+    }
+    if is_cpp && WORDS_OF_CPP.contains(&name) {
+        return Some("it is a word of C++");
     }
     KEYWORDS.contains(&name).then_some("it is a word of C")
 }

@@ -47,11 +47,17 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::Type => "this is no type",
         CodeKind::TypeParameter => "this is no type parameter",
     };
-    let message = format!("{what} of Rust: {message}");
+    let is_end = message == "expected `;`";
+    let message = if is_end {
+        "this statement of Rust has no `;` at its end".to_owned()
+    } else {
+        format!("{what} of Rust: {message}")
+    };
     let word = &text[range.clone()];
     let raw = raw(word);
     let hint = (raw != word && !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_lowercase()))
         .then(|| format!("`{word}` is a word of Rust; a port or an action of this name is written `{raw}`"));
+    let hint = hint.or_else(|| is_end.then(|| "write `;` behind it".to_owned()));
     Some(CodeProblem { code: Code::CodeSyntax, range, message, also: None, hint })
 }
 

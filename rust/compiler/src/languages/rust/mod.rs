@@ -50,7 +50,7 @@ impl Language for Rust {
         code_syntax::problem(text, kind)
     }
 
-    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
+    fn name_problem(&self, name: &str, in_bodies: bool, _: &str) -> Option<&'static str> {
         names::problem(name, in_bodies)
     }
 

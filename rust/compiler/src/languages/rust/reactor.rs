@@ -220,7 +220,7 @@ impl<'p> ReactorModule<'p> {
 
     /// A constant by which rustc looks at a type, at the place where the program has it.
     fn asserted(&mut self, check: &TokenStream, ty: &Type, more: Option<&TokenStream>) -> TokenStream {
-        let (uses, more) = (self.scope.uses(&ty.text, ty.at, &[]), more.into_iter());
+        let (uses, more) = (self.scope.uses(ty.at, &[]), more.into_iter());
         let ty = self.splices.ty(ty);
         let checked = quote!(::lf::model::#check::<#ty #(, #more)*>());
         if uses.is_some() { quote!(const _: () = { #uses #checked };) } else { quote!(const _: () = #checked;) }
@@ -411,7 +411,7 @@ impl<'p> ReactorModule<'p> {
             arguments.push(quote!(#name: #ty));
         }
         let variables: Vec<Ident> = method.arguments.iter().map(|(name, _)| ident(name)).collect();
-        let uses = self.scope.uses(&method.body.text, method.body.at, &variables);
+        let uses = self.scope.uses(method.body.at, &variables);
         let body = self.splices.lines(&method.body)?;
         Ok(quote! {
             #doc
@@ -452,7 +452,7 @@ impl<'p> ReactorModule<'p> {
             variables.push(ident(&parameter.name));
             types.push(self.variable_type(&parameter.kind, parameter.effect)?);
         }
-        let uses = self.scope.uses(&body.text, body.at, &variables);
+        let uses = self.scope.uses(body.at, &variables);
         let body = self.splices.lines(body)?;
         // Not every body uses all that it is given; what a body itself declares in vain is still warned of.
         Ok(quote! {
@@ -500,7 +500,7 @@ impl<'p> ReactorModule<'p> {
             Value::Code(code) => {
                 let parameters: Vec<Ident> =
                     self.class.parameters.iter().map(|parameter| ident(&parameter.name)).collect();
-                let uses = self.scope.uses(&code.text, code.at, &parameters);
+                let uses = self.scope.uses(code.at, &parameters);
                 let value = self.splices.inline(code)?;
                 Ok(if uses.is_some() { quote!({ #uses #value }) } else { value })
             }

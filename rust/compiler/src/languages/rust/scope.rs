@@ -81,17 +81,17 @@ impl Scope {
     }
 
     /// Declarations by which code from a place means what the file of that place declares, where the module's names
-    /// mean something else; `variables` are those that it has in sight.
-    pub(super) fn uses(&self, text: &str, at: Location, variables: &[Ident]) -> Option<TokenStream> {
+    /// mean something else; `variables` are those that it has in sight. All of its names count, because strings of macros
+    /// can have some, too.
+    pub(super) fn uses(&self, at: Location, variables: &[Ident]) -> Option<TokenStream> {
         if at.file.0 == self.file || self.others.iter().all(|other| other.hidden.is_empty()) {
             return None;
         }
-        let mentioned = names(text.parse().unwrap_or_default());
         let is_variable = |name: &String| variables.iter().any(|variable| variable == name);
         let mut uses = TokenStream::new();
         let mut done = BTreeSet::new();
         for Other { path, hidden, .. } in self.others.iter().filter(|other| other.file == at.file.0) {
-            let meant = hidden.iter().filter(|name| mentioned.contains(*name) && !is_variable(name));
+            let meant = hidden.iter().filter(|name| !is_variable(name));
             let meant: Vec<Ident> = meant.filter(|name| done.insert((*name).clone())).map(|name| ident(name)).collect();
             if !meant.is_empty() {
                 uses.extend(quote!(use #path::{#(#meant),*};));
@@ -135,16 +135,4 @@ fn with_paths(tokens: TokenStream, others: &[&Other]) -> TokenStream {
         result.extend([token]);
     }
     result
-}
-
-/// All words of some code.
-fn names(tokens: TokenStream) -> BTreeSet<String> {
-    tokens
-        .into_iter()
-        .flat_map(|token| match token {
-            TokenTree::Ident(name) => BTreeSet::from([name.to_string()]),
-            TokenTree::Group(group) => names(group.stream()),
-            TokenTree::Punct(_) | TokenTree::Literal(_) => BTreeSet::new(),
-        })
-        .collect()
 }

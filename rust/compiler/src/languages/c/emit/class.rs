@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::class_file::ClassFile;
-use super::cpp::{self, extension};
+use super::cpp::extension;
 use super::header;
 use super::reactions::functions;
 use super::structs::{declares_bank_index, field, files, port_struct, self_struct};
@@ -18,7 +18,6 @@ use crate::plan::{BANK_INDEX, Child, ClassIndex, Location, Method, Parameter, St
 pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
     let (plan, name) = (symbols.plan, symbols.class(index));
     let class = &plan.classes[index.0];
-    cpp::check(plan, class)?;
     let text = Text::new(plan, format!("{folder}/c/{name}.{}", extension(plan)), &format!("Reactor `{}`.", class.name));
     let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
