@@ -12,6 +12,27 @@ const PROGRAM: &str = "target Rust\n\n// A reactor.\nimport B from \"b.lf\"\nrea
                        {\n  a = new A()\n  b = new B()\n  a.y -> b.z\n}\n";
 const IMPORTED: &str = "target Rust\nreactor B {\n  input x: u8\n}\n";
 
+/// Characters that nobody sees, and some that look like others.
+const STRANGE: &[char] = &[
+    '\u{A0}',
+    '\u{200B}',
+    '\u{FEFF}',
+    '\u{2060}',
+    '\u{202E}',
+    '\u{3000}',
+    '\0',
+    '\u{1}',
+    '\u{E0041}',
+    '“',
+    '”',
+    '；',
+    '–',
+];
+
+/// Texts of the program behind tokens.
+const PLACES: [&str; 9] =
+    ["input", " x: u8", ": u8\n  output", "u8\n  output", "output", " y: u8", "a = new", "= new", "ctx.set"];
+
 fn compiled(main: &[u8], imported: &[u8]) -> Compilation {
     let text = |bytes: &[u8]| decode(bytes.to_vec()).expect("it is UTF-8");
     compile("a.lf", &BTreeMap::from([("a.lf".to_owned(), text(main)), ("b.lf".to_owned(), text(imported))]))
@@ -78,11 +99,10 @@ proptest! {
     /// Wherever a character without a meaning stands, outside of strings and comments, it is named.
     #[test]
     fn a_strange_character_is_named_where_it_is(
-        c in prop::sample::select("\u{A0}\u{200B}\u{FEFF}\u{2060}\u{202E}\u{3000}\u{0}\u{1}“”；–\u{E0041}".chars().collect::<Vec<_>>()),
+        c in prop::sample::select(STRANGE),
         at in 0..9_usize,
     ) {
-        let places = ["input", " x: u8", ": u8\n  output", "u8\n  output", "output", " y: u8", "a = new", "= new", "ctx.set"];
-        let at = PROGRAM.find(places[at]).expect("it is there");
+        let at = PROGRAM.find(PLACES[at]).expect("it is there");
         let text = format!("{}{c}{}", &PROGRAM[..at], &PROGRAM[at..]).replace("b.z", "b.x");
         let compilation = compiled(text.as_bytes(), IMPORTED.as_bytes());
         let number = format!("U+{:04X}", u32::from(c));

@@ -118,7 +118,8 @@ fn initial_values_are_those_of_c() {
 fn a_macro_of_an_heir_in_inherited_code_is_a_warning() {
     let base = |own: &str| {
         format!(
-            "target C\npreamble {{=\n#define LIMIT {own}\n=}}\nreactor Base {{ reaction(startup) {{= int x = LIMIT; =}} }}"
+            "target C\npreamble {{=\n#define LIMIT {own}\n=}}\n\
+             reactor Base {{ reaction(startup) {{= int x = LIMIT; =}} }}"
         )
     };
     let heir = "target C\nimport Base from \"Base.lf\"\npreamble {=\n  # define LIMIT 5\n#define OTHER 1\n=}\n\

@@ -11,30 +11,34 @@ use lf_federations::{Lfz, Run};
 use tempfile::TempDir;
 
 /// Words of Rust, types and macros that it has in sight, and what we put there.
-const OF_RUST: &str = "abstract async await become box break continue do dyn else enum extern fn for gen if impl in let \
-    loop macro match mod move mut override priv pub ref return static struct trait try type typeof union unsafe unsized \
-    use virtual where while yield bool char f32 f64 i128 i16 i32 i64 i8 isize str u128 u16 u32 u64 u8 usize AsMut AsRef \
-    Box Clone Copy Debug Default Drop Eq Extend Fn FnMut FnOnce From FromIterator Hash Into IntoIterator Iterator Option \
-    Ord PartialEq PartialOrd Result Send String Sync ToString Vec drop vec println format assert panic Duration EventTag \
-    FixedPayload Instant LogicalAction Multiport MultiportMut Offset Payload PhysicalAction PhysicalActionRef \
-    PhysicalLink Port ReactionContext SpawnPhysicalThread Timer Watchdog assert_tag_is debug delay device error heapless \
-    info log payload tag trace warn lf core std alloc test lib rti federate c TABLES DESCRIPTION Storage Program Tables \
-    Federation member bank_index value serde postcard lf_linux lf_model Lines LINES Level Part Tag Cell trigger port";
+const OF_RUST: &str = "\
+    abstract async await become box break continue do dyn else enum extern fn for gen if impl in let loop macro \
+    match mod move mut override priv pub ref return static struct trait try type typeof union unsafe unsized use \
+    virtual where while yield bool char f32 f64 i128 i16 i32 i64 i8 isize str u128 u16 u32 u64 u8 usize AsMut \
+    AsRef Box Clone Copy Debug Default Drop Eq Extend Fn FnMut FnOnce From FromIterator Hash Into IntoIterator \
+    Iterator Option Ord PartialEq PartialOrd Result Send String Sync ToString Vec drop vec println format assert \
+    panic Duration EventTag FixedPayload Instant LogicalAction Multiport MultiportMut Offset Payload \
+    PhysicalAction PhysicalActionRef PhysicalLink Port ReactionContext SpawnPhysicalThread Timer Watchdog \
+    assert_tag_is debug delay device error heapless info log payload tag trace warn lf core std alloc test lib \
+    rti federate c TABLES DESCRIPTION Storage Program Tables Federation member bank_index value serde postcard \
+    lf_linux lf_model Lines LINES Level Part Tag Cell trigger port";
 
 /// What reactors can be called, and nothing that bodies see.
-const OF_REACTORS: &str = "Some None Ok Err Asap After ctx";
+const OF_REACTORS: &str = "\
+    Some None Ok Err Asap After ctx";
 
 /// Words of C++.
-const OF_CPP: &str = "class namespace template typename virtual this throw try catch operator friend explicit export \
-    delete using and or not xor bitand bitor compl const_cast decltype noexcept typeid wchar_t concept requires";
+const OF_CPP: &str = "\
+    class namespace template typename virtual this throw try catch operator friend explicit export delete using \
+    and or not xor bitand bitor compl const_cast decltype noexcept typeid wchar_t concept requires";
 
 /// Functions of C and of LF in C, and fields of what bodies have.
 const OF_C: &str = "\
-    printf \
-    malloc free exit abort memcpy memset strlen clock sleep usleep read write open close index signal select socket send \
-    recv bind listen accept connect y0 j1 jn gamma pow sin exp log floor round environ optarg div abs rand srand remove \
-    puts getc assert size_t int32_t string byte interval_t instant_t tag_t FILE schedule reactor_t token_t trigger \
-    action_t port value is_present length token parent environment event vector_t lf width member_index x out in y";
+    printf malloc free exit abort memcpy memset strlen clock sleep usleep read write open close index signal \
+    select socket send recv bind listen accept connect y0 j1 jn gamma pow sin exp log floor round environ optarg \
+    div abs rand srand remove puts getc assert size_t int32_t string byte interval_t instant_t tag_t FILE \
+    schedule reactor_t token_t trigger action_t port value is_present length token parent environment event \
+    vector_t lf width member_index x out in y";
 
 fn written(folder: &TempDir, name: &str, text: &str) -> std::path::PathBuf {
     let path = folder.path().join(name);
@@ -62,8 +66,10 @@ fn parts_called_like_what_rust_or_generated_code_knows_compile() {
         let _ = writeln!(
             text,
             "reactor {name}({own}: u32 = 1, q: String = {{= \"a\".into() =}}) {{\n  input {own}: Vec<u8>\n  \
-             output[2] o: String\n  state {own}: Option<u32> = {{= Some(1) =}}\n  state s: Box<u8> = {{= Box::new(3) =}}\
-             \n  timer t(0, 1 sec)\n  logical action a: String\n  reaction(startup) -> a {{= let _x: Result<u8, String> \
+             output[2] o: String\n  state {own}: Option<u32> = {{= Some(1) =}}\n  state s: Box<u8> = {{= \
+             Box::new(3) =}}\
+             \n  timer t(0, 1 sec)\n  logical action a: String\n  reaction(startup) -> a {{= let _x: Result<u8, \
+             String> \
              = Ok(*self.s); =}}\n  reaction(t, a) {own} -> o {{= ctx.set(&mut o[0], String::from(\"x\")); =}}\n}}"
         );
         let _ = writeln!(main, "  instance_of_{name} = new {name}()");
@@ -91,17 +97,22 @@ fn parts_called_like_what_rust_or_generated_code_knows_compile() {
 /// All that stands in the way is declared by the program: scaffolding names nothing that these could hide.
 #[test]
 fn types_called_like_what_rust_or_bodies_know_compile() {
-    let types = "Box Default Drop Eq Extend Fn From Hash Into Iterator Option Ord PartialEq Result Send String Sync Vec \
+    let types = "Box Default Drop Eq Extend Fn From Hash Into Iterator Option Ord PartialEq Result Send String Sync \
+    Vec \
                  Duration EventTag FixedPayload Instant LogicalAction Multiport MultiportMut Offset Payload \
                  PhysicalAction PhysicalLink Port ReactionContext SpawnPhysicalThread Timer Watchdog A";
     let types: String = types.split_whitespace().map(|name| format!("  pub struct {name} {{ pub x: u8 }}\n")).collect();
     let text = format!(
         "target Rust\npreamble {{=\n{types}  pub enum E {{ None, Some(u8), Ok, Err }}\n  pub use E::*;\n  pub const \
          After: u8 = 1;\n=}}\nreactor A(p: u8 = 1, q: time = 1 sec) {{\n  input i: Option\n  output o: String\n  \
-         output[2] m: Vec\n  logical action a: Box\n  physical action b(1 sec): u8\n  timer t(0, 1 sec)\n  state s: u8\n  \
-         state u: time = 2 sec\n  reset state r: u8 = 1\n  reaction(startup) -> o, m, a {{= ctx.set(o, String {{ x: 1 }}); \
-         =}}\n  reaction(t, b) i -> a {{= =}}\n  watchdog w(1 sec) {{= =}}\n  initial mode M {{ reaction(t) -> reset(N) \
-         {{= =}} }}\n  mode N {{ reaction(t) {{= =}} }}\n}}\nreactor B {{ input i: String; reaction(i) {{= =}} }}\nmain \
+         output[2] m: Vec\n  logical action a: Box\n  physical action b(1 sec): u8\n  timer t(0, 1 sec)\n  state s: \
+         u8\n \
+         state u: time = 2 sec\n  reset state r: u8 = 1\n  reaction(startup) -> o, m, a {{= ctx.set(o, String {{ x: \
+         1 }}); \
+         =}}\n  reaction(t, b) i -> a {{= =}}\n  watchdog w(1 sec) {{= =}}\n  initial mode M {{ reaction(t) -> \
+         reset(N) \
+         {{= =}} }}\n  mode N {{ reaction(t) {{= =}} }}\n}}\nreactor B {{ input i: String; reaction(i) {{= =}} \
+         }}\nmain \
          reactor {{ a = new A(p = 2); b = new B(); a.o -> b.i }}\n"
     );
     let folder = folder();
@@ -116,14 +127,16 @@ fn code_means_what_the_file_declares_that_it_is_written_in() {
         "Base.lf",
         "target Rust\npreamble {=\n  const LIMIT: usize = 3;\n  pub struct Payload { pub x: u8 }\n  pub struct Thing { \
          pub a: [u8; LIMIT] }\n  fn help() -> usize { LIMIT }\n=}\nreactor Base(size: usize = {= LIMIT =}) {\n  state \
-         a: {= [u8; LIMIT] =} = {= [0; LIMIT] =}\n  output o: Payload\n  logical action b: Thing\n  reaction(startup) -> \
+         a: {= [u8; LIMIT] =} = {= [0; LIMIT] =}\n  output o: Payload\n  logical action b: Thing\n  \
+         reaction(startup) -> \
          o, b {= println!(\"base {LIMIT} {} {} {}\", self.size, self.a.len(), help()); =}\n}\n",
     );
     let file = written(
         &folder,
         "Heir.lf",
         "target Rust\nimport Base from \"Base.lf\"\npreamble {=\n  const LIMIT: usize = 5;\n  pub struct Thing;\n  fn \
-         help() -> usize { LIMIT }\n=}\nreactor Heir extends Base {\n  state c: {= [u8; LIMIT] =} = {= [0; LIMIT] =}\n  \
+         help() -> usize { LIMIT }\n=}\nreactor Heir extends Base {\n  state c: {= [u8; LIMIT] =} = {= [0; LIMIT] \
+         =}\n \
          logical action d: Thing\n  reaction(startup) -> d {= println!(\"heir {LIMIT} {} {}\", self.c.len(), help()); \
          =}\n}\nmain reactor { a = new Heir() }\n",
     );

@@ -166,7 +166,8 @@ mod tests {
     #[test]
     fn the_folder_of_the_file_is_where_its_files_are() {
         let file = file(
-            "target_sources(${LF_MAIN_TARGET} PRIVATE ${CMAKE_CURRENT_LIST_DIR}/a.c ${CMAKE_CURRENT_SOURCE_DIR}/c/b.c)\n\
+            "target_sources(${LF_MAIN_TARGET} PRIVATE\n  ${CMAKE_CURRENT_LIST_DIR}/a.c\n  \
+             ${CMAKE_CURRENT_SOURCE_DIR}/c/b.c)\n\
              target_include_directories(${LF_MAIN_TARGET} PRIVATE \"${CMAKE_CURRENT_LIST_DIR}\" ${CMAKE_SOURCE_DIR}/h)",
         );
         assert_eq!(file.sources, ["a.c", "c/b.c"]);

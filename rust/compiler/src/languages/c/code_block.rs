@@ -7,8 +7,8 @@ use crate::languages::{CodeKind, CodeProblem};
 /// Those behind which text can be that is not C as it stands.
 const DIRECTIVES: [&str; 2] = ["if", "define"];
 
-/// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open what is closed
-/// elsewhere, so nothing is said about a block that has any.
+/// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open
+/// what is closed elsewhere, so of a block that has any only the depth is looked at.
 pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let directive = |line: &str| {
         let directive = line.trim_start().strip_prefix('#').map(str::trim_start);

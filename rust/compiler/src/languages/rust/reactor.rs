@@ -10,7 +10,7 @@ use quote::{format_ident, quote};
 use super::layout::Layout;
 use super::names::ident;
 use super::print::interval;
-use super::scope::Scope;
+use super::scope::ModuleNames;
 use super::sending::{SentPort, serializer_type};
 use super::splice::Splices;
 use super::types::{DURATION, is_copy};
@@ -27,7 +27,7 @@ pub(super) fn emit(
     class: ClassIndex,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
-    let (is_whole, splices, scope) = (layout.has(class), Splices::new(plan), Scope::new(plan, layout, class));
+    let (is_whole, splices, scope) = (layout.has(class), Splices::new(plan), ModuleNames::new(plan, layout, class));
     let class_of = &plan.classes[class.0];
     let mut module = ReactorModule { plan, layout, index: class, class: class_of, is_whole, scope, splices };
     let tokens = module.tokens()?;
@@ -106,7 +106,7 @@ struct ReactorModule<'p> {
     class: &'p ReactorClass,
     /// Whether it is emitted with its reactions and its state, and not only with its types.
     is_whole: bool,
-    scope: Scope,
+    scope: ModuleNames,
     splices: Splices<'p>,
 }
 

@@ -24,13 +24,13 @@ struct Other {
 }
 
 /// The names of a reactor's module.
-pub(super) struct Scope {
+pub(super) struct ModuleNames {
     file: usize,
     imports: TokenStream,
     others: Vec<Other>,
 }
 
-impl Scope {
+impl ModuleNames {
     pub(super) fn new(plan: &Plan, layout: &Layout<'_>, index: ClassIndex) -> Self {
         let class = &plan.classes[index.0];
         let own_file = Items::of(&plan.files[class.at.file.0].preambles);
@@ -81,8 +81,8 @@ impl Scope {
     }
 
     /// Declarations by which code from a place means what the file of that place declares, where the module's names
-    /// mean something else; `variables` are those that it has in sight. All of its names count, because strings of macros
-    /// can have some, too.
+    /// mean something else; `variables` are those that it has in sight. Which names it has does not count, because
+    /// strings of macros can have some, too.
     pub(super) fn uses(&self, at: Location, variables: &[Ident]) -> Option<TokenStream> {
         if at.file.0 == self.file || self.others.iter().all(|other| other.hidden.is_empty()) {
             return None;
