@@ -4,6 +4,7 @@
 use crate::diagnostics::{Code, Diagnostics};
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
+use crate::stack::with_stack;
 use crate::{analysis, federates, instances};
 
 /// What came of a program.
@@ -20,7 +21,7 @@ pub struct Compilation {
 /// All errors of a stage are reported together; a stage is entered when the one before it left enough to go on.
 pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
     let mut diagnostics = Diagnostics::default();
-    let plan = stages(main_path, sources, &mut diagnostics);
+    let plan = with_stack(|| stages(main_path, sources, &mut diagnostics));
     diagnostics.sort();
     let plan = plan.filter(|_| !diagnostics.has_errors());
     Compilation { plan, diagnostics }
@@ -34,8 +35,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
         return None;
     }
     resolve::check_code(&program, diagnostics);
-    // A declaration that could not be read would be missed at every use.
-    if incomplete {
+    // A declaration that could not be read would be missed at every use, and what is too deep nobody may parse.
+    if incomplete || diagnostics.iter().any(|entry| entry.code == Code::NestingTooDeep) {
         return None;
     }
     let expanded = resolve::expand(&program, diagnostics);
@@ -61,5 +62,6 @@ fn leaves_gaps(code: Code) -> bool {
             | Code::MissingFile
             | Code::MissingImport
             | Code::ImportCycle
+            | Code::TooLarge
     )
 }

@@ -83,6 +83,9 @@ fn check_share(class: &Class<'_>, reaction: usize, federate: &Class<'_>, diagnos
     }
 }
 
+/// How long the name of a federate may be: systems take up to 255 bytes for a file, and there is more in its name.
+const NAME_MAX: usize = 120;
+
 /// Reports what a federated reactor cannot have, and what has no effect in it.
 fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     let body = &class.ast.body;
@@ -111,6 +114,10 @@ fn check_federated(class: &Class<'_>, diagnostics: &mut Diagnostics) {
     for child in &class.children {
         let name = &child.ast.name;
         let lower = name.text.to_lowercase();
+        if name.text.len() > NAME_MAX {
+            let message = format!("the name of a federate is longer than {NAME_MAX} characters, and files have it");
+            diagnostics.push(Diagnostic::new(Code::FederateNameClash, name.span, message).hint("shorten it"));
+        }
         if lower == "rti" {
             let message = format!("a federate cannot be called `{}`, because the RTI has this name", name.text);
             diagnostics.push(Diagnostic::new(Code::FederateNameClash, name.span, message).hint("rename the instance"));

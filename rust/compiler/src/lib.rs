@@ -7,6 +7,7 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+pub mod characters;
 mod compilation;
 pub mod deployment;
 pub mod diagnostics;
@@ -17,6 +18,7 @@ mod languages;
 pub mod maxwait;
 pub mod plan;
 mod resolve;
+mod stack;
 mod syntax;
 pub mod tables;
 mod yaml;

@@ -112,3 +112,26 @@ fn initial_values_are_those_of_c() {
     });
     assert_eq!(values.collect::<Vec<_>>(), ["{1, 2, 3}", "{1}", "\"a \\\"b\\\" c\"", "((interval_t)-1000000000LL)"]);
 }
+
+/// The macros of an heir's file take part in what it inherits, unless both files say the same.
+#[test]
+fn a_macro_of_an_heir_in_inherited_code_is_a_warning() {
+    let base = |own: &str| {
+        format!(
+            "target C\npreamble {{=\n#define LIMIT {own}\n=}}\n\
+             reactor Base {{ reaction(startup) {{= int x = LIMIT; =}} }}"
+        )
+    };
+    let heir = "target C\nimport Base from \"Base.lf\"\npreamble {=\n  # define LIMIT 5\n#define OTHER 1\n=}\n\
+                reactor Heir extends Base { reaction(shutdown) {= int x = LIMIT + OTHER; =} }\nmain reactor { a = new \
+                Heir() }";
+    let warnings = |own: &str| {
+        let files = BTreeMap::from([("Heir.lf".to_owned(), heir.to_owned()), ("Base.lf".to_owned(), base(own))]);
+        let compilation = compile("Heir.lf", &files);
+        assert!(compilation.plan.is_some());
+        compilation.diagnostics.iter().map(|entry| (entry.code, entry.message.clone())).collect::<Vec<_>>()
+    };
+    let message = "`LIMIT` of this file takes part in code that `Heir` inherits".to_owned();
+    assert_eq!(warnings("3"), [(lf_compiler::Code::InheritedMacro, message)]);
+    assert_eq!(warnings("5"), []);
+}

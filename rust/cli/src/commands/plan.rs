@@ -10,7 +10,7 @@ use lf_compiler::plan::Plan;
 use serde::Serialize;
 
 use crate::args::PlanArgs;
-use crate::compile::Program;
+use crate::compile::{Program, read_text};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -57,8 +57,7 @@ fn offsets(plan: &Plan, arguments: &PlanArgs) -> Result<Offsets, Failure> {
 }
 
 fn read(file: &Path, plan: &Plan) -> Result<Bounds, Failure> {
-    let text = std::fs::read_to_string(file)
-        .map_err(|error| Failure::message(format!("cannot read {}: {error}", file.display())))?;
+    let text = read_text(file).map_err(|error| Failure::message(format!("cannot read {}: {error}", file.display())))?;
     Bounds::parse(&file.display().to_string(), &text, plan).map_err(|errors| {
         errors.iter().for_each(terminal::remark);
         Failure::Reported

@@ -74,8 +74,10 @@ impl Job<'_> {
         let format = if self.coloured { "json-diagnostic-rendered-ansi" } else { "json" };
         command.arg(format!("--message-format={format}"));
         command.arg("--target-dir").arg(self.target);
+        // By their programs, because another crate may have the name of a package.
+        command.arg("--workspace");
         for package in self.packages {
-            command.args(["--package", package]);
+            command.args(["--bin", package]);
         }
         command.args(["--profile", self.profile]);
         // What is compiled once serves all programs; the executables, whose names may be alike, stay apart.

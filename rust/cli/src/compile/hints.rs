@@ -3,6 +3,50 @@
 
 use super::scopes::{Kind, Scope, Thing};
 
+/// Calls that take an action.
+const SCHEDULING: [&str; 3] = [".schedule(", ".schedule_with_v(", ".schedule_physical("];
+
+/// What bodies in C call, and what does the same in Rust.
+const FUNCTIONS_OF_C: [(&str, &str); 16] = [
+    ("lf_set", "ctx.set(PORT, VALUE)"),
+    ("lf_set_array", "ctx.set(PORT, VALUE)"),
+    ("lf_set_token", "ctx.set(PORT, VALUE)"),
+    ("lf_set_mode", "ctx.set_mode(MODE)"),
+    ("lf_schedule", "ctx.schedule(ACTION, After(DELAY))"),
+    ("lf_schedule_int", "ctx.schedule_with_v(ACTION, Some(VALUE), After(DELAY))"),
+    ("lf_schedule_copy", "ctx.schedule_with_v(ACTION, Some(VALUE), After(DELAY))"),
+    ("lf_schedule_value", "ctx.schedule_with_v(ACTION, Some(VALUE), After(DELAY))"),
+    ("lf_request_stop", "ctx.request_stop(Asap)"),
+    ("lf_tag", "ctx.get_tag()"),
+    ("lf_time_logical", "ctx.get_logical_time()"),
+    ("lf_time_logical_elapsed", "ctx.get_elapsed_logical_time()"),
+    ("lf_time_physical", "ctx.get_physical_time()"),
+    ("lf_time_physical_elapsed", "ctx.get_elapsed_physical_time()"),
+    ("lf_time_start", "ctx.get_start_time()"),
+    ("lf_print", "info!(TEXT)"),
+];
+
+/// Fields of ports and actions in C, and what has the same in Rust.
+const MEMBERS_OF_C: [(&str, &str); 5] = [
+    ("value", "ctx.get(@)"),
+    ("is_present", "ctx.is_present(@)"),
+    ("has_value", "ctx.is_present(@)"),
+    ("width", "@.len()"),
+    ("intended_tag", "ctx.get_intended_tag(@)"),
+];
+
+/// Devices of images, and the options that they are there with.
+const DEVICES: [(&str, &str); 8] = [
+    ("I2c", "I2C"),
+    ("Spi", "SPI"),
+    ("Adc", "ADC"),
+    ("Pwm", "PWM"),
+    ("Uart", "SERIAL"),
+    ("Pin", "GPIO"),
+    ("Input", "GPIO"),
+    ("Output", "GPIO"),
+];
+
 /// What rustc has said, as far as it matters here.
 pub(super) struct RustcError<'a> {
     /// The error's code, or nothing.
@@ -20,13 +64,62 @@ pub(super) struct RustcError<'a> {
 impl RustcError<'_> {
     /// What to do; it takes the place of rustc's own notes.
     pub(super) fn hint(&self) -> Option<String> {
-        match self.code {
+        self.timer_scheduled().or_else(|| self.context_elsewhere()).or_else(|| match self.code {
+            "E0616" | "E0609" | "E0615" | "E0599" | "E0608" => self.port_as_in_c(),
             "E0423" | "E0425" => self.unknown_name(),
             "E0308" => self.not_mutable(),
             "E0277" => self.not_copy(),
-            "E0432" | "E0433" => self.missing_crate(),
+            "E0432" | "E0433" => self.missing_device().or_else(|| self.missing_crate()),
             _ => None,
-        }
+        })
+    }
+
+    /// Only actions are scheduled, and a timer has no list of effects that it could be added to.
+    fn timer_scheduled(&self) -> Option<String> {
+        let is_scheduled =
+            SCHEDULING.iter().any(|call| self.before().trim_end().trim_end_matches("&mut").ends_with(call));
+        let thing = self.scope?.thing(self.meant())?;
+        (is_scheduled && thing.kind == Kind::Timer).then(|| {
+            let name = &thing.name;
+            format!("`{name}` is a timer, which has its own times: schedule a logical action in its place")
+        })
+    }
+
+    /// What a body is given is there until the reaction has ended, and in its thread.
+    fn context_elsewhere(&self) -> Option<String> {
+        let is_sent = self.message.contains("cannot be sent between threads safely")
+            || self.message.contains("cannot be shared between threads safely");
+        let escapes = self.code == "E0521" || self.code == "E0373" || self.code == "E0597";
+        let is_of_body = ["dyn Env", "dyn lf_model::", "ReactionContext", "dyn Outside", "`ctx`"]
+            .iter()
+            .any(|name| self.message.contains(name) || self.label.contains(name));
+        let is_spawned = self.line.contains("spawn") || self.line.contains("thread");
+        (is_of_body && (is_sent || (escapes && is_spawned))).then(|| {
+            "a thread cannot have `ctx`: start it by `ctx.spawn_physical_thread(|link| …)`, which gives it a link to \
+             schedule physical actions by"
+                .to_owned()
+        })
+    }
+
+    /// Fields and methods that ports have in C.
+    fn port_as_in_c(&self) -> Option<String> {
+        let member = self.meant().trim_matches(['.', '(', ')', ' ']);
+        let (_, call) = MEMBERS_OF_C.iter().find(|(name, _)| *name == member)?;
+        let owner = self.before().trim_end_matches(['.', '>', '-']);
+        let start = owner.rfind(|sign: char| !sign.is_alphanumeric() && sign != '_').map_or(0, |at| at + 1);
+        let name = &owner[start..];
+        let is_variable = self.scope?.has_variable(name);
+        is_variable.then(|| format!("write `{}`", call.replace('@', name)))
+    }
+
+    /// A module of devices that images have when their configuration says so.
+    fn missing_device(&self) -> Option<String> {
+        let is_device =
+            self.message.contains("devices") || self.line.contains("devices::") || self.label.contains("devices");
+        let meant = self.meant();
+        let (_, option) =
+            DEVICES.iter().find(|(name, _)| meant.ends_with(name) || self.label.contains(&format!("`{name}`")))?;
+        is_device.then(|| format!("images have it with `CONFIG_{option}=y` in their `prj.conf`"))
     }
 
     fn meant(&self) -> &str {
@@ -40,6 +133,9 @@ impl RustcError<'_> {
     /// A name that the signature of the reaction could have given the body.
     fn unknown_name(&self) -> Option<String> {
         let (scope, name) = (self.scope?, self.meant());
+        if let Some((_, call)) = FUNCTIONS_OF_C.iter().find(|(function, _)| *function == name) {
+            return Some(format!("`{name}` is a function of bodies in C; here write `{call}`"));
+        }
         if let Some(thing) = scope.thing(name) {
             return Some(declare(scope, thing, self.before()));
         }

@@ -25,7 +25,7 @@ use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name
 use lf_compiler::plan::Plan;
 
 pub(crate) use console::Console;
-pub(crate) use source::{Program, count};
+pub(crate) use source::{Program, count, read_text};
 pub(crate) use stored::explain;
 
 use crate::args::{Places, Platform};
@@ -109,7 +109,7 @@ impl<'a> Request<'a> {
         let mut deployment = match self.deployment {
             None => Deployment::default(),
             Some(path) => {
-                let text = std::fs::read_to_string(path)
+                let text = read_text(path)
                     .map_err(|error| Failure::message(format!("cannot read {}: {error}", path.display())))?;
                 Deployment::parse(&path.display().to_string(), &text, plan).map_err(|errors| report(&errors))?
             }

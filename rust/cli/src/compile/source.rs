@@ -2,9 +2,10 @@
 //! Reading a program, and saying what is wrong with it.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read as _};
 use std::path::Path;
 
+use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use lf_compiler::plan::Plan;
 use lf_compiler::{Diagnostics, SourceProvider};
 
@@ -16,21 +17,38 @@ pub(crate) struct Files;
 
 impl SourceProvider for Files {
     fn read(&self, path: &str) -> Result<String, String> {
-        let bytes = fs::read(path).map_err(|error| match error.kind() {
-            ErrorKind::NotFound => "it does not exist".to_owned(),
-            ErrorKind::IsADirectory => "it is a folder".to_owned(),
-            ErrorKind::PermissionDenied => "it may not be read".to_owned(),
-            _ => error.to_string(),
-        })?;
-        String::from_utf8(bytes).map_err(|error| {
-            let valid = error.utf8_error().valid_up_to();
-            format!("it is no UTF-8 text (its byte {valid} is wrong)")
-        })
+        read_text(Path::new(path))
     }
 
     fn exists(&self, path: &str) -> bool {
-        Path::new(path).exists()
+        fs::metadata(path).is_ok_and(|found| found.is_file() || found.is_dir())
     }
+}
+
+/// The text of a file that people write.
+///
+/// # Errors
+/// Why there is none, as the end of a sentence. Devices and pipes are not read, because they may have no end.
+pub(crate) fn read_text(path: &Path) -> Result<String, String> {
+    let reason = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => "it does not exist".to_owned(),
+        ErrorKind::IsADirectory => "it is a folder".to_owned(),
+        ErrorKind::PermissionDenied => "it may not be read".to_owned(),
+        _ => error.to_string(),
+    };
+    // Opening a pipe would wait for somebody who writes to it.
+    let found = fs::metadata(path).map_err(reason)?;
+    if found.is_dir() {
+        return Err("it is a folder".to_owned());
+    }
+    if !found.is_file() {
+        return Err("it is a device or a pipe, and no file".to_owned());
+    }
+    check_size(found.len())?;
+    let mut bytes = Vec::new();
+    let file = fs::File::open(path).map_err(reason)?;
+    file.take(SOURCE_BYTES_MAX as u64 + 1).read_to_end(&mut bytes).map_err(reason)?;
+    decode(bytes)
 }
 
 /// A program without errors.
@@ -93,8 +111,12 @@ mod tests {
         let text = path.to_str().expect("temporary paths are UTF-8");
         assert_eq!(Files.read(text), Err("it does not exist".to_owned()));
         fs::write(&path, b"target \xff").expect("it can be written");
-        assert_eq!(Files.read(text), Err("it is no UTF-8 text (its byte 7 is wrong)".to_owned()));
+        let wrong = "it is no UTF-8 text (line 1, column 8: byte 0xFF); save it as UTF-8";
+        assert_eq!(Files.read(text), Err(wrong.to_owned()));
         assert_eq!(Files.read(folder.path().to_str().expect("UTF-8")), Err("it is a folder".to_owned()));
+        assert_eq!(Files.read("/dev/zero"), Err("it is a device or a pipe, and no file".to_owned()));
+        fs::File::create(&path).and_then(|file| file.set_len(1 << 40)).expect("holes take no room");
+        assert_eq!(Files.read(text), Err("it has more than 16 MiB, which no program needs".to_owned()));
     }
 
     #[test]

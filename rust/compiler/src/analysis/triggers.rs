@@ -203,7 +203,7 @@ impl FederateBuilder<'_> {
                 if rate.complete && capacity < derived {
                     let message = format!("{derived} values can be on their way here, and the capacity is {capacity}");
                     let hint = "the program ends with an error when the queue is full; raise the capacity";
-                    diagnostics.push(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
+                    diagnostics.push_for_channel(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
                 }
                 capacity
             }
@@ -214,7 +214,7 @@ impl FederateBuilder<'_> {
                 let hint = "its source can be written at any rate, and the program ends with an error when the queue \
                             is full: write `@capacity(n)` before the connection, or give the action that causes it a \
                             minimum spacing";
-                diagnostics.push(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
+                diagnostics.push_for_channel(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
                 bounded(derived.saturating_add(ACTION_CAPACITY), link.span, diagnostics)
             }
         };
@@ -247,7 +247,7 @@ impl FederateBuilder<'_> {
                 let hint = "in a cycle of federates the queue has to hold them all, or the program ends with an error: \
                             write `@capacity(n)` before the connection, or give the action that causes it a minimum \
                             spacing";
-                diagnostics.push(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
+                diagnostics.push_for_channel(Diagnostic::new(Code::UnknownCapacity, link.span, message).hint(hint));
             }
             let derived = in_flight(&rate.streams, delay_ns.saturating_mul(2));
             bounded(derived.saturating_add(NETWORK_CAPACITY), link.span, diagnostics)
@@ -274,7 +274,7 @@ impl FederateBuilder<'_> {
             "when the connection's buffers are full as well, the sender is held up, and late elsewhere: write \
              `@capacity({coming})` before the connection, or wait for a shorter time",
         );
-        diagnostics.push(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
+        diagnostics.push_for_channel(Diagnostic::new(Code::SmallCapacity, link.span, message).hint(hint));
     }
 
     /// How long a message can be held up by what this federate waits for elsewhere, waits for ever left out: how many

@@ -63,6 +63,9 @@ codes! {
     /// A reactor that the imported file does not have.
     MissingImport = "E022-missing-import",
 
+    /// A file whose name the files and programs made of it cannot have.
+    FileName = "E023-file-name",
+
     /// A feature of the language that is not supported yet.
     Unsupported = "E030-unsupported",
     /// A target property that is not honoured yet.
@@ -180,6 +183,8 @@ codes! {
     UnequalWidths = "W009-unequal-widths",
     /// A reaction without a body.
     MissingBody = "W010-missing-body",
+    /// A macro that inherited code sees, and whose own file has another one or none.
+    InheritedMacro = "W011-inherited-macro",
 }
 
 impl Code {

@@ -14,6 +14,8 @@ pub use render::Style;
 pub use source::{FileId, Position, SourceText, SourceTexts, Span};
 pub(crate) use suggest::did_you_mean;
 
+use indexmap::{IndexMap, IndexSet};
+
 /// How bad a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
@@ -24,7 +26,7 @@ pub enum Severity {
 }
 
 /// A further place that explains the first one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Label {
     /// The place.
     pub span: Span,
@@ -33,7 +35,7 @@ pub struct Label {
 }
 
 /// One thing that is wrong with a program, or that its author should know.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Diagnostic {
     /// The stable name of this kind of diagnostic.
     pub code: Code,
@@ -95,14 +97,18 @@ impl Diagnostic {
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     sources: SourceTexts,
-    entries: Vec<Diagnostic>,
+    entries: IndexSet<Diagnostic>,
+    errors: usize,
+    /// The first one of each kind about the channels of a connection, and how many more there are.
+    of_channels: IndexMap<(Code, Span), (Diagnostic, usize)>,
 }
 
 impl Diagnostics {
     /// Adds one; the same one twice is kept once.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        if !self.entries.contains(&diagnostic) {
-            self.entries.push(diagnostic);
+        let is_error = diagnostic.severity() == Severity::Error;
+        if self.entries.insert(diagnostic) && is_error {
+            self.errors += 1;
         }
     }
 
@@ -113,9 +119,16 @@ impl Diagnostics {
         }
     }
 
+    /// Adds one about a channel of a connection. A connection can have tens of thousands of them, so the first one
+    /// is told, with the number of the others.
+    pub(crate) fn push_for_channel(&mut self, diagnostic: Diagnostic) {
+        let others = &mut self.of_channels.entry((diagnostic.code, diagnostic.span)).or_insert((diagnostic, 0)).1;
+        *others += 1;
+    }
+
     /// Whether there is at least one error.
     pub fn has_errors(&self) -> bool {
-        self.entries.iter().any(|entry| entry.severity() == Severity::Error)
+        self.errors > 0
     }
 
     /// All entries, sorted by file and place once the compilation has ended.
@@ -125,8 +138,7 @@ impl Diagnostics {
 
     /// The number of errors and of warnings.
     pub fn counts(&self) -> (usize, usize) {
-        let errors = self.entries.iter().filter(|entry| entry.severity() == Severity::Error).count();
-        (errors, self.entries.len() - errors)
+        (self.errors, self.entries.len() - self.errors)
     }
 
     /// Whether nothing was said.
@@ -150,12 +162,21 @@ impl Diagnostics {
         let is_wrong = self.entries.iter().any(is_known);
         if is_wrong {
             self.entries.retain(is_known);
+            self.errors = self.entries.len();
         }
         is_wrong
     }
 
     /// Sorts by file and place; entries of one place stay in the order in which they were found.
     pub(crate) fn sort(&mut self) {
+        for (_, (mut diagnostic, count)) in std::mem::take(&mut self.of_channels) {
+            match count - 1 {
+                0 => {}
+                1 => diagnostic.message.push_str(", and so it is with another channel"),
+                others => diagnostic.message.push_str(&format!(", and so it is with {others} other channels")),
+            }
+            self.push(diagnostic);
+        }
         self.entries.sort_by_key(|entry| (entry.span.file, entry.span.start));
     }
 }

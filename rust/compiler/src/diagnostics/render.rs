@@ -16,13 +16,38 @@ pub enum Style {
     Coloured,
 }
 
+/// How many entries are printed. Nobody reads more of them at once, and most follow from the first ones.
+const PRINTED_MAX: usize = 100;
+
+/// How many bytes of a line are shown at most before and behind what is underlined.
+const LINE_MAX: usize = 500;
+
+/// How many bytes apart two places are at most that are shown as parts of one text.
+const GAP_MAX: usize = 20_000;
+
 impl Diagnostics {
-    /// All entries as text, each with its place, the line of the program and its hint.
+    /// The first entries as text, each with its place, the line of the program and its hint, and how many more there
+    /// are. Errors are printed before warnings are, where there is no room for all; what is printed is in the order of
+    /// the text.
     pub fn render(&self, style: Style) -> String {
+        let (errors, warnings) = self.counts();
+        let shown_errors = errors.min(PRINTED_MAX);
+        let mut room = [shown_errors, warnings.min(PRINTED_MAX - shown_errors)];
+        let left_out = [errors - room[0], warnings - room[1]];
         let mut text = String::new();
         for entry in self.iter() {
-            text.push_str(&render(entry, self.sources(), style));
-            text.push('\n');
+            let room = &mut room[usize::from(entry.severity() == Severity::Warning)];
+            if *room > 0 {
+                *room -= 1;
+                text.push_str(&render(entry, self.sources(), style));
+                text.push('\n');
+            }
+        }
+        let words = left_out.into_iter().zip(["error", "warning"]).filter(|(number, _)| *number > 0);
+        let words = words.map(|(number, word)| format!("{number} more {word}{}", if number == 1 { "" } else { "s" }));
+        let words: Vec<_> = words.collect();
+        if !words.is_empty() {
+            text = text + "and " + &words.join(" and ") + ", which may follow from these\n\n";
         }
         text
     }
@@ -63,11 +88,11 @@ fn place(span: Span, sources: &SourceTexts) -> String {
 /// The lines of the program that the diagnostic is about, with what is underlined in them.
 fn excerpt(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> Option<String> {
     let file = sources.get(diagnostic.span.file)?;
-    if file.text().trim().is_empty() {
+    if file.is_blank() {
         return None;
     }
     let (here, elsewhere): (Vec<_>, Vec<_>) =
-        diagnostic.secondary.iter().partition(|label| label.span.file == diagnostic.span.file);
+        diagnostic.secondary.iter().partition(|label| is_near(label.span, diagnostic.span));
     let main = Window::new(file, here.iter().map(|label| label.span).chain([diagnostic.span]));
     let primary = AnnotationKind::Primary
         .span(main.underlined(diagnostic.span))
@@ -92,7 +117,12 @@ fn excerpt(diagnostic: &Diagnostic, sources: &SourceTexts, style: Style) -> Opti
     Some(renderer.decor_style(DecorStyle::Ascii).render(&[group]))
 }
 
-/// The lines of a file that some spans touch; the rest of a long file is not looked at.
+/// Whether two places are shown as parts of one text, what is between them left out.
+fn is_near(one: Span, other: Span) -> bool {
+    one.file == other.file && one.start.abs_diff(other.start) <= GAP_MAX
+}
+
+/// The lines of a file that some spans touch; the rest of a long file, or of a long line, is not looked at.
 struct Window<'s> {
     text: &'s str,
     /// The first byte of the window in the file.
@@ -111,8 +141,9 @@ impl<'s> Window<'s> {
         }
         let first = floor(text, first);
         let last = floor(text, last).max(first);
-        let start = text[..first].rfind('\n').map_or(0, |at| at + 1);
-        let end = text[last..].find('\n').map_or(text.len(), |length| last + length);
+        let (earliest, latest) = (floor(text, first.saturating_sub(LINE_MAX)), floor(text, last + LINE_MAX));
+        let start = text[earliest..first].rfind('\n').map_or(earliest, |at| earliest + at + 1);
+        let end = text[last..latest].find('\n').map_or(latest, |length| last + length);
         Self { text: &text[start..end], start, line: file.position(start).line }
     }
 

@@ -70,6 +70,11 @@ impl SourceText {
         &self.text
     }
 
+    /// Whether there is nothing to show of it.
+    pub(crate) fn is_blank(&self) -> bool {
+        self.text.trim_start().is_empty()
+    }
+
     /// The line and column of a byte; bytes behind the end are at the end.
     pub fn position(&self, byte: usize) -> Position {
         let byte = byte.min(self.text.len());

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Guesses at what a misspelt name was meant to be.
 
+/// How many candidates are looked at, so that programs with thousands of mistakes and names are read all the same.
+const CANDIDATES_MAX: usize = 500;
+
 /// A hint that names the candidate nearest to `name`, if one is near enough to be a slip of the keyboard.
 pub(crate) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let near = |candidate: &str| strsim::damerau_levenshtein(&name.to_lowercase(), &candidate.to_lowercase());
+    let length = name.chars().count();
     candidates
         .into_iter()
-        .filter(|candidate| *candidate != name)
+        .take(CANDIDATES_MAX)
+        // A name that is much longer or shorter is far away.
+        .filter(|candidate| *candidate != name && candidate.chars().count().abs_diff(length) <= 1 + length / 4)
         .map(|candidate| (near(candidate), candidate))
         .filter(|(distance, candidate)| *distance <= 1 + candidate.chars().count().min(name.chars().count()) / 4)
         .min()

@@ -13,8 +13,9 @@ mod tests;
 
 use crate::deployment::{Place, Platform, RtiHome};
 use crate::plan::{Federate, Plan};
+use crate::stack::with_stack;
 use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
-use names::{Names, kebab_case};
+use names::{Names, package_name, shortened};
 
 pub(crate) use job::Job;
 pub use job::{EmitError, File, Settings};
@@ -84,14 +85,18 @@ pub enum Artifact {
 /// # Errors
 /// For each federate the first thing of which no crate can be made; each thing once.
 pub fn emit(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
+    with_stack(|| emitted(plan, settings))
+}
+
+fn emitted(plan: &Plan, settings: &Settings<'_>) -> Result<Emitted, Vec<EmitError>> {
     let paths = plan.files.iter().map(|file| file.path.clone()).collect();
     let emitted = Emitted { files: Vec::new(), participants: Vec::new(), source_map: SourceMap::new(paths) };
     let language = plan.language(plan.main);
     let mut work = Emitter { plan, settings, emitted, errors: Vec::new() };
     let (mut folders, mut packages) = (Names::default(), Names::default());
     for federate in &plan.federates {
-        let folder = folders.give(&federate.name);
-        let package = packages.give(&package_name(plan, federate)).replace('_', "-");
+        let folder = folders.give(&shortened(&federate.name, '_'));
+        let package = packages.give(&package_of(plan, federate)).replace('_', "-");
         let participant = work.federate(federate, folder, package);
         work.emitted.participants.push(participant);
     }
@@ -122,12 +127,9 @@ pub fn rti_name(plan: &Plan) -> String {
     name
 }
 
-fn package_name(plan: &Plan, federate: &Federate) -> String {
-    if plan.is_federated() {
-        format!("{}-{}", kebab_case(&plan.name), kebab_case(&federate.name))
-    } else {
-        kebab_case(&plan.name)
-    }
+fn package_of(plan: &Plan, federate: &Federate) -> String {
+    let crates = plan.target.cargo.dependencies.iter().map(|one| one.name.as_str());
+    package_name(&plan.name, plan.is_federated().then_some(&federate.name), crates)
 }
 
 /// The name that Zephyr's build knows a crate by.

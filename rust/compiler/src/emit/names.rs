@@ -2,6 +2,7 @@
 //! Names of generated files, packages and other things, which are never given twice.
 
 use std::collections::BTreeSet;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 /// The text with everything that cannot be in an identifier replaced.
 pub(crate) fn plain(text: &str) -> String {
@@ -31,10 +32,83 @@ pub(crate) fn snake_case(name: &str) -> String {
     snake
 }
 
-/// `RelayUnit` becomes `relay-unit`: the name of a package or a program.
-pub(crate) fn kebab_case(name: &str) -> String {
+/// `RelayUnit` becomes `relay-unit`.
+fn kebab_case(name: &str) -> String {
     let kebab: Vec<String> = snake_case(name).split('_').filter(|word| !word.is_empty()).map(str::to_owned).collect();
     if kebab.is_empty() { "federate".to_owned() } else { kebab.join("-") }
+}
+
+/// What no package can be called, because cargo has folders of these names, Rust has words or crates of these names,
+/// or some system has devices of these names.
+const NO_PACKAGES: [&str; 36] = [
+    "alloc",
+    "as",
+    "async",
+    "aux",
+    "await",
+    "build",
+    "con",
+    "core",
+    "crate",
+    "deps",
+    "dyn",
+    "enum",
+    "examples",
+    "fn",
+    "impl",
+    "incremental",
+    "let",
+    "lf",
+    "loop",
+    "match",
+    "mod",
+    "move",
+    "nul",
+    "postcard",
+    "prn",
+    "proc-macro",
+    "pub",
+    "rustapp",
+    "serde",
+    "std",
+    "test",
+    "trait",
+    "type",
+    "unsafe",
+    "use",
+    "where",
+];
+
+/// The name of the package and of the program of a participant, whose own name may be missing: `smart-grid-unit-a`.
+/// It is none of `crates`, which the package depends on.
+pub(crate) fn package_name<'c>(
+    program: &str,
+    participant: Option<&str>,
+    crates: impl Iterator<Item = &'c str>,
+) -> String {
+    let mut name = kebab_case(program);
+    if let Some(participant) = participant {
+        name = name + "-" + &kebab_case(participant);
+    }
+    let is_crate = |name: &str| crates.map(|one| one.replace('_', "-")).any(|one| one == name);
+    let is_taken = NO_PACKAGES.contains(&name.as_str()) || name.starts_with("lf-") || is_crate(&name);
+    if is_taken || name.starts_with(|first: char| first.is_ascii_digit()) {
+        name.insert_str(0, "program-");
+    }
+    shortened(&name, '-')
+}
+
+/// A name that files can have and build tools take, however long it was: what is cut off is a number behind it.
+pub(crate) fn shortened(name: &str, separator: char) -> String {
+    const LENGTH_MAX: usize = 60;
+    const KEPT: usize = 40;
+    if name.len() <= LENGTH_MAX {
+        return name.to_owned();
+    }
+    let mut hasher = DefaultHasher::new();
+    name.hash(&mut hasher);
+    let kept: String = name.chars().take(KEPT).collect();
+    format!("{}{separator}{:016x}", kept.trim_end_matches(separator), hasher.finish())
 }
 
 /// Names that are given once each.
@@ -71,6 +145,26 @@ mod tests {
         assert_eq!(snake_case("HTTPServer2Go"), "http_server2_go");
         assert_eq!(kebab_case("SmartGrid"), "smart-grid");
         assert_eq!(kebab_case("_"), "federate");
+    }
+
+    #[test]
+    fn packages_have_names_that_cargo_takes() {
+        let name = |program: &str| package_name(program, None, ["serde", "my_crate"].into_iter());
+        for (program, expected) in [
+            ("SmartGrid", "smart-grid"),
+            ("2Motors", "program-2-motors"),
+            ("Build", "program-build"),
+            ("-dash", "dash"),
+            ("Serde", "program-serde"),
+            ("MyCrate", "program-my-crate"),
+            ("lf_linux", "program-lf-linux"),
+            ("Über.max", "ber-max"),
+        ] {
+            assert_eq!(name(program), expected);
+        }
+        let (one, other) = (name(&"a".repeat(90)), name(&"a".repeat(91)));
+        assert!(one.len() <= 60 && one != other, "{one} {other}");
+        assert_eq!(package_name("Std", Some("a"), [].into_iter()), "std-a");
     }
 
     #[test]

@@ -22,8 +22,9 @@ pub(crate) trait Language: Debug + Sync {
     /// What is wrong with the syntax of a code block, as far as can be told without the language's own compiler.
     fn code_problem(&self, text: &str, kind: CodeKind) -> Option<CodeProblem>;
 
-    /// Why a name of the program cannot be one of generated code, or of the variables of bodies.
-    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str>;
+    /// Why a name of the program cannot be one of generated code, or of the variables of bodies; `target` is the name
+    /// that the target declaration has for the language.
+    fn name_problem(&self, name: &str, in_bodies: bool, target: &str) -> Option<&'static str>;
 
     /// What a name is reported as that the language cannot have.
     fn name_code(&self) -> Code;
@@ -156,6 +157,8 @@ pub(crate) enum CodeKind {
 /// What is wrong with a code block; places are bytes of its text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct CodeProblem {
+    /// What is reported.
+    pub(crate) code: Code,
     /// Where it is.
     pub(crate) range: core::ops::Range<usize>,
     /// One sentence without a full stop.

@@ -27,7 +27,14 @@ pub(crate) fn default() -> &'static dyn Language {
     ALL[0]
 }
 
+/// The names of all, with the other ones that they have.
+pub(crate) fn all_names() -> impl Iterator<Item = &'static str> {
+    ALL.into_iter().flat_map(|language| [language.name()].into_iter().chain(language.aliases().iter().copied()))
+}
+
 /// The names of all, for people.
 pub(crate) fn names() -> String {
-    ALL.map(|language| format!("`{}`", language.name())).join(" or ")
+    let names: Vec<String> = all_names().map(|name| format!("`{name}`")).collect();
+    let (last, others) = names.split_last().unwrap_or_else(|| unreachable!("there are languages"));
+    if others.is_empty() { last.clone() } else { format!("{} or {last}", others.join(", ")) }
 }

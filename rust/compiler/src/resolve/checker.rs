@@ -34,7 +34,7 @@ impl<'p> Checker<'p> {
             if own.is_none() {
                 let names = class.ports.iter().map(|port| port.name.text.as_str());
                 let message = format!("reactor `{}` has no port `{}`", class.name, name.text);
-                let hint = did_you_mean(&name.text, names);
+                let hint = did_you_mean(&name.text, names).or_else(|| ports(class));
                 self.report(Diagnostic::new(Code::UnknownPort, name.span, message).hint_maybe(hint));
             }
             return own.map(PortRef::Own);
@@ -43,7 +43,8 @@ impl<'p> Checker<'p> {
         let Some(child) = child else {
             let message = format!("reactor `{}` has no instance `{}`", class.name, container.text);
             let names = class.children.iter().map(|child| child.ast.name.text.as_str());
-            let hint = did_you_mean(&container.text, names);
+            let known = class.children.iter().map(|child| child.ast.name.text.as_str());
+            let hint = did_you_mean(&container.text, names).or_else(|| listed("its instances are", known));
             self.report(Diagnostic::new(Code::UnknownInstance, container.span, message).hint_maybe(hint));
             return None;
         };
@@ -57,7 +58,7 @@ impl<'p> Checker<'p> {
         if port.is_none() {
             let message = format!("`{}` is a `{}`, which has no port `{}`", container.text, inner.name, name.text);
             let names = inner.ports.iter().map(|port| port.name.text.as_str());
-            let hint = did_you_mean(&name.text, names);
+            let hint = did_you_mean(&name.text, names).or_else(|| ports(inner));
             self.report(
                 Diagnostic::new(Code::UnknownPort, name.span, message)
                     .also(inner.ast.span(), "its declaration")
@@ -66,4 +67,27 @@ impl<'p> Checker<'p> {
         }
         port.map(|port| PortRef::Child(child, port))
     }
+}
+
+/// What ports a reactor has.
+fn ports(class: &Class<'_>) -> Option<String> {
+    let of = |direction: ast::Direction| {
+        let ports = class.ports.iter().filter(move |port| port.direction == direction);
+        ports.map(|port| port.name.text.as_str())
+    };
+    let inputs = listed("its inputs are", of(ast::Direction::Input));
+    let outputs = listed("its outputs are", of(ast::Direction::Output));
+    match (inputs, outputs) {
+        (Some(inputs), Some(outputs)) => Some(format!("{inputs}; {outputs}")),
+        (inputs, outputs) => inputs.or(outputs).or_else(|| Some("it has no ports".to_owned())),
+    }
+}
+
+/// The first of some names in one sentence; nothing for no names.
+fn listed<'n>(what: &str, names: impl Iterator<Item = &'n str>) -> Option<String> {
+    const LISTED_MAX: usize = 8;
+    let names: Vec<_> = names.collect();
+    let shown: Vec<String> = names.iter().take(LISTED_MAX).map(|name| format!("`{name}`")).collect();
+    let more = if names.len() > LISTED_MAX { ", …" } else { "" };
+    (!shown.is_empty()).then(|| format!("{what} {}{more}", shown.join(", ")))
 }

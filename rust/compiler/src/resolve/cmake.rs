@@ -34,6 +34,10 @@ pub(super) fn read(path: String, text: &str, at: Location) -> CmakeFile {
     file
 }
 
+/// What CMake calls the folder of the file itself, or that of the sources, where LF's compiler puts it.
+const FOLDERS: [&str; 4] =
+    ["${CMAKE_CURRENT_LIST_DIR}", "${CMAKE_CURRENT_SOURCE_DIR}", "${CMAKE_SOURCE_DIR}", "${PROJECT_SOURCE_DIR}"];
+
 /// Words before what is added, which say for whom.
 const KEYWORDS: [&str; 5] = ["PRIVATE", "PUBLIC", "INTERFACE", "BEFORE", "SYSTEM"];
 
@@ -65,7 +69,14 @@ fn apply(command: &str, arguments: &[String], file: &mut CmakeFile) -> Option<()
         _ => return None,
     };
     let given = arguments.iter().filter(|argument| !KEYWORDS.contains(&argument.as_str()));
-    let given: Vec<String> = given.map(|argument| argument.trim_start_matches("-D").to_owned()).collect();
+    // Files and folders are looked for beside the file anyway.
+    let is_path = ["sources", "include_directories"].iter().any(|one| command.ends_with(one));
+    let beside = |argument: &str| {
+        let behind = FOLDERS.iter().filter(|_| is_path).find_map(|folder| argument.strip_prefix(folder));
+        behind.map(|path| path.trim_start_matches('/')).map(|path| if path.is_empty() { "." } else { path }.to_owned())
+    };
+    let plain = |argument: &String| argument.trim_start_matches("-D").to_owned();
+    let given: Vec<String> = given.map(|argument| beside(argument).unwrap_or_else(|| plain(argument))).collect();
     let is_known = is_of_target && !given.iter().any(|argument| argument.contains('$'));
     list.extend(given.into_iter().filter(|_| is_known));
     is_known.then_some(())
@@ -149,6 +160,18 @@ mod tests {
         assert_eq!(file.sources, ["c/count.c", "c/a b.c"]);
         assert_eq!(file.folders, ["include"]);
         assert_eq!(file.options, ["-Wall"]);
+        assert_eq!(file.unread, None);
+    }
+
+    #[test]
+    fn the_folder_of_the_file_is_where_its_files_are() {
+        let file = file(
+            "target_sources(${LF_MAIN_TARGET} PRIVATE\n  ${CMAKE_CURRENT_LIST_DIR}/a.c\n  \
+             ${CMAKE_CURRENT_SOURCE_DIR}/c/b.c)\n\
+             target_include_directories(${LF_MAIN_TARGET} PRIVATE \"${CMAKE_CURRENT_LIST_DIR}\" ${CMAKE_SOURCE_DIR}/h)",
+        );
+        assert_eq!(file.sources, ["a.c", "c/b.c"]);
+        assert_eq!(file.folders, [".", "h"]);
         assert_eq!(file.unread, None);
     }
 

@@ -4,8 +4,9 @@
 use std::thread;
 
 use super::load::Program;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::diagnostics::{Diagnostic, Diagnostics, Span};
 use crate::languages::{CodeKind, Language};
+use crate::stack::{STACK_BYTES, joined};
 use crate::syntax::ast;
 
 /// For fewer code blocks than these a thread is not worth starting.
@@ -26,10 +27,12 @@ pub(crate) fn check(program: &Program, diagnostics: &mut Diagnostics) {
     let mut parts = codes.chunks(codes.len().div_ceil(threads).max(BLOCKS_PER_THREAD));
     let first = parts.next().unwrap_or_default();
     thread::scope(|scope| {
-        let others: Vec<_> = parts.map(|part| scope.spawn(|| problems(part))).collect();
+        let thread = || thread::Builder::new().stack_size(STACK_BYTES);
+        let others: Vec<_> = parts.map(|part| (part, thread().spawn_scoped(scope, || problems(part)))).collect();
         diagnostics.extend(problems(first));
-        for other in others {
-            diagnostics.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        for (part, other) in others {
+            // Without a thread the part is looked at here.
+            diagnostics.extend(other.map_or_else(|_| problems(part), joined));
         }
     });
 }
@@ -43,7 +46,7 @@ fn problem(code: &ast::CodeBlock, kind: CodeKind, language: &dyn Language) -> Op
     let at = |range: &core::ops::Range<usize>| {
         Span::new(code.span.file, code.span.start + range.start, code.span.start + range.end)
     };
-    let mut diagnostic = Diagnostic::new(Code::CodeSyntax, at(&problem.range), problem.message);
+    let mut diagnostic = Diagnostic::new(problem.code, at(&problem.range), problem.message);
     if let Some((range, text)) = &problem.also {
         diagnostic = diagnostic.also(at(range), text.as_str());
     }

@@ -4,7 +4,7 @@
 //! What follows sees neither `extends` nor type parameters: a reactor with type parameters is one reactor for each list
 //! of types with which it is instantiated.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::load::{Program, ReactorId};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
@@ -21,8 +21,8 @@ const REACTORS_MAX: usize = 10_000;
 /// larger type is noticed soon.
 const TYPE_MAX: usize = 1000;
 
-/// How many reactors may inherit from each other in a row.
-const BASES_MAX: usize = 100;
+/// How many others a reactor may inherit from, however indirectly.
+const BASES_MAX: usize = 500;
 
 /// A reactor as it is instantiated.
 #[derive(Debug)]
@@ -197,7 +197,7 @@ impl<'a> Expander<'a> {
         let others = to.parameters.len();
         for name in &declared.extends {
             let Some(base) = self.find(name, "declare it, or import it") else { continue };
-            if base == id || self.inherits(base, id, 0) {
+            if base == id || self.inherits(base, id, &mut BTreeSet::new()) {
                 let message = format!("`{}` inherits from itself", name.text);
                 let hint = "a reactor cannot extend itself, neither directly nor through others";
                 self.diagnostics.push(Diagnostic::new(Code::CyclicInstantiation, name.span, message).hint(hint));
@@ -224,10 +224,12 @@ impl<'a> Expander<'a> {
     }
 
     /// Whether a reactor inherits from another one, however indirectly.
-    fn inherits(&self, id: ReactorId, from: ReactorId, depth: usize) -> bool {
+    fn inherits(&self, id: ReactorId, from: ReactorId, seen: &mut BTreeSet<ReactorId>) -> bool {
         let scope = &self.program.units[id.unit].scope;
         let bases = self.declared(id).extends.iter().filter_map(|name| scope.get(&name.text));
-        depth > BASES_MAX || bases.into_iter().any(|base| *base == from || self.inherits(*base, from, depth + 1))
+        let bases: Vec<ReactorId> = bases.copied().collect();
+        seen.len() > BASES_MAX
+            || bases.into_iter().any(|base| base == from || (seen.insert(base) && self.inherits(base, from, seen)))
     }
 }
 

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The files of a program: the main one and those that it imports.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::characters::{check_size, cleaned};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::{self, Language};
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
 /// Gives the texts of files, so that the compiler itself reads none.
-pub trait SourceProvider {
+pub trait SourceProvider: Sync {
     /// The text of the file at `path`.
     ///
     /// Paths are the main path as it was given, and imports relative to the importing file's folder, with `/` between
@@ -25,6 +27,22 @@ pub trait SourceProvider {
         self.read(path).is_ok()
     }
 }
+
+/// The text of a file, without what some editors add.
+///
+/// # Errors
+/// Why there is none, as the end of a sentence.
+pub(super) fn read(sources: &dyn SourceProvider, path: &str) -> Result<String, String> {
+    let text = sources.read(path)?;
+    check_size(text.len() as u64)?;
+    Ok(match cleaned(&text) {
+        Cow::Borrowed(same) if same.len() == text.len() => text,
+        other => other.into_owned(),
+    })
+}
+
+/// How deeply files may import each other.
+const DEPTH_MAX: usize = 200;
 
 /// Texts by path.
 impl SourceProvider for BTreeMap<String, String> {
@@ -62,13 +80,21 @@ impl Program {
         let named = [unit, 0].into_iter().find_map(|unit| languages::named(&target(unit)?.name.text));
         named.unwrap_or_else(languages::default)
     }
+
+    /// The name that the target declaration has which counts for the language of a file: the main file's, where that
+    /// has the same language.
+    pub(crate) fn target_name(&self, unit: usize) -> &str {
+        let named = |unit: usize| self.units.get(unit)?.ast.target.as_ref().map(|target| target.name.text.as_str());
+        let is_main = self.language(unit).name() == self.language(0).name();
+        [if is_main { 0 } else { unit }, unit].into_iter().find_map(named).unwrap_or_default()
+    }
 }
 
 /// Reads the main file and all imports. Nothing if the main file cannot be read.
 pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Program> {
     let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_path: BTreeMap::new(), open: Vec::new() };
     let path = normalize(path);
-    match loader.sources.read(&path) {
+    match read(sources, &path) {
         Ok(text) => {
             loader.add(&path, &text);
             Some(Program { units: loader.units })
@@ -199,7 +225,13 @@ impl Loader<'_> {
             }
             return Some(known);
         }
-        match self.sources.read(path) {
+        if self.open.len() >= DEPTH_MAX {
+            let message = format!("files import each other more than {DEPTH_MAX} levels deep");
+            let hint = "import what is needed directly from the file that has it";
+            self.diagnostics.push(Diagnostic::new(Code::NestingTooDeep, span, message).hint(hint));
+            return None;
+        }
+        match read(self.sources, path) {
             Ok(text) => Some(self.add(path, &text)),
             Err(reason) => {
                 let message = format!("cannot read `{path}`: {reason}");

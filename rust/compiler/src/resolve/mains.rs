@@ -4,6 +4,7 @@
 use super::checker::Checker;
 use super::load::Program;
 use super::model::{Class, ClassId};
+use crate::characters::shown;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::syntax::ast::ReactorKind;
 
@@ -18,11 +19,38 @@ pub(crate) fn program_name(program: &Program) -> &str {
     program.units.first().map_or("", |unit| file_stem(&unit.path))
 }
 
+/// How long the name of a main file may be, its extension left out: systems take up to 255 bytes for a file.
+const NAME_MAX: usize = 120;
+
+/// Reports a name of the main file that folders, packages and build files cannot have.
+fn check_name(checker: &mut Checker<'_>) {
+    let name = program_name(checker.program);
+    let is_usual = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.');
+    let what = if let Some(strange) = name.chars().find(|c| !is_usual(*c)) {
+        let shown = if strange == ' ' { "a space".to_owned() } else { shown(strange) };
+        format!("has {shown} in it")
+    } else if !name.starts_with(|first: char| first.is_alphanumeric() || first == '_') {
+        "does not begin with a letter, a digit or `_`".to_owned()
+    } else if name.len() > NAME_MAX {
+        format!("is longer than {NAME_MAX} bytes")
+    } else {
+        return;
+    };
+    let message = format!("the name of this file {what}, and folders and programs are called like it");
+    let hint = "rename it: letters, digits, `_`, `-` and `.` can be in it";
+    checker.report(Diagnostic::new(Code::FileName, Span::default(), message).hint(hint));
+}
+
 /// The position of the main or federated reactor of the main file.
 pub(super) fn find(checker: &mut Checker<'_>, classes: &[Class<'_>]) -> Option<ClassId> {
+    check_name(checker);
     let is_main = |class: &Class<'_>| class.id.unit == 0 && class.ast.kind != ReactorKind::Plain;
     let mut mains = classes.iter().enumerate().filter(|(_, class)| is_main(class));
     let Some((first, main)) = mains.next() else {
+        // A reactor without a name is probably meant, and has been reported.
+        if classes.iter().any(|class| class.id.unit == 0 && class.ast.name.is_none()) {
+            return None;
+        }
         let span = Span::new(FileId::default(), 0, 0);
         let diagnostic = Diagnostic::new(Code::NoMain, span, "there is no main reactor in this file")
             .hint("write `main reactor { … }`, or `federated reactor { … }` for a federation");

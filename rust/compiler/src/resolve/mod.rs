@@ -13,6 +13,7 @@ mod connection;
 mod crates;
 mod expand;
 mod load;
+mod macros;
 mod mains;
 mod model;
 mod modes;

@@ -8,7 +8,7 @@ use crate::languages::Language;
 use crate::syntax::ast::{Name, ReactionKeyword, Reactor};
 
 /// Reports double names and names that the target language cannot have.
-pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mut Vec<Diagnostic>) {
+pub(super) fn check(reactor: &Reactor, language: &dyn Language, target: &str, diagnostics: &mut Vec<Diagnostic>) {
     let body = &reactor.body;
     let parameters = reactor.parameters.iter().map(|it| (&it.name, "parameter"));
     // A state variable may have a parameter's name: it usually keeps the parameter's value.
@@ -29,11 +29,13 @@ pub(super) fn check(reactor: &Reactor, language: &dyn Language, diagnostics: &mu
     ] {
         unique(&names, diagnostics);
         for (name, what) in names {
-            possible(name, what, language, in_bodies, diagnostics);
+            diagnostics.extend(problem(name, what, language.name_problem(&name.text, in_bodies, target), language));
         }
     }
     if let Some(name) = &reactor.name {
-        possible(name, "reactor", language, false, diagnostics);
+        // Code has it only as a part of names.
+        let reason = language.name_problem(&name.text, false, "");
+        diagnostics.extend(problem(name, "reactor", reason, language));
     }
 }
 
@@ -57,10 +59,11 @@ fn unique(names: &[(&Name, &str)], diagnostics: &mut Vec<Diagnostic>) {
     }
 }
 
-fn possible(name: &Name, what: &str, language: &dyn Language, in_bodies: bool, diagnostics: &mut Vec<Diagnostic>) {
-    let Some(reason) = language.name_problem(&name.text, in_bodies) else { return };
+/// What is said about a name that cannot be, for a reason.
+fn problem(name: &Name, what: &str, reason: Option<&str>, language: &dyn Language) -> Option<Diagnostic> {
+    let reason = reason?;
     let article = if what.starts_with(['a', 'i']) { "an" } else { "a" };
     let message = format!("{article} {what} cannot be called `{}`: {reason}", name.text);
     let hint = format!("choose another name, for example `the_{}`", name.text.to_lowercase().trim_matches('_'));
-    diagnostics.push(Diagnostic::new(language.name_code(), name.span, message).hint(hint));
+    Some(Diagnostic::new(language.name_code(), name.span, message).hint(hint))
 }

@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use super::cmake;
-use super::load::join;
+use super::load::{join, read};
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, Definition, IncludedFile};
@@ -124,7 +124,7 @@ impl TargetReader<'_> {
                 self.found.push(Diagnostic::new(Code::UnsupportedProperty, span, message).hint(hint));
                 continue;
             }
-            match self.sources.read(&path) {
+            match read(self.sources, &path) {
                 Ok(text) => {
                     let at = self.at(span);
                     self.target.c.cmake.push(cmake::read(path, &text, at));

@@ -6,7 +6,7 @@ use super::checker::Checker;
 use super::expand::Expanded;
 use super::load::Program;
 use super::model::{CheckedChild, Class, ClassId};
-use super::{mains, modes, names, unsupported};
+use super::{macros, mains, modes, names, unsupported};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::syntax::ast;
 
@@ -24,9 +24,13 @@ pub(crate) fn check<'p>(
     let mut classes: Vec<Class<'p>> = Vec::new();
     for reactor in expanded {
         checker.language = program.language(reactor.id.unit);
-        names::check(&reactor.ast, checker.language, &mut checker.found);
+        let target = program.target_name(reactor.id.unit);
+        names::check(&reactor.ast, checker.language, target, &mut checker.found);
         unsupported::check(&reactor.ast, &mut checker.found);
         modes::check(&reactor.ast, &mut checker.found);
+        if checker.language.name() == "C" {
+            macros::check(program, reactor.id.unit, &reactor.ast, &mut checker.found);
+        }
         classes.push(checker.declare(reactor));
     }
     for (position, reactor) in expanded.iter().enumerate() {

@@ -76,7 +76,8 @@ impl TargetReader<'_> {
     fn wrong_target(&mut self, target: &TargetSyntax) {
         let language = &self.target.language;
         let message = format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names());
-        let hint = format!("write `target {language}`, and the reaction bodies in {language}");
+        let meant = did_you_mean(&target.name.text, languages::all_names());
+        let hint = meant.unwrap_or_else(|| format!("write `target {language}`, and the reaction bodies in {language}"));
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
 
@@ -125,7 +126,7 @@ impl TargetReader<'_> {
             "compiler-flags" => self.flags(key, value),
             "no-source-mapping" => self.target.c.no_lines = self.boolean(key, value).unwrap_or_default(),
             "scheduler" => self.scheduler(key, value),
-            "tracing" => self.idle(key, "nothing is traced"),
+            "tracing" => self.idle(key, "`lfz run --trace FOLDER` traces any program"),
             // Nobody looks for what other compilers write beside the program; `workers` asks for the first two.
             "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
@@ -240,8 +241,12 @@ impl TargetReader<'_> {
             self.refuse_value(key, value, "use `Zephyr`, `Linux` or `Native`");
         } else {
             let message = format!("there is no platform `{text}`");
-            let hint = did_you_mean(&text, SUPPORTED)
-                .unwrap_or_else(|| "platforms are `Zephyr`, `Linux` and `Native`".to_owned());
+            let is_board = text.contains(['_', '/']) || text.chars().any(|c| c.is_ascii_digit());
+            let hint = did_you_mean(&text, SUPPORTED).unwrap_or_else(|| {
+                let board = format!("a board is named so: `platform: {{ name: Zephyr, board: \"{text}\" }}`");
+                let known = "platforms are `Zephyr`, `Linux` and `Native`";
+                if is_board { format!("{known}; {board}") } else { known.to_owned() }
+            });
             self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint(hint));
         }
     }

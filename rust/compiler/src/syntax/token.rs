@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Text to tokens. Comments are kept apart; code blocks are one token each.
 
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use logos::{FilterResult, Lexer, Logos};
 
+use crate::characters::{is_directing, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::languages::{self, BlockEnd, Language};
 
@@ -93,7 +95,7 @@ pub(super) struct Reading {
     /// What went wrong within tokens.
     problems: Vec<(Code, Range<usize>)>,
     /// What hides the end of the code block that begins at a place.
-    hiding: Vec<(usize, Range<usize>)>,
+    hiding: HashMap<usize, Range<usize>>,
     /// The language of code blocks.
     language: &'static dyn Language,
     /// Whether the next word names it.
@@ -116,22 +118,35 @@ pub(super) struct Token {
 pub(super) struct Tokens {
     pub(super) list: Vec<Token>,
     pub(super) comments: Vec<Range<usize>>,
+    /// Where code blocks begin that have no end.
+    pub(super) open: HashSet<usize>,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
 /// Cuts a text into tokens.
 pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let reading =
-        Reading { problems: Vec::new(), hiding: Vec::new(), language: languages::default(), names_language: false };
+        Reading { problems: Vec::new(), hiding: HashMap::new(), language: languages::default(), names_language: false };
     let mut lexer = TokenKind::lexer_with_extras(text, reading);
     let mut tokens = Vec::new();
-    let mut comments = Vec::new();
+    let (mut comments, mut directing) = (Vec::new(), Vec::new());
     let mut last_end = 0;
     while let Some(kind) = lexer.next() {
         let Range { start, end } = lexer.span();
         let kind = kind.unwrap_or(TokenKind::Other);
+        if matches!(kind, TokenKind::Comment | TokenKind::Text | TokenKind::Code) {
+            directing.extend(self::directing(file, text, start..end));
+        }
         if kind == TokenKind::Comment {
             comments.push(start..end);
+            continue;
+        }
+        // What has no meaning is one token, however long it is.
+        if let (TokenKind::Other, Some(Token { kind: TokenKind::Other, end: last, .. })) = (kind, tokens.last_mut())
+            && *last == start
+        {
+            *last = end;
+            last_end = end;
             continue;
         }
         let first_of_line = tokens.is_empty() || text[last_end..start].contains('\n');
@@ -141,12 +156,22 @@ pub(super) fn tokens(file: FileId, text: &str) -> Tokens {
     let end = text.len();
     tokens.push(Token { kind: TokenKind::End, start: end, end, adjacent: false, first_of_line: true });
     let Reading { problems, hiding, .. } = &lexer.extras;
-    let describe = |(code, range): &(Code, Range<usize>)| {
-        let hiding = hiding.iter().find(|(start, _)| *start == range.start).map(|(_, hiding)| hiding);
-        describe(file, *code, range, hiding)
-    };
-    let diagnostics = problems.iter().map(describe).collect();
-    Tokens { list: tokens, comments, diagnostics }
+    let describe = |(code, range): &(Code, Range<usize>)| describe(file, *code, range, hiding.get(&range.start));
+    let mut diagnostics: Vec<_> = problems.iter().map(describe).collect();
+    diagnostics.extend(directing);
+    let open = problems.iter().filter(|(code, _)| *code == Code::UnterminatedCode).map(|(_, range)| range.start);
+    Tokens { list: tokens, comments, open: open.collect(), diagnostics }
+}
+
+/// What makes a comment, a string or code show other than it is read.
+fn directing(file: FileId, text: &str, range: Range<usize>) -> impl Iterator<Item = Diagnostic> {
+    let begin = range.start;
+    let found = text[range].char_indices().filter(|(_, c)| is_directing(*c));
+    found.map(move |(at, c)| {
+        let message = format!("{} shows what follows in another order than it is read", shown(c));
+        let span = Span::new(file, begin + at, begin + at + c.len_utf8());
+        Diagnostic::new(Code::Syntax, span, message).hint("remove it; in strings of a program, write it as an escape")
+    })
 }
 
 /// The word behind `target` says how the code blocks behind it are to be read.
@@ -168,7 +193,7 @@ fn code(lexer: &mut Lexer<'_, TokenKind>) {
             lexer.extras.problems.push((Code::UnterminatedCode, lexer.span()));
             let start = lexer.span().end + by;
             let line = rest[by..end].lines().next().map_or(0, str::len);
-            lexer.extras.hiding.push((lexer.span().start, start..start + line));
+            lexer.extras.hiding.insert(lexer.span().start, start..start + line);
             lexer.bump(end);
         }
         BlockEnd::Missing => {

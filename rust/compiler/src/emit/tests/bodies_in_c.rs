@@ -85,15 +85,6 @@ fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
 }
 
 #[test]
-fn cpp_keeps_its_own_words_for_itself() {
-    let text = "target CCpp\nreactor A { input class: int }\nmain reactor { a = new A() }\n";
-    let plan =
-        compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text.to_owned())])).plan.expect("C has no such word");
-    let told = "P.lf:2:19: error: nothing can be called `class` here: it is a word of C++";
-    assert_eq!(refused(&plan).iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
-}
-
-#[test]
 fn cpp_of_banks_and_delays() {
     let (head, _) = TEXT.split_once("federated reactor").expect("it is there");
     let (_, inside) = TEXT.split_once("reactor Inside").expect("it is there");

@@ -243,7 +243,7 @@ fn errors_in_bodies_and_in_scaffolding_are_found_in_the_program() {
     assert_eq!(find(unit, "limit / HALF"), Some((fixture::PATH, line, column)));
     // A field's type is the declaration's.
     let (line, _) = fixture::place_of("state wait");
-    assert_eq!(find(unit, "wait: core").map(|(_, line, _)| line), Some(line));
+    assert_eq!(find(unit, "wait: ::core").map(|(_, line, _)| line), Some(line));
     // Nothing of the program stands behind the rest.
     assert_eq!(find(unit, "use super"), None);
     assert_eq!(emitted.source_map.to_lf("unit/src/nothing.rs", 1, 1), None);

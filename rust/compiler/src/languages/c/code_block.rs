@@ -1,17 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What hides the end of a block of code, and brackets: C's strings and comments.
 
-use crate::languages::lexical::{brackets, is_word};
+use crate::languages::lexical::{brackets, is_word, strange, too_deep};
 use crate::languages::{CodeKind, CodeProblem};
 
-/// What is wrong with the brackets of a block. Macros and conditions of the preprocessor can open what is closed
-/// elsewhere, so nothing is said about a block that has any.
+/// Those behind which text can be that is not C as it stands.
+const DIRECTIVES: [&str; 2] = ["if", "define"];
+
+/// What is wrong with the characters and the brackets of a block. Macros and conditions of the preprocessor can open
+/// what is closed elsewhere, so of a block that has any only the depth is looked at.
 pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     let directive = |line: &str| {
         let directive = line.trim_start().strip_prefix('#').map(str::trim_start);
-        directive.is_some_and(|directive| directive.starts_with("if") || directive.starts_with("define"))
+        directive.is_some_and(|directive| DIRECTIVES.iter().any(|one| directive.starts_with(one)))
     };
-    if kind == CodeKind::TypeParameter || text.lines().any(directive) { None } else { brackets(text, skip) }
+    // What such a line says is for people.
+    let is_prose =
+        |line: &str| line.trim_start().starts_with('#') && (line.contains("error") || line.contains("warning"));
+    if kind == CodeKind::TypeParameter {
+        return None;
+    }
+    let found = too_deep(text, skip);
+    if found.is_some() || text.lines().any(directive) {
+        return found;
+    }
+    let strange = if text.lines().any(is_prose) { None } else { strange(text, skip, "C") };
+    strange.or_else(|| brackets(text, skip))
 }
 
 /// The end of what begins at a byte that is not within anything else: of a comment, of a literal, of a word, or of the

@@ -4,6 +4,7 @@
 mod code_block;
 pub(in crate::languages) mod emit;
 mod integer;
+mod macros;
 mod names;
 mod shape;
 mod types;
@@ -21,6 +22,9 @@ use crate::syntax::ast::{Expression, Literal, TypeSyntax};
 /// Its name in the target declaration.
 pub(in crate::languages) const NAME: &str = "C";
 
+/// The name by which bodies are compiled as C++.
+const CPP: &str = "CCpp";
+
 /// `target C`, and `target CCpp`, whose bodies are compiled as C++
 #[derive(Debug)]
 pub(crate) struct C;
@@ -31,7 +35,7 @@ impl Language for C {
     }
 
     fn aliases(&self) -> &'static [&'static str] {
-        &["CCpp"]
+        &[CPP]
     }
 
     fn block_end(&self, text: &str) -> BlockEnd {
@@ -42,8 +46,8 @@ impl Language for C {
         code_block::problem(text, kind)
     }
 
-    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
-        names::problem(name, in_bodies)
+    fn name_problem(&self, name: &str, in_bodies: bool, target: &str) -> Option<&'static str> {
+        names::problem(name, in_bodies, target.eq_ignore_ascii_case(CPP))
     }
 
     fn name_code(&self) -> Code {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names that C keeps for itself.
 
+use super::macros::is_macro;
+
 /// C's words, those of C23 that older compilers know as macros included.
 const KEYWORDS: &[&str] = &[
     "alignas",
     "alignof",
+    "asm",
     "auto",
     "bool",
     "break",
@@ -49,34 +52,62 @@ const KEYWORDS: &[&str] = &[
     "while",
 ];
 
-/// Macros that stand for something wherever they are written.
-const MACROS: &[&str] = &[
-    "BILLION",
-    "EOF",
-    "FOREVER",
-    "FOREVER_MICROSTEP",
-    "FOREVER_TAG",
-    "LF_FILE_SEPARATOR",
-    "LF_PACKAGE_DIRECTORY",
-    "LF_SOURCE_DIRECTORY",
-    "LF_SOURCE_GEN_DIRECTORY",
-    "MILLION",
-    "NEVER",
-    "NEVER_MICROSTEP",
-    "NEVER_TAG",
-    "NULL",
-    "PRINTF_MICROSTEP",
-    "PRINTF_TAG",
-    "PRINTF_TIME",
-    "ZERO_TAG",
-    "errno",
-    "stderr",
-    "stdin",
-    "stdout",
+/// Words of C++ that are none of C.
+const WORDS_OF_CPP: &[&str] = &[
+    "and",
+    "and_eq",
+    "asm",
+    "bitand",
+    "bitor",
+    "catch",
+    "char8_t",
+    "char16_t",
+    "char32_t",
+    "class",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "compl",
+    "concept",
+    "const_cast",
+    "consteval",
+    "constinit",
+    "decltype",
+    "delete",
+    "dynamic_cast",
+    "explicit",
+    "export",
+    "friend",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "not_eq",
+    "operator",
+    "or",
+    "or_eq",
+    "private",
+    "protected",
+    "public",
+    "reinterpret_cast",
+    "requires",
+    "static_cast",
+    "template",
+    "this",
+    "throw",
+    "try",
+    "typeid",
+    "typename",
+    "using",
+    "virtual",
+    "wchar_t",
+    "xor",
+    "xor_eq",
 ];
 
 /// Why nothing in C can be called so, or no variable of a body.
-pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
+pub(super) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> Option<&'static str> {
     if in_bodies && name == "self" {
         return Some("reaction bodies have a variable of this name");
     }
@@ -86,8 +117,15 @@ pub(super) fn problem(name: &str, in_bodies: bool) -> Option<&'static str> {
     if !in_bodies && name == "base" {
         return Some("`self->base` is what the runtime knows of a reactor");
     }
-    if MACROS.contains(&name) {
+    if is_macro(name) {
         return Some("it is a macro of C");
+    }
+    if name.starts_with("__") || name.strip_prefix('_').is_some_and(|rest| rest.starts_with(|c: char| c.is_uppercase()))
+    {
+        return Some("names that begin so are C's own");
+    }
+    if is_cpp && WORDS_OF_CPP.contains(&name) {
+        return Some("it is a word of C++");
     }
     KEYWORDS.contains(&name).then_some("it is a word of C")
 }

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What is wrong with the syntax of a block of Rust, without asking rustc: first its brackets, because a parser names
-//! the place where it notices that one is missing, and not the one that is; then what a parser says.
+//! the place where it notices that one is missing, and not the one that is; then how deeply it is nested, because a
+//! parser recurses; then what a parser says.
 
 use proc_macro2::LineColumn;
 use syn::parse::Parser as _;
 
 use super::code_block::skip;
 use super::names::raw;
-use crate::languages::lexical::brackets;
+use super::nesting;
+use crate::diagnostics::Code;
+use crate::languages::lexical::{brackets, strange};
 use crate::languages::{CodeKind, CodeProblem};
 
 /// The first thing that is wrong.
 pub(super) fn problem(text: &str, kind: CodeKind) -> Option<CodeProblem> {
-    brackets(text, skip).or_else(|| parse(text, kind))
+    let found = strange(text, skip, "Rust").or_else(|| brackets(text, skip));
+    found.or_else(|| nesting::problem(text)).or_else(|| parse(text, kind))
 }
 
 /// What a parser says.
@@ -43,12 +47,18 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::Type => "this is no type",
         CodeKind::TypeParameter => "this is no type parameter",
     };
-    let message = format!("{what} of Rust: {message}");
+    let is_end = message == "expected `;`";
+    let message = if is_end {
+        "this statement of Rust has no `;` at its end".to_owned()
+    } else {
+        format!("{what} of Rust: {message}")
+    };
     let word = &text[range.clone()];
     let raw = raw(word);
     let hint = (raw != word && !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_lowercase()))
         .then(|| format!("`{word}` is a word of Rust; a port or an action of this name is written `{raw}`"));
-    Some(CodeProblem { range, message, also: None, hint })
+    let hint = hint.or_else(|| is_end.then(|| "write `;` behind it".to_owned()));
+    Some(CodeProblem { code: Code::CodeSyntax, range, message, also: None, hint })
 }
 
 fn byte_of(text: &str, place: LineColumn) -> usize {

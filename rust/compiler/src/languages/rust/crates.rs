@@ -204,7 +204,7 @@ fn file_module(
         let module = ident(module);
         quote!(pub mod #module;)
     });
-    let siblings = layout.siblings_of(file).into_iter().map(|(folder, module)| {
+    let siblings = layout.siblings_of(plan, file).into_iter().map(|(folder, module)| {
         let (folder, module) = (ident(folder), ident(module));
         quote!(pub use crate::#folder::#module;)
     });
@@ -217,7 +217,7 @@ fn file_module(
         #![doc = #about]
         #(#modules)*
         #(#siblings)*
-        use lf::prelude::*;
+        use ::lf::prelude::*;
         #bindings
         #(#preambles)*
     };

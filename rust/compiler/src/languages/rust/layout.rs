@@ -6,13 +6,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use proc_macro2::Ident;
 
-use super::names::ident;
+use super::items::Items;
+use super::names::{KNOWN_TYPES, PRELUDE, PRIMITIVES, ident, is_plain};
 use super::sending::{SentPort, copied_ports, declared, sent_ports};
-use crate::emit::names::{Names, snake_case};
-use crate::plan::{ClassIndex, Federate, FileIndex, Plan};
+use crate::emit::names::{Names, shortened, snake_case};
+use crate::plan::{ClassIndex, Federate, FileIndex, Plan, ReactorClass};
 
 /// Root modules that a file's module must not hide: those of the crate itself, and crates that paths begin with.
-const RESERVED: [&str; 10] = ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "rti", "std"];
+const RESERVED: [&str; 12] =
+    ["alloc", "core", "federate", "lf", "lib", "log", "main", "mod", "postcard", "rti", "serde", "std"];
 
 /// The module of what headers of C declare.
 const BINDINGS: &str = "c";
@@ -58,9 +60,14 @@ impl<'p> Layout<'p> {
         used.extend(federate.map(|_| (plan.main, true)));
         let included = plan.target.cargo.modules.iter().map(|module| module.name.as_str());
         let headers = (!plan.target.c.headers.is_empty()).then_some(BINDINGS);
-        let reserved: Vec<&str> = RESERVED.into_iter().chain(headers).chain(included).collect();
+        // A module hides the crate, the type and the item that have its name.
+        let crates = plan.target.cargo.dependencies.iter().map(|one| one.name.replace('-', "_"));
+        let crates: Vec<String> = crates.collect();
+        let known = RESERVED.into_iter().chain(PRIMITIVES).chain(headers).chain(crates.iter().map(String::as_str));
+        let known: Vec<&str> = known.collect();
+        let reserved: Vec<&str> = known.iter().copied().chain(included).collect();
         let mut file_names = Names::reserving(&reserved);
-        let classes_reserved: Vec<&str> = RESERVED.into_iter().chain(headers).collect();
+        let mut items: BTreeMap<FileIndex, Items> = BTreeMap::new();
         let mut files = BTreeMap::new();
         let mut class_names: BTreeMap<FileIndex, Names> = BTreeMap::new();
         let mut classes = BTreeMap::new();
@@ -68,9 +75,13 @@ impl<'p> Layout<'p> {
             let class = &plan.classes[index.0];
             let file = class.at.file;
             files.entry(file).or_insert_with(|| file_names.give(&module_name(stem(&plan.files[file.0].path))));
-            let names = class_names.entry(file).or_insert_with(|| Names::reserving(&classes_reserved));
+            let of_file = items.entry(file).or_insert_with(|| Items::of(&plan.files[file.0].preambles));
+            let names = class_names.entry(file).or_insert_with(|| {
+                let of_file = of_file.declared.iter().chain(&of_file.imported).map(String::as_str);
+                Names::reserving(&known.iter().copied().chain(of_file).collect::<Vec<_>>())
+            });
             let module = names.give(&module_name(&class.name));
-            classes.insert(index, ClassModule { file, module, name: ident(&class.name), whole });
+            classes.insert(index, ClassModule { file, module, name: struct_name(class, of_file), whole });
             for file in &class.files {
                 let module = || file_names.give(&module_name(stem(&plan.files[file.0].path)));
                 files.entry(*file).or_insert_with(module);
@@ -90,9 +101,9 @@ impl<'p> Layout<'p> {
         self.workers
     }
 
-    /// The ports of a class whose values come from other federates or go to them.
-    pub(super) fn sent_of(&self, class: ClassIndex) -> Vec<SentPort<'p>> {
-        self.sent.iter().filter(|((of, _), _)| *of == class).map(|(_, sent)| sent.clone()).collect()
+    /// A port of a class, if its values come from other federates or go to them.
+    pub(super) fn sent_of(&self, class: ClassIndex, port: &str) -> Option<SentPort<'p>> {
+        self.sent.get(&(class, port)).cloned()
     }
 
     /// Whether connections copy the values of a port of a class.
@@ -123,11 +134,12 @@ impl<'p> Layout<'p> {
 
     /// The modules of the classes of other files, with their files' modules: in LF's Rust target all reactors are
     /// siblings, so a body may say `super::other_reactor::item`. Where names clash, the file's own module wins.
-    pub(super) fn siblings_of(&self, file: FileIndex) -> Vec<(&str, &str)> {
+    pub(super) fn siblings_of(&self, plan: &Plan, file: FileIndex) -> Vec<(&str, &str)> {
+        let own = Items::of(&plan.files[file.0].preambles);
         let mut taken: BTreeSet<&str> = self.classes_of(file).map(|(_, module)| module).collect();
         let others = self.classes.values().filter(|place| place.file != file);
         let named = others.filter_map(|place| Some((self.files.get(&place.file)?.as_str(), place.module.as_str())));
-        named.filter(|(_, module)| taken.insert(module)).collect()
+        named.filter(|(_, module)| !own.has(module) && taken.insert(module)).collect()
     }
 
     /// Whether the crate has this class with its reactions and its state.
@@ -204,8 +216,24 @@ pub(super) fn stem(path: &str) -> &str {
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }
 
+/// The name of a class's struct: that of the class, unless bodies would see it in place of something else that has the
+/// name. No body needs it, since all have `Self`.
+fn struct_name(class: &ReactorClass, of_file: &Items) -> Ident {
+    let own = Items::of(&class.preambles);
+    let is_type = |name: &str| class.types.iter().any(|(parameter, _)| parameter == name);
+    let is_taken = |name: &str| {
+        let known = [&PRIMITIVES[..], &KNOWN_TYPES, &PRELUDE].iter().any(|known| known.contains(&name));
+        known || is_type(name) || own.has(name) || of_file.has(name)
+    };
+    let mut name = class.name.clone();
+    while is_taken(&name) {
+        name.push_str("Reactor");
+    }
+    ident(&name)
+}
+
 /// A module's name, which is also a file's name, and so must not need to be raw.
 fn module_name(name: &str) -> String {
-    let snake = snake_case(name);
-    if syn::parse_str::<Ident>(&snake).is_ok() { snake } else { format!("{snake}_") }
+    let snake = shortened(&snake_case(name), '_');
+    if is_plain(&snake) { snake } else { format!("{snake}_") }
 }

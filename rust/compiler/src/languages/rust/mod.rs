@@ -6,12 +6,15 @@ mod code_syntax;
 pub(in crate::languages) mod crates;
 pub(in crate::languages) mod federate;
 mod integer;
+mod items;
 mod layout;
 pub(in crate::languages) mod manifest;
 mod names;
+mod nesting;
 mod print;
 mod reactor;
 pub(in crate::languages) mod rti;
+mod scope;
 mod sendable;
 pub(in crate::languages) mod sending;
 mod shape;
@@ -47,7 +50,7 @@ impl Language for Rust {
         code_syntax::problem(text, kind)
     }
 
-    fn name_problem(&self, name: &str, in_bodies: bool) -> Option<&'static str> {
+    fn name_problem(&self, name: &str, in_bodies: bool, _: &str) -> Option<&'static str> {
         names::problem(name, in_bodies)
     }
 

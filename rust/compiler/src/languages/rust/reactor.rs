@@ -10,6 +10,7 @@ use quote::{format_ident, quote};
 use super::layout::Layout;
 use super::names::ident;
 use super::print::interval;
+use super::scope::ModuleNames;
 use super::sending::{SentPort, serializer_type};
 use super::splice::Splices;
 use super::types::{DURATION, is_copy};
@@ -26,8 +27,9 @@ pub(super) fn emit(
     class: ClassIndex,
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
-    let (is_whole, splices) = (layout.has(class), Splices::new(plan));
-    let mut module = ReactorModule { plan, layout, index: class, class: &plan.classes[class.0], is_whole, splices };
+    let (is_whole, splices, scope) = (layout.has(class), Splices::new(plan), ModuleNames::new(plan, layout, class));
+    let class_of = &plan.classes[class.0];
+    let mut module = ReactorModule { plan, layout, index: class, class: class_of, is_whole, scope, splices };
     let tokens = module.tokens()?;
     module.splices.finish(path, tokens)
 }
@@ -85,11 +87,6 @@ pub(super) fn parsed_type(plan: &Plan, ty: &Type) -> Result<syn::Type, EmitError
         .map_err(|error| EmitError::new(plan, ty.at, format!("`{}` is not a Rust type: {error}", ty.text)))
 }
 
-/// A type as tokens.
-fn type_tokens(plan: &Plan, ty: &Type) -> Result<TokenStream, EmitError> {
-    parsed_type(plan, ty).map(|ty| quote!(#ty))
-}
-
 /// A duration as an expression.
 fn duration(ns: i64) -> TokenStream {
     // LF's times are not negative; the front end has said so where they were.
@@ -99,7 +96,7 @@ fn duration(ns: i64) -> TokenStream {
         Some(rest) => format!("{DURATION}::{rest}"),
         None => text,
     };
-    text.parse().unwrap_or_default()
+    format!("::{text}").parse().unwrap_or_default()
 }
 
 struct ReactorModule<'p> {
@@ -109,13 +106,14 @@ struct ReactorModule<'p> {
     class: &'p ReactorClass,
     /// Whether it is emitted with its reactions and its state, and not only with its types.
     is_whole: bool,
+    scope: ModuleNames,
     splices: Splices<'p>,
 }
 
 impl<'p> ReactorModule<'p> {
     fn tokens(&mut self) -> Result<TokenStream, EmitError> {
         let class = self.class;
-        let name = ident(&class.name);
+        let name = ident(&self.layout.name(self.index));
         let about = format!(" Reactor `{}`.", class.name);
         let mut preambles = Vec::new();
         for preamble in &class.preambles {
@@ -130,7 +128,6 @@ impl<'p> ReactorModule<'p> {
             return Ok(quote! {
                 #![doc = #about]
                 use super::*;
-                use lf::prelude::*;
                 #scope
                 #(#preambles)*
                 #types
@@ -160,7 +157,6 @@ impl<'p> ReactorModule<'p> {
         Ok(quote! {
             #![doc = #about]
             use super::*;
-            use lf::prelude::*;
             #scope
             #(#preambles)*
             #types
@@ -177,22 +173,18 @@ impl<'p> ReactorModule<'p> {
 
     /// The types that stand for type parameters, and what their names and those of inherited code may be declared in.
     fn scope(&mut self) -> Result<TokenStream, EmitError> {
-        let mut scope = TokenStream::new();
-        let files = self.class.files.iter().filter_map(|file| self.layout.file_path(*file));
-        let users = self.class.users.iter().filter(|user| **user != self.index && self.layout.has(**user));
-        for path in files.chain(users.map(|user| self.layout.module_path(*user))) {
-            let path: TokenStream = path.parse().unwrap_or_default();
-            scope.extend(quote! {
-                #[allow(unused_imports)]
-                use #path::*;
-            });
-        }
+        let mut scope = self.scope.imports().clone();
         for (name, ty) in &self.class.types {
             let doc = self.splices.doc(&format!("Type parameter `{name}`"), ty.at);
-            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
+            let (name, ty) = (ident(name), self.type_tokens(ty)?);
             scope.extend(quote! { #doc #[allow(dead_code)] type #name = #ty; });
         }
         Ok(scope)
+    }
+
+    /// A type as tokens.
+    fn type_tokens(&self, ty: &Type) -> Result<TokenStream, EmitError> {
+        parsed_type(self.plan, ty).map(|parsed| self.scope.qualified(ty, &parsed))
     }
 
     /// Names for the types of ports and actions that only this module can spell.
@@ -202,37 +194,36 @@ impl<'p> ReactorModule<'p> {
         let mut types = TokenStream::new();
         for (name, ty, at) in ports.chain(actions).filter(|(_, ty, _)| !is_copy(&ty.text)) {
             let doc = self.splices.doc(&format!("The type of `{name}`"), at);
-            let (alias, ty) = (type_alias(name), type_tokens(self.plan, ty)?);
+            let (alias, ty) = (type_alias(name), self.type_tokens(ty)?);
             types.extend(quote! { #doc pub type #alias = #ty; });
         }
-        if self.layout.workers() > 1 {
-            for port in self.class.ports.iter().filter(|port| !is_copy(&port.ty.text)) {
-                let ty = self.splices.ty(&port.ty);
-                types.extend(quote! { const _: () = lf::model::seen_by_threads::<#ty>(); });
+        for port in self.class.ports.iter().filter(|port| !is_copy(&port.ty.text)) {
+            if self.layout.workers() > 1 {
+                types.extend(self.asserted(&quote!(seen_by_threads), &port.ty, None));
             }
-        }
-        for SentPort { name, ty: source, serializer } in self.layout.sent_of(self.index) {
-            let Some(port) = self.class.ports.iter().find(|port| port.name == name) else { continue };
-            if is_copy(&port.ty.text) {
-                continue;
+            if let Some(SentPort { ty: source, serializer, .. }) = self.layout.sent_of(self.index, &port.name) {
+                // rustc says here that it cannot be sent: at the source of the connection, so that both ends say the
+                // same.
+                let at = if port.ty.text == source.text { source.at } else { port.ty.at };
+                let sent = Type { at, ..port.ty.clone() };
+                let by = serializer.map(|by| serializer_type(by, &type_alias(&port.name).to_string()));
+                let by = by.map(|by| by.parse().unwrap_or_default());
+                let check = if by.is_some() { quote!(sendable_by) } else { quote!(sendable) };
+                types.extend(self.asserted(&check, &sent, by.as_ref()));
             }
-            // rustc says here that it cannot be sent: at the source of the connection, so that both ends say the same.
-            let at = if port.ty.text == source.text { source.at } else { port.ty.at };
-            let (alias, sent) = (type_alias(name), self.splices.ty(&Type { at, ..port.ty.clone() }));
-            types.extend(if let Some(serializer) = serializer {
-                let by: TokenStream = serializer_type(serializer, &alias.to_string()).parse().unwrap_or_default();
-                quote! { const _: () = lf::model::sendable_by::<#sent, #by>(); }
-            } else {
-                quote! { const _: () = lf::model::sendable::<#sent>(); }
-            });
-        }
-        for port in &self.class.ports {
-            if self.layout.is_copied(self.index, &port.name) && !is_copy(&port.ty.text) {
-                let copied = self.splices.ty(&port.ty);
-                types.extend(quote! { const _: () = lf::model::copied_by_connection::<#copied>(); });
+            if self.layout.is_copied(self.index, &port.name) {
+                types.extend(self.asserted(&quote!(copied_by_connection), &port.ty, None));
             }
         }
         Ok(types)
+    }
+
+    /// A constant by which rustc looks at a type, at the place where the program has it.
+    fn asserted(&mut self, check: &TokenStream, ty: &Type, more: Option<&TokenStream>) -> TokenStream {
+        let (uses, more) = (self.scope.uses(ty.at, &[]), more.into_iter());
+        let ty = self.splices.ty(ty);
+        let checked = quote!(::lf::model::#check::<#ty #(, #more)*>());
+        if uses.is_some() { quote!(const _: () = { #uses #checked };) } else { quote!(const _: () = #checked;) }
     }
 
     fn fields(&mut self) -> Result<TokenStream, EmitError> {
@@ -245,7 +236,7 @@ impl<'p> ReactorModule<'p> {
         let mut fields = TokenStream::new();
         for (kind, name, field, ty, at) in all {
             let doc = self.splices.doc(&format!("{kind} `{name}`"), at);
-            let ty = type_tokens(self.plan, ty)?;
+            let ty = self.type_tokens(ty)?;
             fields.extend(quote! { #doc #field: #ty, });
         }
         Ok(fields)
@@ -256,8 +247,7 @@ impl<'p> ReactorModule<'p> {
         let class = self.class;
         let types = class.state.iter().map(|state| &state.ty).chain(class.parameters.iter().map(|given| &given.ty));
         let types: Vec<_> = types.filter(|ty| self.layout.workers() > 1 && !is_copy(&ty.text)).collect();
-        let types = types.into_iter().map(|ty| self.splices.ty(ty));
-        quote! { #(const _: () = lf::model::moves_between_threads::<#types>();)* }
+        types.into_iter().map(|ty| self.asserted(&quote!(moves_between_threads), ty, None)).collect()
     }
 
     /// The field that keeps a parameter. State of the same name hides it from bodies, as in LF's Rust target.
@@ -271,10 +261,10 @@ impl<'p> ReactorModule<'p> {
         let doc = self.splices.doc("A new instance; `None` stands for a parameter's default", class.at);
         let (mut arguments, mut steps, mut fields) = (TokenStream::new(), TokenStream::new(), TokenStream::new());
         for parameter in &class.parameters {
-            let (name, ty) = (ident(&parameter.name), type_tokens(self.plan, &parameter.ty)?);
+            let (name, ty) = (ident(&parameter.name), self.type_tokens(&parameter.ty)?);
             if let Some(default) = &parameter.default {
                 let default = self.value(default)?;
-                arguments.extend(quote! { #name: Option<#ty>, });
+                arguments.extend(quote! { #name: ::core::option::Option<#ty>, });
                 steps.extend(quote! { let #name: #ty = #name.unwrap_or_else(|| #default); });
             } else {
                 arguments.extend(quote! { #name: #ty, });
@@ -287,9 +277,9 @@ impl<'p> ReactorModule<'p> {
             });
         }
         for state in &class.state {
-            let (name, ty) = (ident(&state.name), type_tokens(self.plan, &state.ty)?);
+            let (name, ty) = (ident(&state.name), self.type_tokens(&state.ty)?);
             let init = state.init.as_ref().map(|init| self.initial_value(init)).transpose()?;
-            let value = init.unwrap_or_else(|| quote!(Default::default()));
+            let value = init.unwrap_or_else(|| quote!(::core::default::Default::default()));
             // Initial values name parameters, so a variable of its own keeps the one with the same name in sight.
             let hides = class.parameters.iter().any(|parameter| parameter.name == state.name);
             let variable = if hides { format_ident!("state_{}", name) } else { name.clone() };
@@ -364,14 +354,14 @@ impl<'p> ReactorModule<'p> {
             values.push(match (argument, &parameter.default) {
                 (Some(value), Some(_)) => {
                     let value = self.value(value)?;
-                    quote!(Some(#value))
+                    quote!(::core::option::Option::Some(#value))
                 }
                 (Some(value), None) => self.value(value)?,
                 (None, default) if child.is_bank && parameter.name == BANK_INDEX => {
                     let index = if parameter.ty.text == "usize" { quote!(member) } else { quote!(member as _) };
-                    if default.is_some() { quote!(Some(#index)) } else { index }
+                    if default.is_some() { quote!(::core::option::Option::Some(#index)) } else { index }
                 }
-                (None, Some(_)) => quote!(None),
+                (None, Some(_)) => quote!(::core::option::Option::None),
                 (None, None) => {
                     let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
                     return Err(EmitError::new(self.plan, child.at, message));
@@ -410,20 +400,23 @@ impl<'p> ReactorModule<'p> {
             Vec::new(),
             match &method.ty {
                 Some(ty) => {
-                    let ty = type_tokens(self.plan, ty)?;
+                    let ty = self.type_tokens(ty)?;
                     Some(quote!(-> #ty))
                 }
                 None => None,
             },
         );
         for (name, ty) in &method.arguments {
-            let (name, ty) = (ident(name), type_tokens(self.plan, ty)?);
+            let (name, ty) = (ident(name), self.type_tokens(ty)?);
             arguments.push(quote!(#name: #ty));
         }
+        let variables: Vec<Ident> = method.arguments.iter().map(|(name, _)| ident(name)).collect();
+        let uses = self.scope.uses(method.body.at, &variables);
         let body = self.splices.lines(&method.body)?;
         Ok(quote! {
             #doc
             pub fn #name(#this, #(#arguments),*) #returned {
+                #uses
                 #body
             }
         })
@@ -459,11 +452,13 @@ impl<'p> ReactorModule<'p> {
             variables.push(ident(&parameter.name));
             types.push(self.variable_type(&parameter.kind, parameter.effect)?);
         }
+        let uses = self.scope.uses(body.at, &variables);
         let body = self.splices.lines(body)?;
         // Not every body uses all that it is given; what a body itself declares in vain is still warned of.
         Ok(quote! {
             #doc
-            pub fn #name(&mut self, ctx: &mut ReactionContext<'_>, #(#variables: #types),*) {
+            pub fn #name(&mut self, ctx: &mut ::lf::model::ReactionContext<'_>, #(#variables: #types),*) {
+                #uses
                 let _ = (&self, &ctx, #(&#variables),*);
                 #body
             }
@@ -474,31 +469,41 @@ impl<'p> ReactorModule<'p> {
         let mutable = effect.then(|| quote!(mut));
         Ok(match kind {
             VariableKind::Port { ty } => {
-                let ty = type_tokens(self.plan, ty)?;
-                quote!(& #mutable Port<#ty>)
+                let ty = self.type_tokens(ty)?;
+                quote!(& #mutable ::lf::model::Port<#ty>)
             }
             VariableKind::Multiport { ty } => {
-                let ty = type_tokens(self.plan, ty)?;
-                if effect { quote!(&mut MultiportMut<'_, '_, #ty>) } else { quote!(&Multiport<'_, #ty>) }
+                let ty = self.type_tokens(ty)?;
+                if effect {
+                    quote!(&mut ::lf::model::MultiportMut<'_, '_, #ty>)
+                } else {
+                    quote!(&::lf::model::Multiport<'_, #ty>)
+                }
             }
             VariableKind::LogicalAction { ty } => {
-                let ty = type_tokens(self.plan, ty)?;
-                quote!(& #mutable LogicalAction<#ty>)
+                let ty = self.type_tokens(ty)?;
+                quote!(& #mutable ::lf::model::LogicalAction<#ty>)
             }
             VariableKind::PhysicalAction { ty } => {
-                let ty = type_tokens(self.plan, ty)?;
-                quote!(& #mutable PhysicalAction<#ty>)
+                let ty = self.type_tokens(ty)?;
+                quote!(& #mutable ::lf::model::PhysicalAction<#ty>)
             }
-            VariableKind::Timer => quote!(&Timer),
-            VariableKind::Watchdog => quote!(& #mutable lf::model::Watchdog),
-            VariableKind::Mode { .. } => quote!(lf::model::Transition),
+            VariableKind::Timer => quote!(&::lf::model::Timer),
+            VariableKind::Watchdog => quote!(& #mutable ::lf::model::Watchdog),
+            VariableKind::Mode { .. } => quote!(::lf::model::Transition),
         })
     }
 
     fn value(&mut self, value: &'p Value) -> Result<TokenStream, EmitError> {
         match value {
             Value::Time { ns } => Ok(duration(*ns)),
-            Value::Code(code) => self.splices.inline(code),
+            Value::Code(code) => {
+                let parameters: Vec<Ident> =
+                    self.class.parameters.iter().map(|parameter| ident(&parameter.name)).collect();
+                let uses = self.scope.uses(code.at, &parameters);
+                let value = self.splices.inline(code)?;
+                Ok(if uses.is_some() { quote!({ #uses #value }) } else { value })
+            }
         }
     }
 }

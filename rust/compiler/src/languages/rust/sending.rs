@@ -12,9 +12,9 @@ pub(super) const SERIALIZERS: &[&str] = &["native", "postcard"];
 /// The type of a serializer for values of a type, which is spelled as where it is used.
 pub(super) fn serializer_type(serializer: &Serializer, ty: &str) -> String {
     match (&serializer.name, serializer.max_length) {
-        (None, length) => format!("lf::MaxLength<{}>", length.unwrap_or_default()),
-        (Some(_), Some(length)) => format!("lf::model::Postcard<{length}>"),
-        (Some(_), None) => format!("lf::model::Postcard<{{ <{ty} as lf::model::Bounded>::BYTES }}>"),
+        (None, length) => format!("::lf::MaxLength<{}>", length.unwrap_or_default()),
+        (Some(_), Some(length)) => format!("::lf::model::Postcard<{length}>"),
+        (Some(_), None) => format!("::lf::model::Postcard<{{ <{ty} as ::lf::model::Bounded>::BYTES }}>"),
     }
 }
 

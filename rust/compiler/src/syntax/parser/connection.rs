@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections, and references to ports and actions.
 
-use super::super::ast::{Attribute, ConnectionSyntax, Name, Reference};
+use super::super::ast::{Attribute, ConnectionSyntax, Expression, Name, Reference};
 use super::super::token::TokenKind;
-use super::super::words::is_reserved;
+use super::super::words::{MEMBER_STARTS, is_reserved};
 use super::{Parsed, Parser};
-use crate::diagnostics::Span;
+use crate::diagnostics::{Code, Diagnostic, Span};
 
 impl Parser<'_> {
     /// Whether a connection begins here: a parenthesis, or a name that is no word of the language.
@@ -21,7 +21,7 @@ impl Parser<'_> {
     }
 
     pub(super) fn connection(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<ConnectionSyntax> {
-        let mut iterated = false;
+        let (first, mut iterated) = (self.position, false);
         let left = if self.eat(TokenKind::OpenParenthesis) {
             let left = self.list(TokenKind::CloseParenthesis, ")", |parser| parser.reference("a port"))?;
             iterated = self.eat(TokenKind::Plus);
@@ -29,16 +29,24 @@ impl Parser<'_> {
         } else {
             self.references("a port")?
         };
+        let early = self.early_delay()?;
+        let behind = self.position;
         let physical = if self.at(TokenKind::PhysicalArrow) {
             let token = self.advance();
             Some(self.span_of(token))
         } else if self.eat(TokenKind::Arrow) {
             None
         } else {
+            self.position = first;
+            let hint = self.meant(MEMBER_STARTS);
+            if hint.is_some() {
+                return self.unexpected_but("a declaration, a connection or a reaction", hint);
+            }
+            self.position = behind;
             return self.unexpected("`->` and the ports to connect to");
         };
         let right = self.references("a port")?;
-        let after = if self.eat_word("after").is_some() { Some(self.expression()?) } else { None };
+        let after = if self.eat_word("after").is_some() { Some(self.expression()?) } else { early };
         let serializer = match self.eat_word("serializer") {
             Some(word) => {
                 let text = self.string("the name of a serializer in quotes")?;
@@ -48,6 +56,16 @@ impl Parser<'_> {
         };
         let span = Span::new(self.file, start, self.before().end);
         Ok(ConnectionSyntax { mode: self.mode, attributes, left, iterated, physical, right, after, serializer, span })
+    }
+
+    /// A delay that stands before the arrow, which is reported.
+    fn early_delay(&mut self) -> Parsed<Option<Expression>> {
+        let Some(word) = self.eat_word("after") else { return Ok(None) };
+        let delay = self.expression()?;
+        let message = "`after` comes behind the ports that are connected";
+        let hint = format!("write `… -> … after {}`", self.slice(delay.span));
+        self.report(Diagnostic::new(Code::Syntax, word.to(delay.span), message).hint(hint));
+        Ok(Some(delay))
     }
 
     pub(super) fn references(&mut self, what: &str) -> Parsed<Vec<Reference>> {

@@ -3,17 +3,19 @@
 
 use super::super::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use super::super::token::{TokenKind, Tokens, tokens};
+use super::super::words::FILE_STARTS;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Diagnostic, FileId};
 
 /// Reads a file.
 pub(crate) fn parse(file: FileId, text: &str) -> (SourceUnit, Vec<Diagnostic>) {
-    let Tokens { list, comments, diagnostics } = tokens(file, text);
+    let Tokens { list, comments, open, diagnostics } = tokens(file, text);
     let mut parser = Parser {
         file,
         text,
         tokens: list,
         comments,
+        open,
         position: 0,
         depth: 0,
         diagnostics,
@@ -62,13 +64,16 @@ impl Parser<'_> {
                 unit.reactors.push(reactor);
             }
             _ if self.eat(TokenKind::Semicolon) => {}
-            _ => return self.unexpected("`target`, `import`, `preamble` or a reactor"),
+            _ => {
+                let hint = self.meant(&[FILE_STARTS, &["preamble"]].concat());
+                return self.unexpected_but("`target`, `import`, `preamble` or a reactor", hint);
+            }
         }
         Ok(())
     }
 
     /// Skips to the next declaration of a file, but not past where reading began without taking a token.
-    fn recover_in_file(&mut self, start: usize) {
+    pub(super) fn recover_in_file(&mut self, start: usize) {
         if self.position == start {
             self.advance();
         }

@@ -3,10 +3,15 @@
 
 use super::super::ast::{
     ActionKind, ActionSyntax, Assignment, Attribute, Direction, Expression, Initialiser, Instantiation, MethodSyntax,
-    PortSyntax, ReactionKeyword, ReactionSyntax, ReactorBody, StateSyntax, Timer,
+    Name, PortSyntax, ReactionKeyword, ReactionSyntax, ReactorBody, StateSyntax, Timer,
 };
 use super::super::token::TokenKind;
-use super::{Parsed, Parser};
+use super::super::words::MEMBER_STARTS;
+use super::{Failed, Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic, Span};
+
+/// How many reactions a reactor can have: each has a level of its own, and the highest number stands for none.
+const REACTIONS_MAX: usize = u16::MAX as usize - 1;
 
 impl Parser<'_> {
     /// One declaration, from its first word on; `start` is where its attributes begin.
@@ -45,6 +50,9 @@ impl Parser<'_> {
             }
             Some("reaction" | "mutation") => {
                 let reaction = self.reaction(attributes)?;
+                if body.reactions.len() >= REACTIONS_MAX {
+                    return self.too_many(reaction.keyword);
+                }
                 body.reactions.push(reaction);
             }
             Some(_) if self.peek(1).kind == TokenKind::Equals => {
@@ -55,10 +63,22 @@ impl Parser<'_> {
                 let connection = self.connection(attributes, start)?;
                 body.connections.push(connection);
             }
-            _ => return self.unexpected("a declaration, a connection or a reaction"),
+            _ => {
+                let hint = self.meant(MEMBER_STARTS);
+                return self.unexpected_but("a declaration, a connection or a reaction", hint);
+            }
         }
         self.eat(TokenKind::Semicolon);
         Ok(())
+    }
+
+    /// Reports that there are too many reactions, and reads no further.
+    fn too_many(&mut self, keyword: Span) -> Parsed<()> {
+        let message = format!("this reactor has more than {REACTIONS_MAX} reactions");
+        let hint = "divide them among several reactors";
+        self.report(Diagnostic::new(Code::TooLarge, keyword, message).hint(hint));
+        self.position = self.tokens.len() - 1;
+        Err(Failed)
     }
 
     fn state(&mut self, attributes: Vec<Attribute>) -> Parsed<StateSyntax> {
@@ -185,6 +205,28 @@ impl Parser<'_> {
         Ok((watchdog, handler))
     }
 
+    /// Reports a value without the name of the parameter that has it.
+    fn unnamed(&mut self, class: &Name, number: usize) -> Parsed<Assignment> {
+        let value = self.expression()?;
+        let (of, written) = (&class.text, self.slice(value.span));
+        let name = self.parameter_of(of, number).unwrap_or("NAME").to_owned();
+        let message = "nothing says which parameter has this value";
+        let hint = format!("name it: `new {of}({name} = {written})`");
+        self.report(Diagnostic::new(Code::Syntax, value.span, message).label("expected `NAME = …`").hint(hint));
+        Ok(Assignment { name: Name { text: name, span: value.span }, init: Initialiser { value } })
+    }
+
+    /// A parameter of a reactor by its number, if the reactor is declared in this file.
+    fn parameter_of(&self, class: &str, number: usize) -> Option<&str> {
+        let text = |at: usize| self.tokens.get(at).map(|token| self.text_of(*token)).unwrap_or_default();
+        let head = (0..self.tokens.len()).find(|at| text(*at) == "reactor" && text(at + 1) == class)?;
+        let open = (head + 2..self.tokens.len()).take_while(|at| text(*at) != "{").find(|at| text(*at) == "(")?;
+        let names = (open + 1..self.tokens.len()).take_while(|at| !matches!(text(*at), "{" | "{}"));
+        let names =
+            names.filter(|at| matches!(text(at - 1), "(" | ",") && matches!(text(at + 1), ":" | "=" | "," | ")"));
+        names.map(text).filter(|name| name.starts_with(|c: char| c.is_alphabetic() || c == '_')).nth(number)
+    }
+
     fn instantiation(&mut self, attributes: Vec<Attribute>) -> Parsed<Instantiation> {
         let name = self.name("the name of an instance")?;
         self.expect(TokenKind::Equals, "`=`")?;
@@ -196,12 +238,19 @@ impl Parser<'_> {
         let type_arguments =
             if self.eat(TokenKind::Less) { self.list(TokenKind::Greater, ">", Self::ty)? } else { Vec::new() };
         self.expect(TokenKind::OpenParenthesis, "`(` and the parameters")?;
-        let arguments = self.list(TokenKind::CloseParenthesis, ")", Self::assignment)?;
+        let mut number = 0..;
+        let arguments = self.list(TokenKind::CloseParenthesis, ")", |parser| {
+            parser.assignment(&class, number.next().unwrap_or_default())
+        })?;
         let host = self.host()?;
         Ok(Instantiation { mode: self.mode, attributes, name, width, class, type_arguments, arguments, host })
     }
 
-    fn assignment(&mut self) -> Parsed<Assignment> {
+    fn assignment(&mut self, class: &Name, number: usize) -> Parsed<Assignment> {
+        let is_named = self.at(TokenKind::Word) && self.peek(1).kind != TokenKind::Comma;
+        if !is_named || self.peek(1).kind == TokenKind::CloseParenthesis {
+            return self.unnamed(class, number);
+        }
         let name = self.name("the name of a parameter")?;
         let init: Option<Initialiser> = self.initialiser("parameter", &name)?;
         match init {

@@ -12,10 +12,13 @@ mod reactor;
 mod target;
 mod types;
 
+use std::collections::HashSet;
+
 use super::ast::{CodeBlock, Name};
 use super::token::{Token, TokenKind};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
-use crate::diagnostics::{Code, Diagnostic, FileId, Span};
+use crate::characters::{instead, shown};
+use crate::diagnostics::{Code, Diagnostic, FileId, Span, did_you_mean};
 use crate::languages::CodeKind;
 
 pub(crate) use file::parse;
@@ -33,6 +36,8 @@ struct Parser<'t> {
     text: &'t str,
     tokens: Vec<Token>,
     comments: Vec<std::ops::Range<usize>>,
+    /// Where code blocks begin that have no end.
+    open: HashSet<usize>,
     position: usize,
     depth: usize,
     diagnostics: Vec<Diagnostic>,
@@ -121,23 +126,31 @@ impl<'t> Parser<'t> {
 
     /// Reports that something else was expected here.
     fn unexpected<T>(&mut self, expected: &str) -> Parsed<T> {
+        self.unexpected_but(expected, None)
+    }
+
+    /// The same, with what to do about it.
+    fn unexpected_but<T>(&mut self, expected: &str, hint: Option<String>) -> Parsed<T> {
         let token = self.peek(0);
+        let strange = self.text_of(token).chars().next().filter(|_| token.kind == TokenKind::Other);
         let found = match token.kind {
             TokenKind::End => "the end of the file".to_owned(),
             TokenKind::Code => "a code block".to_owned(),
             TokenKind::Text => "a string".to_owned(),
+            TokenKind::Other => strange.map(shown).unwrap_or_default(),
             _ => format!("`{}`", self.text_of(token)),
         };
         let message = format!("expected {expected}, found {found}");
         // What is missing at the start of a line is missed at the end of the line before.
-        let span = if token.first_of_line && self.position > 0 {
+        let span = if token.first_of_line && self.position > 0 && hint.is_none() {
             let end = self.before().end;
             Span::new(self.file, end, end)
         } else {
             self.span_of(token)
         };
         let label = format!("expected {expected}");
-        self.report(Diagnostic::new(Code::Syntax, span, message).label(label));
+        let diagnostic = Diagnostic::new(Code::Syntax, span, message).label(label);
+        self.report(diagnostic.hint_maybe(hint.or(strange.and_then(instead))));
         Err(Failed)
     }
 
@@ -167,16 +180,48 @@ impl<'t> Parser<'t> {
     }
 
     fn code_of(&mut self, kind: CodeKind) -> Parsed<CodeBlock> {
+        if self.at(TokenKind::OpenBrace) {
+            return Ok(self.code_in_braces());
+        }
         let span = self.expect(TokenKind::Code, "a code block `{= … =}`")?;
         let text = &self.text[span.start..span.end];
         let start = span.start + 2;
         let end = if text.len() >= 4 && text.ends_with("=}") { span.end - 2 } else { span.end };
         let code = CodeBlock { text: self.text[start..end].to_owned(), span: Span::new(self.file, start, end) };
-        let is_open = |found: &Diagnostic| found.code == Code::UnterminatedCode && found.span.start == span.start;
-        if !self.diagnostics.iter().any(is_open) {
+        if !self.open.contains(&span.start) {
             self.codes.push((code.clone(), kind));
         }
         Ok(code)
+    }
+
+    /// Reports code that stands in braces alone, and takes all of it, since nothing in it is a declaration.
+    fn code_in_braces(&mut self) -> CodeBlock {
+        let open = self.here();
+        self.skip_brackets();
+        let message = "code of the target language stands in `{= … =}`";
+        let hint = "write `{=` for this `{`, and `=}` for the `}` that closes it";
+        self.report(Diagnostic::new(Code::Syntax, open, message).label("expected `{=`").hint(hint));
+        CodeBlock { text: String::new(), span: open }
+    }
+
+    /// Takes a bracket and all up to the one that closes it.
+    fn skip_brackets(&mut self) {
+        let mut depth = 0_usize;
+        while !self.at_end() {
+            match self.advance().kind {
+                TokenKind::OpenBrace | TokenKind::OpenBracket | TokenKind::OpenParenthesis => depth += 1,
+                TokenKind::CloseBrace | TokenKind::CloseBracket | TokenKind::CloseParenthesis => depth -= 1,
+                _ => {}
+            }
+            if depth == 0 {
+                return;
+            }
+        }
+    }
+
+    /// A word that was meant where an unknown one is.
+    fn meant(&self, words: &[&'static str]) -> Option<String> {
+        did_you_mean(self.word_ahead(0)?, words.iter().copied())
     }
 
     /// The quoted text of a string, without the quotes.
@@ -196,12 +241,22 @@ impl<'t> Parser<'t> {
         let mut items = Vec::new();
         while !self.at(close) {
             items.push(item(self)?);
-            if !self.eat(TokenKind::Comma) {
+            if self.at_separator(close) {
+                let message = "`,` stands between the items of a list, and here is `;`";
+                self.report(Diagnostic::new(Code::Syntax, self.here(), message).hint("write `,`"));
+                self.advance();
+            } else if !self.eat(TokenKind::Comma) {
                 break;
             }
         }
         self.expect(close, &format!("`,` or `{close_text}`"))?;
         Ok(items)
+    }
+
+    /// Whether a `;` here stands between items of a list, and does not end what comes behind the list.
+    fn at_separator(&self, close: TokenKind) -> bool {
+        let follows = close == TokenKind::CloseBrace || !self.peek(1).first_of_line;
+        self.at(TokenKind::Semicolon) && follows && self.peek(1).kind != TokenKind::End
     }
 
     /// Runs `inner` one level deeper; too many levels are an error, so that the stack is bounded.

@@ -20,7 +20,8 @@ impl Parser<'_> {
         let triggers = self.list(TokenKind::CloseParenthesis, ")", Self::trigger)?;
         let uses = if self.at_use() { self.references("a port or an action")? } else { Vec::new() };
         let effects = if self.eat(TokenKind::Arrow) { self.effects()? } else { Vec::new() };
-        let code = if self.at(TokenKind::Code) { Some(self.code()?) } else { None };
+        let has_body = matches!(self.kind(), TokenKind::Code | TokenKind::OpenBrace);
+        let code = if has_body { Some(self.code()?) } else { None };
         let mut reaction = ReactionSyntax {
             mode: self.mode,
             attributes,
@@ -103,6 +104,13 @@ impl Parser<'_> {
                     self.expect(TokenKind::CloseParenthesis, "`)`")?;
                     let code = self.code()?;
                     reaction.deadline = Some(DeadlineSyntax { value, code });
+                }
+                Some(word)
+                    if !is_reserved(word)
+                        && matches!(self.peek(1).kind, TokenKind::OpenParenthesis | TokenKind::Code) =>
+                {
+                    let hint = self.meant(&["deadline", "STP", "STAA", "tardy", "reaction"]);
+                    return self.unexpected_but("a declaration, or a handler of the reaction", hint);
                 }
                 _ => return Ok(()),
             }

@@ -5,6 +5,7 @@ use super::super::ast::{
     Attribute, ModeSyntax, Name, ParameterSyntax, Reactor, ReactorBody, ReactorKind, TypeParameter,
 };
 use super::super::token::TokenKind;
+use super::super::words::MEMBER_STARTS;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::CodeKind;
@@ -25,7 +26,10 @@ impl Parser<'_> {
                     self.advance();
                     break self.span_of(token);
                 }
-                _ => return self.unexpected("`reactor`"),
+                _ => {
+                    let hint = self.meant(&["reactor"]);
+                    return self.unexpected_but("`reactor`", hint);
+                }
             }
             self.advance();
         };
@@ -101,8 +105,8 @@ impl Parser<'_> {
                 return;
             }
             if self.at_end() || self.at_file_start() {
-                // A comment or a code block without an end takes the brace with it.
-                let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment);
+                // A comment or a code block without an end takes the brace with it, and so does what is not read.
+                let taken = |code| matches!(code, Code::UnterminatedCode | Code::UnterminatedComment | Code::TooLarge);
                 if self.at_end() && self.diagnostics.iter().any(|entry| taken(entry.code)) {
                     return;
                 }
@@ -164,6 +168,8 @@ impl Parser<'_> {
                 TokenKind::CloseBrace | TokenKind::Semicolon if depth == 0 => return,
                 TokenKind::CloseBrace => depth -= 1,
                 _ if depth == 0 && self.at_member_start() => return,
+                // A declaration whose word is misspelt, too.
+                _ if depth == 0 && self.peek(0).first_of_line && self.meant(MEMBER_STARTS).is_some() => return,
                 _ => {}
             }
             self.advance();

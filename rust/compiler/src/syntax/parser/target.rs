@@ -3,14 +3,20 @@
 
 use super::super::ast::{ExpressionKind, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
 use super::super::token::TokenKind;
-use super::{Parsed, Parser};
+use super::{Failed, Parsed, Parser};
 use crate::diagnostics::Span;
 
 impl Parser<'_> {
     pub(super) fn target(&mut self) -> Parsed<TargetSyntax> {
         self.advance();
         let name = self.name("the name of a target")?;
-        let properties = if self.at(TokenKind::OpenBrace) { self.properties()? } else { Vec::new() };
+        // What is wrong in them has been said, and the target is known nevertheless.
+        let start = self.position;
+        let properties = if self.at(TokenKind::OpenBrace) { self.properties() } else { Ok(Vec::new()) };
+        let properties = properties.unwrap_or_else(|Failed| {
+            self.recover_in_file(start);
+            Vec::new()
+        });
         self.eat(TokenKind::Semicolon);
         Ok(TargetSyntax { name, properties })
     }

@@ -5,6 +5,7 @@ use super::super::ast::{Name, TypeKind, TypeSyntax, Width, WidthTerm};
 use super::super::token::TokenKind;
 use super::super::words::is_reserved;
 use super::{Parsed, Parser};
+use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::languages::CodeKind;
 
 impl Parser<'_> {
@@ -34,9 +35,42 @@ impl Parser<'_> {
                 TypeKind::Time
             }
             Some(_) => self.path_type()?,
-            None => return self.unexpected("a type"),
+            None => match self.foreign_type(start) {
+                Some(kind) => kind,
+                None => return self.unexpected("a type"),
+            },
         };
         Ok(TypeSyntax { kind, span: start.to(self.before()) })
+    }
+
+    /// Takes a type of the target language that begins with a sign, and reports that it is code.
+    fn foreign_type(&mut self, start: Span) -> Option<TypeKind> {
+        match self.kind() {
+            TokenKind::OpenBracket | TokenKind::OpenParenthesis => self.skip_brackets(),
+            TokenKind::Other if self.text_of(self.peek(0)).starts_with('&') => {
+                // A lifetime is a sign and a word.
+                let token = self.advance();
+                if self.text_of(token).ends_with('\'') || self.eat(TokenKind::Other) {
+                    self.advance();
+                }
+                self.eat_word("mut");
+                if matches!(self.kind(), TokenKind::OpenBracket | TokenKind::OpenParenthesis) {
+                    self.skip_brackets();
+                } else {
+                    self.path_type().ok()?;
+                }
+            }
+            _ => return None,
+        }
+        let written = self.slice(start.to(self.before())).to_owned();
+        let (message, hint) = if written.chars().filter(|c| !c.is_whitespace()).eq("()".chars()) {
+            ("what has no value has no type".to_owned(), "leave the type and its `:` out".to_owned())
+        } else {
+            (format!("`{written}` is code of the target language"), format!("write `{{= {written} =}}`"))
+        };
+        let span = start.to(self.before());
+        self.report(Diagnostic::new(Code::Syntax, span, message).label("expected a type").hint(hint));
+        Some(TypeKind::Code(written))
     }
 
     fn path_type(&mut self) -> Parsed<TypeKind> {

@@ -4,10 +4,10 @@
 use std::collections::BTreeSet;
 
 use super::class_file::ClassFile;
-use super::cpp::{self, extension};
+use super::cpp::extension;
 use super::header;
 use super::reactions::functions;
-use super::structs::{field, files, port_struct, self_struct};
+use super::structs::{declares_bank_index, field, files, port_struct, self_struct};
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
 use super::types::CType;
@@ -18,7 +18,6 @@ use crate::plan::{BANK_INDEX, Child, ClassIndex, Location, Method, Parameter, St
 pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Result<File, EmitError> {
     let (plan, name) = (symbols.plan, symbols.class(index));
     let class = &plan.classes[index.0];
-    cpp::check(plan, class)?;
     let text = Text::new(plan, format!("{folder}/c/{name}.{}", extension(plan)), &format!("Reactor `{}`.", class.name));
     let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
@@ -102,7 +101,7 @@ impl ClassFile<'_, '_> {
              {types}_self_t *self = ({types}_self_t *)lf_self;\n    (void)lf_given;\n    \
              self->base.bank_index = lf_member;"
         ));
-        if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+        if !declares_bank_index(class) {
             self.text.line("    self->bank_index = lf_member;");
         }
         for (index, parameter) in class.parameters.iter().enumerate() {

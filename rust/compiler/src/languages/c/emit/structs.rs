@@ -6,10 +6,16 @@ use std::collections::BTreeSet;
 use super::types::CType;
 use crate::plan::{BANK_INDEX, FileIndex, Parameter, Plan, PortDeclaration, ReactorClass};
 
+/// Whether a reactor has something of its own that bodies call `self->bank_index`.
+pub(super) fn declares_bank_index(class: &ReactorClass) -> bool {
+    let is_parameter = class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX);
+    is_parameter || class.state.iter().any(|state| state.name == BANK_INDEX)
+}
+
 /// The struct of the state and the parameters of an instance.
 pub(super) fn self_struct(class: &ReactorClass, name: &str) -> String {
     let mut fields = vec!["lf_self_base_t base".to_owned()];
-    if !class.parameters.iter().any(|parameter| parameter.name == BANK_INDEX) {
+    if !declares_bank_index(class) {
         fields.push("int bank_index".to_owned());
     }
     // State hides a parameter of the same name.
