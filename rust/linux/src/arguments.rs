@@ -174,7 +174,7 @@ pub(crate) fn usage(description: &Description) -> String {
          \x20 -f, --fast [true|false]   do not wait for physical time\n\
          \x20 -k, --keepalive [true|false]  do not stop when there are no events\n\
          \x20     --trace FILE          record tags, reactions, messages and waits, for lfz trace\n\
-         \x20     --trace-limit MIB     how large that file may be (default: {TRACE_MIB}); the oldest records are dropped\n\
+         \x20     --trace-limit MIB     how large that file may be (default: {TRACE_MIB})\n\
          \x20     --devices FILE        what inputs do, and which devices are real: lines such as 100 ms button0 1\n\
          \x20                           and led0 gpio /dev/gpiochip0 17\n\
          \x20     --vcd FILE            write down what pins do, for PulseView or GTKWave\n",

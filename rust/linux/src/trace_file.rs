@@ -26,7 +26,8 @@ const FLUSH_AFTER: Interval = Interval::from_millis(200);
 pub const TRACE_MIB: u32 = 256;
 
 /// How far a file goes back from behind a seam.
-const SEAM_BYTES: i64 = RECORD_BYTES as i64;
+const SEAM_BYTES: i64 = 32;
+const _: () = assert!(SEAM_BYTES.unsigned_abs() == RECORD_BYTES as u64, "a seam is a record");
 
 /// How many bytes of records a MiB of the limit stands for.
 const MIB_BYTES: u64 = 1024 * 1024;

@@ -156,8 +156,8 @@ proptest! {
         prop_assert_eq!(&report.logs[1], &merged(&[from_timer(5, 40, 0, 0), from_timer(5, 40, 1, 2)]));
     }
 
-    /// A federate sends into a cycle by a physical action, which never occurs or occurs now and then, and begins late. The
-    /// others wait for physical time to pass it at each tag, and for nothing else.
+    /// A federate sends into a cycle by a physical action, which never occurs or occurs now and then, and begins late.
+    /// The others wait for physical time to pass it at each tag, and for nothing else.
     #[test]
     fn a_cycle_goes_on_beside_a_physical_action(conditions in any_conditions(), begins in 0..200i64, occurs: bool) {
         let first = if occurs { MS(3) } else { MS(10_000) };

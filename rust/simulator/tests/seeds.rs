@@ -43,8 +43,8 @@ fn what_stands_still_with_its_mode_stays_so_side_by_side() {
     hold(Coordination::Centralized, &[RICH + 30540]);
 }
 
-/// A reaction to `shutdown` in a mode that had been left, and one of the mode that was active, ran in another order than
-/// unfederated.
+/// A reaction to `shutdown` in a mode that had been left, and one of the mode that was active, ran in another order
+/// than unfederated.
 #[test]
 fn what_runs_at_the_last_tag_of_two_modes_has_an_order() {
     hold(Coordination::Centralized, &[4_385_969_817, 4_385_993_112, 4_505_064_257]);

@@ -13,14 +13,15 @@ use super::story::{Mark, Story};
 
 /// The messages that come one after another, and in order of their tags but for some of the RTI's.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-enum Stream {
+enum Lane {
     /// Values, or word that there is none: for whom. Each input has one sender.
     Value(Subject, (u16, u16)),
     /// A federate and its RTI, to which they go or from which they come.
     Control(Subject, u16, bool),
 }
 
-/// Where a message is on its way: sent, at the RTI, sent on by the RTI, received. Control messages are sent and received.
+/// Where a message is on its way: sent, at the RTI, sent on by the RTI, received. Control messages are sent and
+/// received.
 const STAGES: usize = 4;
 
 /// What has been seen of a stream at one place on its way.
@@ -41,7 +42,7 @@ pub(super) struct Arrow {
 
 /// The arrows of all stories.
 pub(super) struct Arrows {
-    streams: BTreeMap<Stream, [Passed; STAGES]>,
+    streams: BTreeMap<Lane, [Passed; STAGES]>,
     /// No records are lost.
     complete: bool,
 }
@@ -56,7 +57,7 @@ impl Arrows {
         let (stream, stage) = stream(story, mark)?;
         let tag = mark.word.tag;
         // Without tags, only the number tells one from another, and that is not known where some are lost.
-        if tag.is_none() && matches!(stream, Stream::Value(..)) && !self.complete {
+        if tag.is_none() && matches!(stream, Lane::Value(..)) && !self.complete {
             return None;
         }
         let passed = &mut self.streams.entry(stream).or_default()[stage];
@@ -65,7 +66,7 @@ impl Arrows {
         passed.count += 1;
         let mut hasher = DefaultHasher::new();
         (stream, tag.map(|tag| (tag.time.as_nanos(), tag.microstep.0)), passed.repeated).hash(&mut hasher);
-        let last = if matches!(stream, Stream::Value(..)) { STAGES - 1 } else { 1 };
+        let last = if matches!(stream, Lane::Value(..)) { STAGES - 1 } else { 1 };
         Some(Arrow { id: hasher.finish(), ends: stage == last })
     }
 
@@ -81,7 +82,7 @@ impl Arrows {
 }
 
 /// To which stream a mark belongs, and where on its way.
-fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Stream, usize)> {
+fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Lane, usize)> {
     let Mark { sent, word, .. } = mark;
     if matches!(word.subject, Subject::Value | Subject::Absent) {
         let stage = match (story.is_rti, sent) {
@@ -90,9 +91,9 @@ fn stream(story: &Story<'_>, mark: &Mark) -> Option<(Stream, usize)> {
             (true, true) => 2,
             (false, false) => 3,
         };
-        return Some((Stream::Value(word.subject, word.to), stage));
+        return Some((Lane::Value(word.subject, word.to), stage));
     }
     let federate = if story.is_rti { Some(word.peer).filter(|peer| *peer != RTI) } else { story.id };
     let to_rti = story.is_rti != *sent;
-    Some((Stream::Control(word.subject, federate?, to_rti), usize::from(!sent)))
+    Some((Lane::Control(word.subject, federate?, to_rti), usize::from(!sent)))
 }

@@ -14,8 +14,8 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Takes the next record, which may be a correction. What was before the last step was not known yet, and is taken to
-    /// be as right after as before.
+    /// Takes the next record, which may be a correction. What was before the last step was not known yet, and is taken
+    /// to be as right after as before.
     pub(crate) fn take(&mut self, record: &Record) {
         let Event::Clock(time) = record.event else { return };
         let (at, offset) = (record.at.as_nanos(), time.as_nanos().saturating_sub(record.at.as_nanos()));

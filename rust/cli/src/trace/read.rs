@@ -83,7 +83,7 @@ pub(crate) fn read(folder: &Path) -> Result<Vec<Recorded>, Failure> {
 /// The traces in a file; none in one of another kind.
 fn read_file(path: &Path) -> Result<Vec<Recorded>, String> {
     let extension = path.extension().unwrap_or_default();
-    let open = || File::open(path).map(BufReader::new).map_err(said);
+    let open = || said(File::open(path).map(BufReader::new));
     if extension == EXTENSION {
         Ok(vec![of_file(open()?, path)?])
     } else if extension == "log" || extension == "txt" {
@@ -93,14 +93,15 @@ fn read_file(path: &Path) -> Result<Vec<Recorded>, String> {
     }
 }
 
-fn said(error: io::Error) -> String {
-    error.to_string()
+/// What is said of a file that cannot be read.
+fn said<T>(result: io::Result<T>) -> Result<T, String> {
+    result.map_err(|error| error.to_string())
 }
 
 /// The trace that is a file.
 fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
-    let bytes = file.get_ref().metadata().map_err(said)?.len();
-    let Some(header) = next_block(&mut file).map_err(said)? else {
+    let bytes = said(file.get_ref().metadata())?.len();
+    let Some(header) = said(next_block(&mut file))? else {
         return Err(format!(
             "it is too short for a trace ({bytes} bytes): the program was ended before it began, or the copy is not \
              complete; remove it, or record again"
@@ -108,7 +109,7 @@ fn of_file(mut file: BufReader<File>, path: &Path) -> Result<Recorded, String> {
     };
     let header = Header::from_bytes(&header).map_err(wrong)?;
     let (mut count, mut newer) = (0, 0);
-    while let Some(block) = next_block(&mut file).map_err(said)? {
+    while let Some(block) = said(next_block(&mut file))? {
         count += 1;
         if Record::from_bytes(&block).map_err(wrong)?.event == Event::Seam {
             newer = count;
@@ -148,7 +149,7 @@ struct Printed {
 fn of_console(file: impl BufRead, path: &Path) -> Result<Vec<Recorded>, String> {
     let mut printed: BTreeMap<String, Printed> = BTreeMap::new();
     for (number, line) in (1..).zip(file.split(b'\n')) {
-        let line = line.map_err(said)?;
+        let line = said(line)?;
         let line = String::from_utf8_lossy(&line);
         let Some((_, words)) = line.split_once(MARKER) else { continue };
         let Some((who, what)) = words.trim().split_once(' ') else { continue };
@@ -213,12 +214,12 @@ impl Recorded {
                 return blocks.iter().try_for_each(|block| Record::from_bytes(block).map(&mut *take).map_err(wrong));
             }
         };
-        let mut file = BufReader::new(File::open(&self.source).map_err(said)?);
+        let mut file = BufReader::new(said(File::open(&self.source))?);
         for (from, to) in [(newer, count), (0, newer)] {
             // Behind the header.
-            file.seek(SeekFrom::Start((1 + from) * RECORD_BYTES as u64)).map_err(said)?;
+            said(file.seek(SeekFrom::Start((1 + from) * RECORD_BYTES as u64)))?;
             for _ in from..to {
-                let Some(block) = next_block(&mut file).map_err(said)? else { break };
+                let Some(block) = said(next_block(&mut file))? else { break };
                 take(Record::from_bytes(&block).map_err(wrong)?);
             }
         }

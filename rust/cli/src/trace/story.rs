@@ -94,8 +94,8 @@ impl<'a> Story<'a> {
         recorded.for_each(|record| {
             clock.take(&record);
             let at = record.at.as_nanos();
-            let (first, last) = own.unwrap_or((at, at));
-            own = Some((at.min(first), at.max(last)));
+            let (begin, end) = own.unwrap_or((at, at));
+            own = Some((at.min(begin), at.max(end)));
             match record.event {
                 Event::Starts(time, is_fast) => (start, fast) = (Some(time.as_nanos()), is_fast),
                 Event::Lost(count) => lost = count + recorded.overwritten(),
@@ -103,7 +103,7 @@ impl<'a> Story<'a> {
                 _ => {}
             }
         })?;
-        let span = own.map_or((0, 0), |(first, last)| (clock.time(first), clock.time(last)));
+        let span = own.map_or((0, 0), |(begin, end)| (clock.time(begin), clock.time(end)));
         let is_rti = recorded.is_rti();
         Ok(Self { recorded, name, is_rti, id, names, span, start, lost, workers, clock, fast })
     }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The order of reactions that meet at the last tag alone: those to `shutdown` of modes that have been left, and those of
-//! the mode that is active.
+//! The order of reactions that meet at the last tag alone: those to `shutdown` of modes that have been left, and those
+//! of the mode that is active.
 //!
-//! They follow each other as they are declared, unless the one that is declared later comes first for another reason. So
-//! a mode can drive what another one listens to, and no cycle comes of it. What a reason is must not depend on whether
-//! the program is federated, so it is looked for in what both have in common.
+//! They follow each other as they are declared, unless the one that is declared later comes first for another reason.
+//! So a mode can drive what another one listens to, and no cycle comes of it. What a reason is must not depend on
+//! whether the program is federated, so it is looked for in what both have in common.
 
 use std::collections::BTreeSet;
 
+use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
-use super::order::{Followers, Reason, Vertex};
 use crate::instances::Tree;
 use crate::resolve::{Class, Variable};
 

@@ -5,6 +5,7 @@ mod builder;
 mod classes;
 mod ends;
 mod federate;
+mod followers;
 mod graph;
 mod last_tag;
 mod network;

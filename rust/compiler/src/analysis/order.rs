@@ -9,6 +9,7 @@
 
 use std::collections::BTreeMap;
 
+use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
 use super::last_tag;
 use super::zero_delay::is_immediate;
@@ -24,20 +25,6 @@ pub(super) struct Levels {
     /// Per connection of the graph, the level of sending over it; 0 for those that stay inside a federate.
     pub(super) sends: Vec<u16>,
 }
-
-/// What runs at a level: reactions by their position in the graph, then connections to other federates by theirs.
-pub(super) type Vertex = usize;
-
-/// Why one comes after another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Reason {
-    /// It is declared later in the same reactor.
-    Declared,
-    /// It reads or sends a port that the other one writes or fills.
-    Port(Node),
-}
-
-pub(super) type Followers = Vec<Vec<(Vertex, Reason)>>;
 
 /// The level of every reaction and of every connection to another federate. Nothing, with a diagnostic, if some wait
 /// for each other.

@@ -74,7 +74,8 @@ pub(super) const PROGRAM: &[TargetProperty] = &[
     property(
         "keepalive",
         SWITCH,
-        "go on while there are no events, if there are other federates or threads that can make one",
+        "in C, go on while there are no events, because of threads that nobody knows of; in Rust a program goes on as \
+         long as a thread or another federate can make one",
     ),
     property("logging", &["error", "warn", "info", "log", "debug"], "which log messages are shown"),
     property("threading", SWITCH, "with `false`, one thread runs all reactions, whatever `workers` says"),

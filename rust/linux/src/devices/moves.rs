@@ -45,7 +45,7 @@ pub struct Reader {
 pub enum Takes {
     /// A program for Linux finds values of all devices, and says itself what it cannot use.
     All,
-    /// An image on native_sim finds levels of pins.
+    /// An image on `native_sim` finds levels of pins.
     Pins,
     /// An image without emulated pins, or on a board of another kind.
     Nothing,

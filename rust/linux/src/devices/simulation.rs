@@ -318,9 +318,9 @@ pub(crate) fn starts(start: Instant) {
 impl Drop for Running {
     fn drop(&mut self) {
         let simulation = Simulation::of_program();
-        let known = simulation.lock().used.clone();
-        let knows = |name: &str| known.contains(name);
-        for (line, name) in simulation.script.unknown(&simulation.federate, simulation.is_alone, knows) {
+        let used = simulation.lock().used.clone();
+        let has_used = |name: &str| used.contains(name);
+        for (line, name) in simulation.script.unknown(&simulation.federate, simulation.is_alone, has_used) {
             log::warn!("the script for devices has values of {name} (line {line}), which this program has not read");
         }
         let Some(path) = &simulation.recording else { return };

@@ -105,7 +105,7 @@ impl fmt::Display for Violation {
             }
             Self::Trace { federate, difference } => write!(f, "f{federate} {difference}"),
             Self::Unordered { federate, first, second } => {
-                write!(f, "f{federate} runs {first} before {second}, and unfederated it is the other way round")
+                write!(f, "f{federate} runs {first} before {second}, unfederated the reverse")
             }
             Self::GrantViolated { federate, grant, granted, message } => {
                 write!(f, "f{federate} was sent a message with tag {message} after {grant} {granted}")
@@ -140,10 +140,7 @@ impl fmt::Display for Violation {
             }
             Self::LateThoughInTime { federate, port, sent, happened } => {
                 let happened = happened.map_or("never".to_owned(), |tag| format!("at {tag}"));
-                write!(
-                    f,
-                    "a message to input {port} of f{federate} for {sent} was there in time, and happened {happened}"
-                )
+                write!(f, "a message to input {port} of f{federate} for {sent} was in time, and happened {happened}")
             }
             Self::Unreported { federate, late, counted, reported, warnings } => write!(
                 f,

@@ -17,7 +17,7 @@ use super::value::Value;
 use crate::world::Side;
 
 /// The greatest capacity that a queue can have here.
-pub(crate) const CAPACITY_MAX: usize = 4096;
+pub(crate) const CAPACITY_MAX: usize = 16384;
 /// How many events of a physical action wait for the event loop at most.
 const INBOX: usize = 64;
 
@@ -121,7 +121,7 @@ impl<const N: usize> AnyQueue for TardyInput<Value, N> {
 /// Chooses the smallest type that has at least this capacity; `None` when there is none so large.
 macro_rules! by_capacity {
     ($capacity:expr, $n:ident => $make:expr) => {
-        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 4096)
+        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 16384)
     };
     (@ $capacity:expr, $n:ident => $make:expr; $($number:literal)*) => {
         match $capacity {
