@@ -120,6 +120,17 @@ def test_native_sim_images_have_addresses_of_their_own_on_one_bridge() -> None:
     assert_no_image_allocates("MessageTestDecentralized", "sender", "receiver")
 
 
+def test_boards_reach_the_rti_over_ipv6() -> None:
+    """With Zephyr's own network stack on both, and without IPv4."""
+    output = run(MESSAGE_TEST, "ipv6")
+    assert_all_came(output)
+    assert_all_ended_well(output, "receiver")
+    for name in ("sender", "receiver"):
+        config = (BOARDS / "zephyr/MessageTest" / name / "zephyr/.config").read_text()
+        assert "CONFIG_NET_IPV6=y\n" in config
+        assert "CONFIG_NET_IPV4=y\n" not in config
+
+
 def test_a_killed_run_leaves_no_process_and_no_network() -> None:
     run(MESSAGE_TEST, "topology2")
     command = [sys.executable, str(REPOSITORY / "scripts/lf"), "lf-fed-run", "--no-build", "--build-dir"]

@@ -287,6 +287,12 @@ def test_the_decentralized_smart_grid_heals_itself_or_says_which_message_was_lat
         assert units == GRID_RESULT, output
 
 
+def test_images_with_the_sockets_of_this_computer_find_the_rti_and_each_other_over_ipv6() -> None:
+    """Decentralized, so that they are told each other's address."""
+    output = run("message_test/src/MessageTestDecentralized.lf", "--deployment", "deployment/native_sim_ipv6.yaml")
+    assert re.search(r"^receiver +\| received 3000 of 3000 messages in order, ", output, re.MULTILINE), output
+
+
 def test_images_in_a_cycle_without_delay_answer_each_other_within_a_tag() -> None:
     output = run(PROGRAMS / "QuestionAndAnswer.lf")
     answers = re.findall(r"^asks +\| at ([0-9]+) ms the answer is (\S+)$", output, re.MULTILINE)

@@ -239,8 +239,10 @@ impl Encode for IpAddress {
             Self::V4(address) => to.small(address.to_bits()),
             #[cfg(feature = "ipv6")]
             Self::V6(address, scope) => {
-                let [high, low] = [64, 0].map(|shift| (address.to_bits() >> shift) as u64);
-                [IPV6, high, low].into_iter().for_each(|part| to.number(part));
+                to.number(IPV6);
+                for segment in address.segments() {
+                    segment.encode(to);
+                }
                 to.small(scope);
             }
         }
@@ -252,9 +254,11 @@ impl Decode for IpAddress {
         let number = from.number()?;
         #[cfg(feature = "ipv6")]
         if number == IPV6 {
-            let (high, low) = (from.number()?, from.number()?);
-            let address = Ipv6Addr::from_bits(u128::from(high) << 64 | u128::from(low));
-            return u32::decode(from).map(|scope| Self::v6(address, scope));
+            let mut segments = [0_u16; 8];
+            for segment in &mut segments {
+                *segment = u16::decode(from)?;
+            }
+            return u32::decode(from).map(|scope| Self::v6(Ipv6Addr::from(segments), scope));
         }
         u32::try_from(number).ok().map(|bits| Self::V4(Ipv4Addr::from_bits(bits)))
     }

@@ -46,7 +46,7 @@ fn clocks_that_are_seconds_apart_are_named() {
         assert_eq!(!doubts.is_empty(), named);
         let words = format!(
             "has a clock that is {} s ahead of that of federate 0, which waits so long for the start: set the clocks, \
-             or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on: true`",
+             or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on`",
             apart / 1_000_000_000
         );
         assert!(!named || doubts == [words], "{doubts:?}");

@@ -36,7 +36,7 @@ fn the_start_says_who_is_missing_and_how_far_the_others_are() {
     assert_eq!(said[0], "the start waits for 11 of 12 federates; 1 connections have not said which federates they are");
     assert!(said[1].starts_with("federate 1 has joined, but is not ready: it says so (TIMESTAMP) when"), "{said:?}");
     assert_eq!(said[2], "federate 2 has connected; NEIGHBOR_STRUCTURE of it is to come");
-    assert_eq!(said[3].split(":").next(), Some("federate 3 has not connected"));
+    assert_eq!(said[3].split(':').next(), Some("federate 3 has not connected"));
     assert!(said[8].starts_with("federate 8 has not connected: start it or"), "{said:?}");
     assert_eq!((said[9].as_str(), said.len()), ("and 3 more", 10));
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the event loops ask of the system they run on. Linux and Zephyr each implement it once.
 //!
-//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, TCP but for those of [`Platform::bind`]; they
-//! are named by [`SocketId`], whose generation makes a stale id an error and never another socket. A listener and a UDP
-//! port take what comes over any family of IP that the system has, each address in the form that [`IpAddress`] has.
+//! All calls but [`Platform::wait`] return at once. Sockets are non-blocking, TCP but for those of [`Platform::bind`];
+//! they are named by [`SocketId`], whose generation makes a stale id an error and never another socket. A listener and
+//! a UDP port take what comes over any family of IP that the system has.
 
 use core::fmt;
 

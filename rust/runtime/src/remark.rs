@@ -311,7 +311,8 @@ coded!(RunError {
     Listen(error), Peer { federate, fault }, TagFull { input }, BufferTooSmall { buffer, needed, found },
 });
 coded!(Reason {
-    Rti(address, last), Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate), Id,
+    Rti(address, last), Answer(phase), Peer(federate, fault), Others, Grant(tag), Input(tag, name), Room(tag, federate),
+    Id,
 });
 coded!(SettingsError { RtiAddress, RtiPort(port) });
 coded!(ImageError { Platform(error), Settings(error), Run(error), Running });

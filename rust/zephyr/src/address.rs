@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Addresses as Zephyr's sockets take and give them.
 //!
-//! In an image with IPv6, listeners and UDP ports are sockets of IPv6, which take IPv4 as well where the image has both.
+//! In an image with IPv6, listeners and UDP ports are sockets of IPv6, which take IPv4, too, where the image has both.
 
 use core::ffi::c_int;
 use core::net::Ipv4Addr;
@@ -11,12 +11,11 @@ use core::net::Ipv6Addr;
 use lf_runtime::platform::{Endpoint, IpAddress};
 
 use crate::raw;
-
-/// Room for any address that this image can have.
+// Room for any address that this image can have.
 #[cfg(not(feature = "ipv6"))]
-type Storage = raw::sockaddr_in;
+use crate::raw::sockaddr_in as Storage;
 #[cfg(feature = "ipv6")]
-type Storage = raw::sockaddr_in6;
+use crate::raw::sockaddr_in6 as Storage;
 
 /// An address in C, with its length.
 #[derive(Clone, Copy)]

@@ -175,8 +175,8 @@ impl Mac {
                 // FNV-1a: different addresses have the same hash with a probability of 2^-40.
                 let mix = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
                 let hash = ip.octets().into_iter().fold(0xcbf2_9ce4_8422_2325_u64, mix);
-                let [a, b, c, d, e, f, g, h] = hash.to_le_bytes();
-                Self([2, a ^ f, b ^ g, c ^ h, d, e])
+                let [first, second, third, fourth, fifth, ..] = (hash ^ hash >> 40).to_le_bytes();
+                Self([2, first, second, third, fourth, fifth])
             }
         }
     }

@@ -56,7 +56,7 @@ impl fmt::Display for Doubt {
             Self::Ahead { of, by } => say!(
                 f,
                 "has a clock that is {} s ahead of that of federate {of}, which waits so long for the start: set the \
-                 clocks, or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on: true`",
+                 clocks, or use `clock-sync: init`, for federates on the RTI's computer with `local-federates-on`",
                 by.as_nanos() / 1_000_000_000
             ),
             // There is one family only.

@@ -2,9 +2,9 @@
 //! The order in which the parts of a federate's event loop have their turns, and how it ends.
 
 use core::fmt;
+use lf_coordination::Deadline;
 use lf_coordination::auth::Nonce;
 use lf_coordination::federate::{All, Awaited, Config, Disconnected, Event, Federate, Needs, Phase};
-use lf_coordination::{Deadline, Endpoint};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_model::{Engine, InputId, Program};
 
@@ -12,6 +12,7 @@ use super::clock_sync::ClockSyncPort;
 use super::direct::Direct;
 use super::execution::{Advance, Execution, Failed};
 use super::from_rti::FromRti;
+use super::join::Join;
 use super::memory::Buffers;
 use super::output::Output;
 use super::peers::Peers;
@@ -38,17 +39,6 @@ const RESIGNATION: Interval = Interval::from_secs(60);
 /// How long a federate that has come to its last tag reads what others send it too late, to say so, with decentralized
 /// coordination. They come to the same tag, so their connections end soon; only one that is cut off does not end.
 const HEARING_OUT: Interval = Interval::from_secs(60);
-
-/// What a federate is told when it is started, and not when it is built.
-#[derive(Clone, Copy, Debug)]
-pub struct Join<'a> {
-    /// The federation to join.
-    pub federation_id: &'a [u8],
-    /// Where its RTI listens.
-    pub rti: Endpoint,
-    /// More addresses of the RTI's host, which are tried in turn.
-    pub others: &'a [Endpoint],
-}
 
 /// Runs a federate from its first connection to its end. `known` is memory, one tag for each of
 /// [`Federation::awaited`].
@@ -261,7 +251,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
             }
             let now = self.platform.now();
             if P::NAMES {
-                self.execution.machine.set_rti(self.session.rti());
+                self.execution.machine.set_rti(self.session.rti::<P>());
             }
             self.execution.machine.handle_connected(now, nonce);
         }

@@ -19,6 +19,7 @@ mod from_peer;
 mod from_rti;
 mod held;
 mod inbound;
+mod join;
 mod late;
 mod memory;
 mod outbound;
@@ -30,8 +31,9 @@ mod session;
 mod visitors;
 mod waiting;
 
-pub use event_loop::{FederateLoop, Join, run_federate};
+pub use event_loop::{FederateLoop, run_federate};
 pub use inbound::Inbound;
+pub use join::Join;
 pub use memory::Buffers;
 pub use outbound::Outbound;
 pub use reason::Reason;

@@ -9,8 +9,8 @@ use lf_coordination::{Deadline, Endpoint, IpAddress};
 use lf_model::time::{Instant, Interval};
 use lf_wire::{Limits, OutBuffer, RejectCode};
 
-use super::event_loop::Join;
 use super::execution::Failed;
+use super::join::Join;
 use super::reason::Reason;
 use super::receiver::Receiver;
 use crate::connection::{Connection, Reading};
@@ -136,7 +136,10 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// The address that is tried, or at which the RTI is.
-    fn address(&self) -> Endpoint {
+    fn address<P: Platform>(&self) -> Endpoint {
+        if !P::NAMES {
+            return self.first;
+        }
         let other = self.place.checked_sub(1).and_then(|index| self.others.get(usize::from(index)));
         other.copied().unwrap_or(self.first)
     }
@@ -160,8 +163,8 @@ impl<'a, 's> Session<'a, 's> {
     }
 
     /// The address at which the RTI is.
-    pub(super) fn rti(&self) -> IpAddress {
-        self.address().ip
+    pub(super) fn rti<P: Platform>(&self) -> IpAddress {
+        self.address::<P>().ip
     }
 
     /// What this federate waits for, before the RTI has accepted it.
@@ -283,7 +286,7 @@ impl<'a, 's> Session<'a, 's> {
             self.retry.hurry(now);
         }
         match self.retry.poll(now) {
-            ConnectStep::Attempt => match platform.connect(self.address()) {
+            ConnectStep::Attempt => match platform.connect(self.address::<P>()) {
                 Ok(socket) => self.attempt = Attempt::UnderWay(socket, false),
                 Err(error) => self.begin_anew(platform, error),
             },

@@ -165,6 +165,16 @@ fn wrong_files() {
             "a MAC address without a known place",
             format!("{rti}federates:\n  unit: {{ platform: my_board, ip: 10.0.0.2, mac: 02:00:00:00:00:02 }}\n"),
         ),
+        ("no devicetree label", format!("{rti}federates:\n  unit: {{ {BOARD}, ethernet: \"&eth\" }}\n")),
+    ];
+    insta::assert_snapshot!("wrong_deployments", errors_of(&files));
+}
+
+/// The same for addresses of IPv6.
+#[test]
+fn wrong_addresses_of_ipv6() {
+    let rti = "rti: { ip: 10.0.0.1 }\n";
+    let files = [
         (
             "IPv6 addresses that are none",
             "rti: { ip: \"fd00::1::2\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: \"fd00::g\" }\n"
@@ -193,9 +203,8 @@ fn wrong_files() {
             "an RTI of the other family",
             "rti: { ip: \"fd00::1\" }\nfederates:\n  unit: { platform: qemu_cortex_m3, ip: 10.0.0.2 }\n".to_owned(),
         ),
-        ("no devicetree label", format!("{rti}federates:\n  unit: {{ {BOARD}, ethernet: \"&eth\" }}\n")),
     ];
-    insta::assert_snapshot!("wrong_deployments", errors_of(&files));
+    insta::assert_snapshot!("wrong_addresses_of_ipv6", errors_of(&files));
 }
 
 /// The same for where the RTI is.

@@ -133,11 +133,13 @@ fn images_have_ipv6_only_where_an_address_is() {
         ),
     ] {
         let emitted = emit_on(&plan, &Deployment::parse("deployment.yaml", deployment, &plan).expect("it is right"));
-        for file in emitted.files.iter().filter(|file| file.path.ends_with(".conf")) {
+        for file in
+            emitted.files.iter().filter(|file| Path::new(&file.path).extension().is_some_and(|end| end == "conf"))
+        {
             assert_eq!(file.text.contains("NET_IPV6=y"), has_ipv6, "{deployment}");
             let is_of_addresses = |line: &&str| line.contains("IPV") || line.contains("NEIGHBORS");
             let lines: Vec<_> = file.text.lines().filter(is_of_addresses).collect();
-            text += &format!("{deployment}\n-- {}\n{}\n\n", file.path, lines.join("\n"));
+            text = text + deployment + "\n-- " + &file.path + "\n" + &lines.join("\n") + "\n\n";
         }
     }
     insta::assert_snapshot!("ipv6", text);
