@@ -136,7 +136,8 @@ fn an_absence_for_an_unknown_federate() {
 
 #[test]
 fn an_address_query_for_an_unknown_federate() {
-    expelled_for(&encoded(&Message::AddressQuery { federate: 2, is_transient: Some(false) })).line(&["federate 0", "it named federate 2"]);
+    expelled_for(&encoded(&Message::AddressQuery { federate: 2, is_transient: Some(false) }))
+        .line(&["federate 0", "it named federate 2"]);
 }
 
 /// Memory decides what is too long, so these go through an RTI that was told nothing of them, as does what follows.

@@ -9,7 +9,8 @@
 
 use lf_model::time::Instant;
 use lf_wire::{
-    Decoded, KIND_TRANSIENT, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF, decode,
+    Decoded, KIND_TRANSIENT, Limits, Message, MessageType, NeighborStructure, RejectCode, UDP_PORT_CLOCK_SYNC_OFF,
+    decode,
 };
 
 use super::barrier::Barrier;
