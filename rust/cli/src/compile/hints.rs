@@ -13,6 +13,8 @@ pub(super) struct RustcError<'a> {
     /// The line of the program, and the bytes in it that are meant.
     pub(super) line: &'a str,
     pub(super) range: std::ops::Range<usize>,
+    /// The setting of Kconfig without which the image does not have it.
+    pub(super) left_out_without: Option<&'a str>,
     /// The body that it is in.
     pub(super) scope: Option<&'a Scope>,
 }
@@ -20,6 +22,9 @@ pub(super) struct RustcError<'a> {
 impl RustcError<'_> {
     /// What to do; it takes the place of rustc's own notes.
     pub(super) fn hint(&self) -> Option<String> {
+        if let Some(symbol) = self.left_out_without {
+            return Some(format!("the image is built without this: add `{symbol}=y` to prj.conf"));
+        }
         match self.code {
             "E0423" | "E0425" => self.unknown_name(),
             "E0308" => self.not_mutable(),
