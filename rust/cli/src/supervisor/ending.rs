@@ -2,6 +2,7 @@
 //! When and how a run ends: the first cause decides the exit status, and what has to stop is asked, then told, then
 //! forced. Nothing here touches a process or a clock.
 
+use std::io;
 use std::time::{Duration, Instant};
 
 /// How long a run may take, and how long its parts may take to end.
@@ -135,9 +136,10 @@ impl Plan {
         }
     }
 
-    /// Nobody reads the output any more.
-    pub(super) fn output_closed(&mut self, now: Instant) -> Action {
-        self.cause(Ending::OutputClosed);
+    /// The output cannot be written any more: nobody reads it, or there is no room for it.
+    pub(super) fn output_lost(&mut self, error: &io::Error, now: Instant) -> Action {
+        let is_closed = error.kind() == io::ErrorKind::BrokenPipe;
+        self.cause(if is_closed { Ending::OutputClosed } else { Ending::Failed(1) });
         self.terminate(now)
     }
 
