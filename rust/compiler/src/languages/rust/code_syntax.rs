@@ -123,7 +123,7 @@ mod tests {
         assert!(found("\n  let a = 1\n  let b = 2;", CodeKind::Statements).is_some_and(|(at, _)| at == 12));
         assert!(found("\n  é(1) // é\n\n  g(2);", CodeKind::Statements).is_some_and(|(at, _)| at == 8));
         let (at, message) = found("println!(\"a\")\nlet y = { 2 };", CodeKind::Statements).expect("it is wrong");
-        assert_eq!((at, message.as_str()), (13, "these are no statements of Rust: expected `;`, found `let`"));
+        assert_eq!((at, message.as_str()), (13, "this statement of Rust has no `;` at its end"));
         assert!(found(" Vec<u8 ", CodeKind::Type).is_some_and(|(at, _)| at == 7));
     }
 
