@@ -274,7 +274,7 @@ proptest! {
         let source = Behavior { stop_at: stops.then_some(5), farewell: true, ..timer(0, 10) };
         let plan = decentralized(vec![source, relay(), Behavior::default()], edges);
         let plan = Plan { timeout: (!stops).then_some(MS(45)), ..plan };
-        let report = run(&plan, Conditions { latency_ns_max, pipe_bytes, ..Conditions::seeded(seed) });
+        let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
         assert_complete(&report);
         prop_assert_eq!(&report.late_messages, &vec![0; 3]);
         prop_assert_eq!(report.shut_down.clone(), vec![true; 3]);

@@ -33,7 +33,7 @@ fn chain(is_physical: bool, waits: (Interval, Interval), capacity: usize) -> Pla
     let edge = |from, to| Edge { physical: is_physical, waits, ..federation::edge(from, to) };
     let coordination = if is_physical { Coordination::Centralized } else { Coordination::Decentralized };
     let nodes = vec![source, relay, Behavior::default()];
-    Plan { coordination, capacity, ..Plan::new(nodes, vec![edge(0, 1), edge(1, 2)]) }
+    Plan { capacity, coordination, ..Plan::new(nodes, vec![edge(0, 1), edge(1, 2)]) }
 }
 
 fn waits() -> impl Strategy<Value = (Interval, Interval)> {
@@ -79,7 +79,7 @@ proptest! {
         let timeouts = [(0, Some(MS(60)))].into();
         let chain = chain(is_physical, waits, capacity);
         let plan = Plan { timeouts, timeout: timeout.map(MS), after_loss: AfterLoss::StopAll, ..chain };
-        let report = run(&plan, Conditions { latency_ns_max, pipe_bytes, ..Conditions::seeded(seed) });
+        let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
         prop_assert_eq!(report.trouble, None, "{:?}", report.results);
         prop_assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
         prop_assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
