@@ -302,7 +302,7 @@ coded!(ConnectionRemark { NoRandom(error), NotAccepted { error, times } });
 coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
 coded!(PeerFault {
     Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
-    Stuck,
+    Stuck, WrongTag { port },
 });
 coded!(RunError {
     RtiUnreachable { address, last }, Random(error), Federate(error), Config(error), Model(error),

@@ -15,7 +15,7 @@ use crate::federation::{Federation, FederationId, Known, Process, Version, Word}
 use crate::guard;
 use crate::measure;
 use crate::oscilloscope::{self, Oscilloscope};
-use crate::supervisor::{Ending, Interrupts};
+use crate::supervisor::Interrupts;
 use crate::terminal;
 use crate::trace;
 
@@ -36,12 +36,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         trace::prepare(&built.plan, folder)?;
     }
     let interrupts = Interrupts::of_this_process()?;
-    let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
-        // Which participant failed how has been said; a single number cannot say more than that one did.
-        (Ending::Failed(_), Some(_)) => Ending::Failed(1),
-        // A program that is not federated has its own status.
-        (ending, _) => ending,
-    };
+    let ending = federation(&built, arguments)?.run(interrupts)?;
     if let Some(bounds) = &arguments.measure {
         let measured = measure::read(&built.plan, &built.out)?;
         std::fs::write(bounds, measured.to_yaml(&built.plan))

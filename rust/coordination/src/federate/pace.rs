@@ -69,6 +69,11 @@ impl Pace {
         self.question == Question::Due
     }
 
+    /// Whether the RTI owes an answer.
+    pub(super) fn is_asked(self) -> bool {
+        matches!(self.question, Question::Asked(_))
+    }
+
     /// The RTI is being asked.
     pub(super) fn asked(&mut self) {
         self.question = Question::Asked(self.ahead);
