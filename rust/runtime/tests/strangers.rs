@@ -32,7 +32,7 @@ fn plan(intruders: Vec<Intruder>) -> Plan {
 }
 
 fn introduction(federate: u16) -> Vec<u8> {
-    encoded(&Message::P2pSendingFedId { federate, federation_id: b"virtual" })
+    encoded(&Message::P2pSendingFedId { federate, is_transient: Some(false), federation_id: b"virtual" })
 }
 
 proptest! {

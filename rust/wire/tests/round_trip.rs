@@ -8,8 +8,8 @@ mod common;
 use common::parts;
 use lf_testkit::messages::Parts;
 use lf_wire::{
-    Decoded, InBuffer, Limits, Message, MessageType, NeighborStructure, NoRoom, OutBuffer, PushError, QueryEnd, RejectCode,
-    Tag, decode,
+    Decoded, InBuffer, Limits, Message, MessageType, NeighborStructure, NoRoom, OutBuffer, PushError, QueryEnd,
+    RejectCode, Tag, decode,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -253,8 +253,8 @@ impl<N: Needs> Tags<N> {
     ///
     /// If it was told before, the RTI would take this federate for one that is beyond the earlier tag, and could call
     /// the others to a later one before they have got what this one sends at the earlier one. The stock federate takes
-    /// such old word of an absent input for word of the later tag. It does not tell such bounds itself, but has an event
-    /// there. Nobody waits longer because of this: the event at `tag` cannot be granted before the earlier tag is.
+    /// such old word of an absent input for word of the later tag. It does not tell such bounds itself, but has an
+    /// event there. Nobody waits longer because of this: the event at `tag` cannot be granted before the earlier tag.
     fn owes_tag_before(&self, tag: Tag) -> bool {
         let bound = self.bound.filter(|bound| self.net.is_last(*bound) && !self.net.allows(*bound));
         N::CYCLES && self.summons().or(bound).is_some_and(|owed| owed < tag)
