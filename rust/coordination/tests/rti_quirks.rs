@@ -136,7 +136,8 @@ fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
 }
 
 /// 60 and 62, of LF 0.13: its form of the question for an address is answered, and a federate that says that it is
-/// persistent joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by one.
+/// persistent joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by
+/// one.
 #[test]
 fn federates_of_lf_0_13_are_served_and_freed_when_all_upstream_have_left() {
     for (name, own) in [("60-query-with-kind", 1), ("62-persistent-by-103", 1)] {
