@@ -36,7 +36,8 @@ pub fn wire_structured(data: &[u8]) {
     while let Ok(parts) = parts::any(&mut input, 0) {
         let message = parts.message();
         let one = encoded(&message);
-        if query_end.take(&one) > 0 {
+        let mut behind = query_end;
+        if behind.take(&one) > 0 {
             // No federate says this behind a question.
             continue;
         }
