@@ -39,6 +39,9 @@ pub fn wire_structured(data: &[u8]) {
         let mut behind = query_end;
         if behind.take(&one) > 0 {
             // No federate says this behind a question.
+            if input.is_empty() {
+                break;
+            }
             continue;
         }
         query_end.follow(&message);
