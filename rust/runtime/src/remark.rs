@@ -257,8 +257,8 @@ impl fmt::Display for PeerRemark {
             }
             Self::Transient { federate, times } => say!(
                 f,
-                "federate {federate} was refused, because it is transient: it may come and go while the federation runs, \
-                 and this federate awaits it at the start; remove `@transient` from its program{times}"
+                "federate {federate} was refused, because it is transient: it may come and go while the federation \
+                 runs, and this federate awaits it at the start; remove `@transient` from its program{times}"
             ),
             Self::Nameless { address, times } => {
                 say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
