@@ -7,7 +7,7 @@ mod support;
 use lf_coordination::Deadline;
 use lf_model::time::Interval;
 use lf_runtime::Coordination;
-use lf_runtime::platform::{Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::platform::{Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
 use lf_wire::{Message, MessageType, RejectCode};
@@ -68,7 +68,8 @@ impl Tester {
         let listener = self.0.listen(PEER_PORT).unwrap();
         for attempt in 1.. {
             assert_eq!(self.hear(rti, 4), [MessageType::AddressQuery.byte(), 1, 0, 0]);
-            self.say(rti, &Message::AddressQueryReply { port: PEER_PORT.into(), address: address_of(0).octets() });
+            let IpAddress::V4(address) = address_of(0) else { panic!("its addresses are those of IPv4") };
+            self.say(rti, &Message::AddressQueryReply { port: PEER_PORT.into(), address: address.octets() });
             let peer = self.accept(listener);
             let header = self.hear(peer, header_bytes);
             let length = usize::from(header[header_bytes - 1]);
