@@ -111,11 +111,7 @@ impl Message<'_> {
                 writer.u32(*scope);
             }
             Self::AddressAdvertisement { port } => writer.i32(*port),
-            Self::PortAbsent { port, federate, tag } => {
-                writer.u16(*port);
-                writer.u16(*federate);
-                writer.tag(*tag);
-            }
+            Self::PortAbsent { port, federate, tag } => write_absence(writer, *port, *federate, *tag),
             Self::NeighborStructure(neighbors) => {
                 writer.u32(length);
                 writer.u32(second_length);
@@ -158,6 +154,13 @@ fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: 
     writer.u16(port);
     writer.u16(federate);
     writer.u32(length);
+}
+
+/// An input at which nothing comes, and the tag.
+fn write_absence(writer: &mut Writer<'_>, port: u16, federate: u16, tag: Tag) {
+    writer.u16(port);
+    writer.u16(federate);
+    writer.tag(tag);
 }
 
 fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) {
