@@ -125,6 +125,13 @@ fn who_waits_for_a_lost_federate_of_its_cycle_goes_on() {
     hold(Coordination::Centralized, &[65362]);
 }
 
+/// A federate was lost on which another one waited at a tag, which others waited for in turn: they were still in a cycle
+/// without the lost one, so that no grant could say that nothing comes from there.
+#[test]
+fn who_waits_for_a_lost_federate_in_what_is_left_of_its_cycle_goes_on() {
+    hold(Coordination::Centralized, &[4_504_975_004, 4_505_071_494]);
+}
+
 /// A federate was lost while the RTI held its messages and waited for its answer to a stop, and they were dropped.
 #[test]
 fn what_a_lost_federate_has_said_arrives_though_all_are_stopping() {

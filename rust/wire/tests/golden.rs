@@ -200,6 +200,7 @@ fn messages_that_the_recordings_do_not_pin_down_lie_as_the_protocol_says() {
         (Message::CodedProbe(3), vec![22, 3, 0, 0, 0, 0, 0, 0, 0]),
         (Message::AddressAdvertisement { port: 0x3ac6 }, vec![15, 0xc6, 0x3a, 0, 0]),
         (Message::DownstreamNextEventTag(Tag::NEVER), vec![26, 0, 0, 0, 0, 0, 0, 0, 128, 0, 0, 0, 0]),
+        (Message::UpstreamDisconnected { federate: 0x0102 }, vec![28, 2, 1]),
     ];
     for (message, bytes) in pinned {
         assert_eq!(decode(&bytes, &Limits::NONE), Ok(Decoded::Complete { message, len: bytes.len() }));

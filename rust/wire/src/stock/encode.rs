@@ -107,7 +107,7 @@ impl Message<'_> {
             | Self::StopGranted(tag)
             | Self::DownstreamNextEventTag(tag) => writer.tag(*tag),
             Self::Timestamp(time) | Self::T1(time) | Self::T4(time) | Self::CodedProbe(time) => writer.i64(*time),
-            Self::T3 { federate } => writer.u16(*federate),
+            Self::T3 { federate } | Self::UpstreamDisconnected { federate } => writer.u16(*federate),
             Self::AddressQueryReply { port, address } => {
                 writer.i32(*port);
                 writer.put(address);
