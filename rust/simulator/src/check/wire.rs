@@ -49,7 +49,7 @@ pub(crate) struct Seen {
     pub(crate) announced: Tag,
     /// Messages that were sent to it, and that it has not completed.
     in_transit: Vec<Tag>,
-    /// By input: the tag of the last message, how many there were for it, and the most for any.
+    /// By port number: the tag of the last message, how many there were for it, and the most for any.
     bursts: Vec<(Tag, usize, usize)>,
     /// The stop that it has named, while the RTI has not decided.
     named: Option<Tag>,
@@ -86,9 +86,9 @@ impl Seen {
         (*last, *most) = (tag, (*most).max(*count));
     }
 
-    /// By input: the most messages that came for one tag.
-    pub(crate) fn bursts(&self) -> Vec<usize> {
-        self.bursts.iter().map(|(_, _, most)| *most).collect()
+    /// The most messages that came for one tag at the input with this port number.
+    pub(crate) fn burst(&self, port: u16) -> usize {
+        self.bursts.get(usize::from(port)).map_or(0, |(_, _, most)| *most)
     }
 
     fn limit(&mut self) {
