@@ -222,7 +222,11 @@ proptest! {
 
     /// Others wait for it at a tag, and still for each other, as they are in a cycle without it, too.
     #[test]
-    fn a_departure_frees_what_is_left_of_a_cycle(conditions in any_conditions(), at in 1500..1600i64, interrupted: bool) {
+    fn a_departure_frees_what_is_left_of_a_cycle(
+        conditions in any_conditions(),
+        at in 1500..1600i64,
+        interrupted: bool,
+    ) {
         let nodes = vec![asks(10, 0, 30), answers(10), answers(20)];
         let edges = vec![edge(0, 1), edge(1, 2), edge(2, 0), edge(0, 2)];
         let mut plan = Plan { timeout: Some(MS(1000)), ..Plan::new(nodes, edges) };

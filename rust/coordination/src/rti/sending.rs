@@ -160,8 +160,8 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
     }
 
-    /// Tells a federate which of those directly upstream of it have left since it was told. Returns false if there is no
-    /// room for all of it.
+    /// Tells a federate which of those directly upstream of it have left since it was told. Returns false if not all of
+    /// that has room.
     fn tell_left(&mut self, federate: usize, connection: ConnectionId) -> bool {
         while let Some((first, last)) = self.members.slots[federate].pending.left {
             if self.tags.is_upstream_left(federate, first.into()) {
