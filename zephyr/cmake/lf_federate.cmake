@@ -127,6 +127,7 @@ macro(_lf_add_bodies_in_c)
   # works.
   target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-write-strings>)
   target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Wno-invalid-offsetof>)
+  _lf_tell_of_mistakes()
   include(${crate}/c/program.cmake OPTIONAL)
   file(GLOB types ${crate}/c/sizes.c ${crate}/c/sizes.cpp)
   if(types)
@@ -146,6 +147,7 @@ endmacro()
 # which folders and macros the C of `app` has, and writes another one of C. Uses the caller's variables.
 macro(_lf_add_c_beside)
   set(bindings FALSE)
+  _lf_tell_of_mistakes()
   include(${beside})
   if(bindings)
     set(c_flags ${output}/c_flags.txt)
@@ -155,6 +157,23 @@ macro(_lf_add_c_beside)
 ")
   endif()
 endmacro()
+
+# Has the compiler refuse in the C of `app` what newer compilers refuse, and show a mistake in what is given to a macro
+# where the macro is used. The crate lf-c-build has the same for programs of this computer.
+function(_lf_tell_of_mistakes)
+  foreach(mistake implicit-function-declaration implicit-int incompatible-pointer-types int-conversion return-mismatch)
+    # The result is kept by its name.
+    string(MAKE_C_IDENTIFIER lf_refuses_${mistake} is_known)
+    zephyr_check_compiler_flag(C -Werror=${mistake} ${is_known})
+    if(${is_known})
+      target_compile_options(app PRIVATE $<$<COMPILE_LANGUAGE:C>:-Werror=${mistake}>)
+    endif()
+  endforeach()
+  zephyr_check_compiler_flag(C -ftrack-macro-expansion=0 lf_shows_uses_of_macros)
+  if(lf_shows_uses_of_macros)
+    target_compile_options(app PRIVATE -ftrack-macro-expansion=0)
+  endif()
+endfunction()
 
 # Sets `out` to 1 where the compiler of the image makes enumerations as small as their values allow, else to 0.
 function(_lf_has_short_enums out)

@@ -11,6 +11,8 @@ use std::{env, fs, process, thread};
 pub(crate) struct Compiler {
     includes: Vec<PathBuf>,
     flags: Vec<String>,
+    /// What compilers of C, and of C++, are told about mistakes.
+    mistakes: [Vec<&'static str>; 2],
     out: PathBuf,
     /// How many files have been given to it, which makes the names of their objects differ.
     count: usize,
@@ -29,7 +31,14 @@ pub(crate) fn is_cpp(file: &Path) -> bool {
 
 impl Compiler {
     pub(crate) fn new(includes: Vec<PathBuf>, flags: Vec<String>, out: &Path) -> Self {
-        Self { includes, flags, out: out.join("c"), count: 0, has_failed: false }
+        let mistakes = [false, true].map(|is_cpp| about_mistakes(is_cpp, &out.join("c")));
+        Self { includes, flags, mistakes, out: out.join("c"), count: 0, has_failed: false }
+    }
+
+    /// The same with another argument.
+    pub(crate) fn with_flag(&mut self, flag: &str) -> &mut Self {
+        self.flags.push(flag.to_owned());
+        self
     }
 
     /// Compiles files to objects. What the compiler says is printed, in the order of the files.
@@ -72,11 +81,15 @@ impl Compiler {
         let object = self.out.join(format!("{}-{stem}.o", self.count));
         self.count += 1;
         println!("cargo::rerun-if-changed={}", file.display());
-        // Only what the compiler warns of by itself: bodies need not use all that they are given.
         let mut build = cc::Build::new();
-        let tool = build.cpp(is_cpp(file)).cargo_metadata(false).warnings(false).get_compiler();
+        build.cpp(is_cpp(file)).cargo_metadata(false).cargo_warnings(false).warnings(false);
+        let tool = build.get_compiler();
         let mut command: Vec<_> = vec![tool.path().into()];
-        command.extend(tool.args().iter().cloned());
+        // Only what the compiler warns of by itself: bodies need not use all that they are given. The library would
+        // have it warn of nothing.
+        command.extend(tool.args().iter().filter(|argument| *argument != "-w").cloned());
+        let given = [&self.mistakes[usize::from(is_cpp(file))]];
+        command.extend(given.into_iter().flatten().map(Into::into));
         // Values of ports and actions are read by way of their common part.
         command.extend(["-fno-strict-aliasing", "-D_GNU_SOURCE", "-fdiagnostics-color=never", "-MMD"].map(Into::into));
         if is_cpp(file) {
@@ -100,10 +113,28 @@ impl Compiler {
             self.has_failed = true;
             return;
         }
-        for line in said.lines().filter(|line| line.contains("warning: ")) {
+        for line in said.lines().filter(|line| [": warning: ", ": note: "].iter().any(|level| line.contains(level))) {
             println!("cargo::warning={line}");
         }
     }
+}
+
+/// Arguments by which what newer compilers refuse is refused by all, and a mistake in what is given to a macro is shown
+/// where the macro is used. `zephyr/cmake/lf_federate.cmake` has the same for images.
+fn about_mistakes(is_cpp: bool, out: &Path) -> Vec<&'static str> {
+    const REFUSED: [&str; 5] = [
+        "-Werror=implicit-function-declaration",
+        "-Werror=implicit-int",
+        "-Werror=incompatible-pointer-types",
+        "-Werror=int-conversion",
+        "-Werror=return-mismatch",
+    ];
+    let refused: &[&str] = if is_cpp { &[] } else { &REFUSED };
+    let mut build = cc::Build::new();
+    build.cpp(is_cpp).cargo_metadata(false).cargo_warnings(false).warnings(false).out_dir(out);
+    // A compiler that cannot be run is named when there is something to compile.
+    let is_known = |flag: &&str| build.is_flag_supported(flag).unwrap_or(false);
+    ["-ftrack-macro-expansion=0"].iter().chain(refused).copied().filter(is_known).collect()
 }
 
 /// Has cargo run the build script again when a header changes that a file includes, as far as it is none of the

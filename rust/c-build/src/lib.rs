@@ -35,6 +35,8 @@ pub struct Program {
     sources: Vec<PathBuf>,
     headers: Vec<PathBuf>,
     place: String,
+    link_arguments: Vec<String>,
+    first_libraries: Vec<String>,
     libraries: Vec<String>,
 }
 
@@ -85,7 +87,19 @@ impl Program {
         self
     }
 
-    /// A library to link: `m` is always linked.
+    /// An argument of the linker, as the compiler takes it: `-L/opt/lib`, an archive's path.
+    pub fn link_argument(mut self, argument: impl Into<String>) -> Self {
+        self.link_arguments.push(argument.into());
+        self
+    }
+
+    /// A library that is linked before all others, because it replaces functions of theirs.
+    pub fn first_library(mut self, name: impl Into<String>) -> Self {
+        self.first_libraries.push(name.into());
+        self
+    }
+
+    /// A library to link, by its name, by its path, or as an argument of the linker: `m` is always linked.
     pub fn library(mut self, name: impl Into<String>) -> Self {
         self.libraries.push(name.into());
         self
@@ -104,11 +118,11 @@ impl Program {
         if self.of_bodies {
             self.build_bodies(&out);
         } else if !is_image() {
-            let mut compiler = Compiler::new(self.includes, self.flags, &out);
-            let files: Vec<_> = self.sources.into_iter().chain(wrapper).collect();
+            let mut compiler = Compiler::new(self.includes.clone(), self.flags.clone(), &out);
+            let files: Vec<_> = self.sources.iter().cloned().chain(wrapper).collect();
             let objects = compiler.compile(&files);
             compiler.finish();
-            link(&files, &objects, &self.libraries);
+            self.link(&files, &objects);
         }
     }
 
@@ -135,21 +149,45 @@ impl Program {
         // The crate lf-c lies beside this one.
         let runtime = Path::new(env!("CARGO_MANIFEST_DIR")).join("../c");
         let includes =
-            [runtime.join("include"), runtime.clone(), code.to_owned()].into_iter().chain(self.includes).collect();
-        let mut compiler = Compiler::new(includes, self.flags, out);
+            [runtime.join("include"), runtime.clone(), code.to_owned()].iter().chain(&self.includes).cloned().collect();
+        let mut compiler = Compiler::new(includes, self.flags.clone(), out);
 
         let (types, own): (Vec<_>, Vec<_>) =
             files_in(code).into_iter().partition(|file| file.file_stem().is_some_and(|stem| stem == "sizes"));
         let support = files_in(&runtime.join("src")).into_iter().filter(|file| !file.ends_with("zephyr.c"));
-        let files: Vec<_> = own.into_iter().chain(self.sources).chain(support).collect();
+        let files: Vec<_> = own.into_iter().chain(self.sources.iter().cloned()).chain(support).collect();
         let objects = compiler.compile(&files);
-        let types = compiler.compile(&types);
+        // The sizes of symbols have to be in the object.
+        let types = compiler.with_flag("-fno-lto").compile(&types);
         compiler.finish();
 
         write_sizes(out, types.first().map(PathBuf::as_path));
         println!("cargo::rerun-if-changed=c");
         println!("cargo::rerun-if-changed={}", runtime.display());
-        link(&files, &objects, &self.libraries);
+        self.link(&files, &objects);
+    }
+
+    /// Tells cargo to link what has become of files, and what the program names beside them.
+    fn link(&self, files: &[PathBuf], objects: &[PathBuf]) {
+        for library in &self.first_libraries {
+            println!("cargo::rustc-link-lib=dylib={library}");
+        }
+        // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
+        for object in objects {
+            println!("cargo::rustc-link-arg={}", object.display());
+        }
+        for argument in &self.link_arguments {
+            println!("cargo::rustc-link-arg={argument}");
+            // An archive that has changed is linked anew.
+            if Path::new(argument).is_file() {
+                println!("cargo::rerun-if-changed={argument}");
+            }
+        }
+        let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
+        for library in self.libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
+            let is_argument = library.starts_with('-') || library.contains('/');
+            println!("cargo::rustc-link-arg={}{library}", if is_argument { "" } else { "-l" });
+        }
     }
 }
 
@@ -157,18 +195,6 @@ impl Program {
 fn is_image() -> bool {
     println!("cargo::rerun-if-env-changed=LF_C_SIZES");
     env::var_os("LF_C_SIZES").is_some()
-}
-
-/// Tells cargo to link what has become of files.
-fn link(files: &[PathBuf], objects: &[PathBuf], libraries: &[String]) {
-    // As objects they take part in the program wherever they stand among its libraries: Rust calls C, C calls Rust.
-    for object in objects {
-        println!("cargo::rustc-link-arg={}", object.display());
-    }
-    let of_cpp = files.iter().any(|file| compiler::is_cpp(file)).then_some("stdc++");
-    for library in libraries.iter().map(String::as_str).chain(of_cpp).chain(["m"]) {
-        println!("cargo::rustc-link-arg=-l{library}");
-    }
 }
 
 /// The C and C++ files of a folder, in order.

@@ -17,7 +17,7 @@ use crate::compile::Console;
 use crate::failure::Failure;
 use crate::guard;
 use crate::oscilloscope::Oscilloscope;
-use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
 /// The processes of one run. The RTI is the first, and the others start when it listens.
 #[derive(Debug, Deserialize)]
@@ -69,7 +69,7 @@ pub(crate) enum FederationId {
     BeginsWith(String),
 }
 
-/// A process, which runs in a process group of its own and without input.
+/// A process, which runs in a process group of its own.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Process {
@@ -85,6 +85,9 @@ pub(crate) struct Process {
     /// The folder of the generated crate that an image is made of.
     #[serde(rename = "crate")]
     pub(crate) crate_folder: Option<PathBuf>,
+    /// Whether it is the only one, so that the input of this program is for it.
+    #[serde(skip)]
+    pub(crate) is_alone: bool,
     /// For a simulator, which goes on when the program in it has ended: how the line of its standard output begins that
     /// tells the program's exit status.
     pub(crate) status_line: Option<String>,
@@ -252,12 +255,13 @@ impl Federation {
 impl Process {
     fn start(&self, supervisor: &mut Supervisor, role: Role, id: &str, port: Option<u16>) -> Result<(), Failure> {
         let mut words = self.words.iter().map(|word| word.text(id, port));
-        let mut command: Command = guard::command(words.next().unwrap_or_default())?;
+        let mut command: Command = guard::command(words.next().unwrap_or_default());
         command.args(words).envs(&self.environment);
         if let Some(folder) = &self.folder {
             command.current_dir(folder);
         }
-        let started = supervisor.start(&self.name, role, self.status_line.as_deref(), &mut command);
+        let streams = if self.is_alone { Streams::Own } else { Streams::Lines };
+        let started = supervisor.start(&self.name, role, self.status_line.as_deref(), streams, &mut command);
         started.map_err(|error| Failure::message(format!("{} cannot be started: {error}", self.name)))
     }
 }

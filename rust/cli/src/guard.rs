@@ -11,15 +11,16 @@ use std::process::Command;
 
 use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
+/// The file that the running program was made of, whatever has become of its path meanwhile: it may have been replaced
+/// by another version, moved, or deleted.
+pub(crate) const THIS_PROGRAM: &str = "/proc/self/exe";
+
 /// A command that runs a program under the guard. It has to be started by the thread that lives longest, because
 /// the kernel watches the thread.
-///
-/// # Errors
-/// When the path of this program is not known.
-pub(crate) fn command(program: impl AsRef<OsStr>) -> io::Result<Command> {
-    let mut command = Command::new(std::env::current_exe()?);
-    command.args(["guard", "--parent", &std::process::id().to_string(), "--"]).arg(program);
-    Ok(command)
+pub(crate) fn command(program: impl AsRef<OsStr>) -> Command {
+    let mut command = Command::new(THIS_PROGRAM);
+    command.arg0("lfz").args(["guard", "--parent", &std::process::id().to_string(), "--"]).arg(program);
+    command
 }
 
 /// Becomes the program; returns only when that fails.
@@ -32,5 +33,9 @@ pub(crate) fn become_program(parent: u32, program: &[OsString]) -> io::Error {
         return io::Error::other("the process that started this one has ended");
     }
     let Some((name, arguments)) = program.split_first() else { return io::Error::other("there is no program to run") };
-    Command::new(name).args(arguments).exec()
+    let mut command = Command::new(name);
+    if name == THIS_PROGRAM {
+        command.arg0("lfz");
+    }
+    command.args(arguments).exec()
 }

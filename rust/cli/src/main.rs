@@ -11,5 +11,5 @@ use mimalloc::MiMalloc;
 static ALLOCATOR: MiMalloc = MiMalloc;
 
 fn main() -> ExitCode {
-    lfz::execute(lfz::args::Cli::read(std::env::args_os()).unwrap_or_else(|error| error.exit()))
+    lfz::execute(lfz::args::Cli::read(std::env::args_os()))
 }

@@ -7,8 +7,33 @@ use std::io::{self, IsTerminal, Write};
 use lf_compiler::Style;
 
 /// Writes a result to standard output, ending the line.
+///
+/// # Errors
+/// Why it cannot be written.
 pub(crate) fn print(text: impl Display) -> io::Result<()> {
-    writeln!(io::stdout(), "{text}")
+    writeln!(output(), "{text}")
+}
+
+/// Standard output; its errors say that it is what cannot be written.
+pub(crate) fn output() -> impl Write {
+    StandardOutput(io::stdout().lock())
+}
+
+struct StandardOutput(io::StdoutLock<'static>);
+
+impl Write for StandardOutput {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes).map_err(named)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush().map_err(named)
+    }
+}
+
+/// An error of standard output that says so.
+pub(crate) fn named(error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("the output cannot be written: {error}"))
 }
 
 /// Writes a remark to standard error, ending the line where it does not end yet. Nobody has to hear it.

@@ -356,6 +356,7 @@ coded!(FederateError {
     Rejected(code), RtiNotAuthentic, NoAnswer, NoClockSync, TrialsDiffer { trials }, PeerUnreachable { federate },
     Unexpected { message, phase }, WrongDestination { federate }, LateMessage { port, tag, current },
     BeforeStart { port, by }, RtiFailed, RtiLost { phase }, NotGranted { tag }, NotLater { tag, current },
+    NoTag { port },
 });
 
 coded!(SetupError {
@@ -365,7 +366,7 @@ coded!(SetupError {
 coded!(Violation {
     Bytes(error), TooLong { bytes, max }, Unexpected(message), Clock(clock), NoSuchFederate(id),
     Delay { upstream, delay_ns }, TooManyUpstream { max }, OtherFederate(id), NoAuthentication, HasLeft,
-    Transient,
+    Transient, NoTag { to },
 });
 coded!(Cause {
     Failed, ConnectionLost, Violation(violation), NoClock, NoStopReply, NoMemory { bytes }, Aborted,

@@ -39,17 +39,14 @@ impl Introduction {
     /// Takes what has come next, which has to be at most as many bytes as are missing.
     pub fn take(&mut self, bytes: &[u8], federation_id: &[u8]) {
         for &byte in bytes {
-            match self.header(federation_id) {
-                IntroductionHeader::Incomplete(_) => {
-                    if let Some(place) = self.header.get_mut(self.header_len) {
-                        *place = byte;
-                    }
-                    self.header_len += 1;
+            if let IntroductionHeader::Incomplete(_) = self.header(federation_id) {
+                if let Some(place) = self.header.get_mut(self.header_len) {
+                    *place = byte;
                 }
-                _ => {
-                    self.differs |= federation_id.get(self.id_len) != Some(&byte);
-                    self.id_len += 1;
-                }
+                self.header_len += 1;
+            } else {
+                self.differs |= federation_id.get(self.id_len) != Some(&byte);
+                self.id_len += 1;
             }
         }
     }

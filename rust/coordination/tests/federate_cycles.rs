@@ -230,3 +230,40 @@ proptest! {
         prop_assert_eq!(awaited.max_level(&federate), least.filter(|_| granted < at));
     }
 }
+
+/// A stock federate takes word of an absent input that comes late for word of its current tag: so nothing later is told
+/// while others may still be called to a bound that has been told, or this federate is called to a tag.
+#[test]
+fn a_bound_that_others_may_be_called_to_is_not_passed_before_it_is_granted() {
+    let mut config = in_cycle();
+    config.physical_delay = Some(Interval::ZERO);
+    let mut federate = started(config);
+    provisional(&mut federate, Tag::at(START));
+    run(&mut federate, Tag::at(START));
+    assert_eq!(drain(&mut federate), [ltc(Tag::at(START))]);
+    let at = |ms: i64| START + Interval::from_millis(ms);
+    let bound = Tag::at(at(2) + Interval::from_nanos(-1));
+    federate.next_event(at(2), ms(9));
+    assert_eq!(drain(&mut federate), [net(bound)]);
+    // Time goes on, and an own event comes.
+    for (now, event) in [(13, 19), (14, 14)] {
+        federate.next_event(at(now), ms(event));
+        assert_eq!((drain(&mut federate), federate.poll_timeout()), (vec![], Deadline::Never), "{now}");
+    }
+    provisional(&mut federate, bound);
+    federate.next_event(at(15), ms(14));
+    assert_eq!((drain(&mut federate), federate.summons()), (vec![], Some(bound)));
+    run(&mut federate, bound);
+    federate.next_event(at(15), ms(14));
+    assert_eq!(drain(&mut federate), [ltc(bound), net(ms(14))]);
+    // A grant ends it, too.
+    run_to(&mut federate, ms(14));
+    let bound = Tag::at(at(16) + Interval::from_nanos(-1));
+    federate.next_event(at(16), ms(19));
+    assert_eq!(drain(&mut federate), [net(bound)]);
+    federate.next_event(at(20), ms(19));
+    assert_eq!(drain(&mut federate), []);
+    grant(&mut federate, bound);
+    federate.next_event(at(20), ms(19));
+    assert_eq!(drain(&mut federate), [net(ms(19))]);
+}

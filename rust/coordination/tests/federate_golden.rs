@@ -6,8 +6,8 @@
 //! federates often send a NET twice, and always that of their last tag; the README of the recordings says that others
 //! need not. So a NET in a recording is passed over if the NET before it, with or without other messages between the
 //! two, is the same; and our federate never sends such a one. And after many tags with messages our federate sends
-//! itself a PORT_ABSENT by way of the RTI, to see how far the RTI has come. Everything else has to be there, in the same order, and
-//! nothing more.
+//! itself a `PORT_ABSENT` by way of the RTI, to see how far the RTI has come. Everything else has to be there, in the
+//! same order, and nothing more.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
 
 mod federate_support;

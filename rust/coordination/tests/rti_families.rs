@@ -21,7 +21,7 @@ fn reply(asking: IpAddress, asked: IpAddress, times: usize) -> (World, Vec<u8>) 
     let (first, second) = (hello_from(&mut world, 0, asking), hello_from(&mut world, 1, asked));
     world.message(second, &Message::AddressAdvertisement { port: PORT });
     for _ in 0..times {
-        world.message(first, &Message::AddressQuery { federate: 1 });
+        world.message(first, &Message::AddressQuery { federate: 1, is_transient: Some(false) });
     }
     let bytes = world.take(first, usize::MAX);
     (world, bytes)

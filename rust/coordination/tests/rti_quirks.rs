@@ -135,8 +135,9 @@ fn who_does_not_authenticate_is_rejected_and_others_are_accepted_afterwards() {
     assert!(notices[..2].iter().all(|notice| notice.contains("auth: true")), "{notices:#?}");
 }
 
-/// 60 and 62, of LF 0.13: both forms of an ADDRESS_QUERY are answered, and a federate that says that it is persistent
-/// joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by one.
+/// 60 and 62, of LF 0.13: its form of the question for an address is answered, and a federate that says that it is
+/// persistent joins. The recorded RTI grants a federate whose upstream federates have all left its own NETs, one by
+/// one.
 #[test]
 fn federates_of_lf_0_13_are_served_and_freed_when_all_upstream_have_left() {
     for (name, own) in [("60-query-with-kind", 1), ("62-persistent-by-103", 1)] {

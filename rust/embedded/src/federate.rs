@@ -29,7 +29,7 @@ macro_rules! run {
             const INPUTS: bool = PART.has_inputs();
             const CYCLES: bool = PART.cycles || PART.has_inputs();
             const AUTHENTICATION: bool = PART.authentication.is_some();
-            const PEERS: bool = !PART.peers_out.is_empty();
+            const PEERS: bool = !PART.peers_out.is_empty() || !PART.peers_in.is_empty();
             const PHYSICAL: bool = PART.physical_delay.is_some();
             const BUFFER_CHECK: bool = false;
             const WAITS: bool = PART.log_waits.is_some();

@@ -182,6 +182,11 @@ pub enum PeerFault {
         /// The input that it named.
         port: u16,
     },
+    /// It sent a value with a tag that no tag can follow or come before, so that it can never happen.
+    WrongTag {
+        /// The input.
+        port: u16,
+    },
     /// It cannot be connected to, for this reason.
     Unreachable(NetError),
     /// It does not answer a connection, or ends it.
@@ -211,6 +216,11 @@ impl fmt::Display for PeerFault {
                 f,
                 "sent a value for input {port} of federate {federate}, to which it has no such connection: check \
                  that all federates are built from the same program",
+            ),
+            Self::WrongTag { port } => say!(
+                f,
+                "sent a value for input {port} at the end of time, where nothing can happen: check that all federates \
+                 are built from the same program, and the delays of its connections",
             ),
             Self::Unreachable(error) => say!(
                 f,

@@ -257,8 +257,8 @@ impl fmt::Display for PeerRemark {
             }
             Self::Transient { federate, times } => say!(
                 f,
-                "federate {federate} was refused, because it is transient: it may come and go while the federation runs, \
-                 and this federate awaits it at the start; remove `@transient` from its program{times}"
+                "federate {federate} was refused, because it is transient: it may come and go while the federation \
+                 runs, and this federate awaits it at the start; remove `@transient` from its program{times}"
             ),
             Self::Nameless { address, times } => {
                 say!(f, "a connection from {address} did not say which federate it is, and was closed{times}")
@@ -302,7 +302,7 @@ coded!(ConnectionRemark { NoRandom(error), NotAccepted { error, times } });
 coded!(NetError { Refused, Reset, Unreachable, AddressInUse, NoSocketLeft, Stale, Os(number) });
 coded!(PeerFault {
     Bytes(error), Unexpected(message), WrongInput { federate, port }, Unreachable(error), Unanswered, Refuses(code),
-    Stuck,
+    Stuck, WrongTag { port },
 });
 coded!(RunError {
     RtiUnreachable { address, last }, Random(error), Federate(error), Config(error), Model(error),

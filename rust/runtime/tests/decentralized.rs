@@ -252,7 +252,62 @@ fn absences_go_from_federate_to_federate_in_cycles() {
     }
 }
 
-/// A stop goes through the RTI, and all stop at one tag; at that tag nobody waits.
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// At the last tag, inputs are waited for as at any other, whether a time-out or a request ends the program: what
+    /// is sent there happens there, however long it takes.
+    #[test]
+    fn what_is_sent_at_the_last_tag_happens_there(
+        seed: u64,
+        stops: bool,
+        within: bool,
+        is_forever: bool,
+        latency_ns_max in 0..30_000_000u64,
+        pipe_bytes in 25usize..200,
+    ) {
+        let wait = if is_forever { Interval::FOREVER } else { MS(20_000) };
+        let mut edges = vec![edge(0, 1, None), edge(1, 2, None)];
+        for edge in &mut edges {
+            edge.waits = (wait, if within { MS(10) } else { Interval::ZERO });
+        }
+        let source = Behavior { stop_at: stops.then_some(5), farewell: true, ..timer(0, 10) };
+        let plan = decentralized(vec![source, relay(), Behavior::default()], edges);
+        let plan = Plan { timeout: (!stops).then_some(MS(45)), ..plan };
+        let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
+        assert_complete(&report);
+        prop_assert_eq!(&report.late_messages, &vec![0; 3]);
+        prop_assert_eq!(report.shut_down.clone(), vec![true; 3]);
+        // The source counts to five, and says a last word; the relay adds one.
+        let last = if stops { (40_000_000, 1) } else { (45_000_000, 0) };
+        for (log, value) in [(&report.logs[1], u32::MAX), (&report.logs[2], 0)] {
+            prop_assert_eq!(log.len(), 6, "{:?}", log);
+            let (time, microstep, _, found) = log[5];
+            prop_assert_eq!(((time, microstep), found), (last, value));
+        }
+        prop_assert!(report.ended.iter().all(|ended| *ended < MS(5_000)), "{:?}", report.ended);
+    }
+
+    /// Those of a cycle with delays say at their last tag that nothing more comes, and wait for nothing else.
+    #[test]
+    fn those_of_a_cycle_with_delays_do_not_wait_for_each_others_end(seed: u64, is_forever: bool, stops: bool) {
+        let wait = if is_forever { Interval::FOREVER } else { MS(20_000) };
+        let mut edges = vec![edge(0, 1, Some(MS(1))), edge(1, 0, Some(MS(1)))];
+        for edge in &mut edges {
+            edge.waits = (Interval::ZERO, wait);
+        }
+        // Each sends before it looks at what has come.
+        let mut nodes = vec![Behavior { answers: Some((0, 20)), ..timer(0, 10) }; 2];
+        nodes[0].stop_at = stops.then_some(5);
+        let plan = Plan { timeout: (!stops).then_some(MS(45)), ..decentralized(nodes, edges) };
+        let report = run(&plan, Conditions::seeded(seed));
+        assert_complete(&report);
+        prop_assert_eq!(&report.late_messages, &vec![0; 2]);
+        prop_assert!(report.ended.iter().all(|ended| *ended < MS(3_000)), "{:?}", report.ended);
+    }
+}
+
+/// A stop goes through the RTI, and all stop at one tag.
 #[test]
 fn all_stop_at_one_tag() {
     for seed in 0..20 {

@@ -64,3 +64,19 @@ fn what_a_lost_sender_has_said_arrives_though_it_is_held_and_a_stop_is_pending()
         assert_eq!((ended.outcome, ended.trouble), (Ok(lost), None), "{:?}", ended.notices);
     }
 }
+
+/// Nothing can happen at the end of time, so that a message for it can only be a mistake of who sends it.
+#[test]
+fn who_sends_a_message_for_the_end_of_time_is_named() {
+    for tag in [Tag::FOREVER, Tag::NEVER] {
+        let config = lf_coordination::rti::Config { after_loss: AfterLoss::StopAll, ..config() };
+        let ended = with_rti(config, 2, Conditions::seeded(1), |tester| {
+            let federates = tester.start(&[&[], &[(0, DELAY_NONE)]]);
+            let [sender, receiver] = federates[..] else { panic!("there are two") };
+            tester.say(sender, &Message::TaggedMessage { port: 0, federate: 1, tag, payload: b"x" });
+            assert!(tester.hear(receiver, |message| *message == Message::Failed));
+        });
+        let said = "federate 0 is lost: it broke the protocol: it sent federate 1 a message for the end of time";
+        assert!(ended.notices.iter().any(|notice| notice.starts_with(said)), "{:?}", ended.notices);
+    }
+}

@@ -5,14 +5,16 @@
 
 mod support;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use lf_coordination::Deadline;
 use lf_model::time::{Instant, Interval};
 use lf_runtime::Coordination;
 use lf_runtime::platform::{Endpoint, Interest, IpAddress, Platform as _, SocketId, Transfer};
 use lf_testkit::golden::{Fill, Frame, Step};
+use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
+use lf_wire::{Message, Tag};
 use support::federation::{Edge, PORT, Plan, RTI, Ran, edge, run_node};
 use support::network::Conditions;
 use support::node::Behavior;
@@ -32,6 +34,8 @@ struct Tester {
     rti: SocketId,
     peer: SocketId,
     connections: BTreeMap<u16, SocketId>,
+    /// Those that the federate has made to another one.
+    direct: BTreeSet<u16>,
     /// Where the federate listens.
     advertised: u16,
     start: Instant,
@@ -41,7 +45,15 @@ impl Tester {
     fn new(mut platform: VirtualPlatform) -> Self {
         platform.begin();
         let (rti, peer) = (platform.listen(PORT).unwrap(), platform.listen(0).unwrap());
-        Self { platform, rti, peer, connections: BTreeMap::new(), advertised: 0, start: Instant::NEVER }
+        Self {
+            platform,
+            rti,
+            peer,
+            connections: BTreeMap::new(),
+            direct: BTreeSet::new(),
+            advertised: 0,
+            start: Instant::NEVER,
+        }
     }
 
     fn play(&mut self, steps: &[Step]) {
@@ -53,6 +65,9 @@ impl Tester {
                     let accepted =
                         self.wait_for(listener, Interest::READ, &at, |platform| platform.accept(listener).unwrap());
                     self.connections.insert(*connection, accepted.0);
+                    if *connection >= FIRST_PEER {
+                        self.direct.insert(*connection);
+                    }
                 }
                 Step::P2pConnect(connection) => {
                     let address = Endpoint::new(address_of(FEDERATE), self.advertised);
@@ -78,10 +93,20 @@ impl Tester {
                         // The stock federate closes at its end; ours hears out who sends to it, which ends there too.
                         self.platform.shut_down_writing(socket);
                     }
-                    let found = self.wait_for(socket, Interest::READ, &at, |platform| {
-                        platform.read(socket, &mut [0; 1]).ok().filter(|found| *found != Transfer::WouldBlock)
+                    let mut last = Vec::<u8>::new();
+                    self.wait_for(socket, Interest::READ, &at, |platform| {
+                        let mut bytes = [0; 32];
+                        match platform.read(socket, &mut bytes).unwrap() {
+                            Transfer::Bytes(count) => last.extend(&bytes[..count]),
+                            Transfer::WouldBlock => {}
+                            Transfer::Closed => return Some(()),
+                        }
+                        None
                     });
-                    assert_eq!(found, Transfer::Closed, "{at}");
+                    // Ours says first that nothing more comes.
+                    let end = encoded(&Message::PortAbsent { port: 0, federate: 1, tag: Tag::FOREVER });
+                    let ends = if self.direct.contains(connection) { &end[..] } else { &[] };
+                    assert_eq!(last, ends, "{at}");
                 }
                 Step::Close(connection) => self.platform.close(self.connections[connection]),
                 other => panic!("not of a decentralized federate: {other:?}"),
@@ -95,7 +120,7 @@ impl Tester {
         socket: SocketId,
         interest: Interest,
         at: &str,
-        ask: impl Fn(&mut VirtualPlatform) -> Option<T>,
+        mut ask: impl FnMut(&mut VirtualPlatform) -> Option<T>,
     ) -> T {
         let until = self.platform.now() + PATIENCE;
         loop {

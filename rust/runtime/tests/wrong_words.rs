@@ -186,6 +186,18 @@ fn a_message_from_before_the_start_says_how_long_before() {
 }
 
 #[test]
+fn a_message_for_the_end_of_time_is_not_dropped_without_a_word() {
+    let complaint = complaint(|liar| {
+        liar.start();
+        liar.say_message(&Message::TaggedMessage { port: 0, federate: 1, tag: Tag::FOREVER, payload: &[0; 4] });
+    });
+    assert_eq!(
+        complaint,
+        "a message over input 0 came for the end of time, where nothing can happen: check the delays of the connections"
+    );
+}
+
+#[test]
 fn bytes_that_are_no_message_say_where_they_come_from() {
     let stranger = complaint(|liar| liar.say(b"HTTP/1.1 400 Bad Request"));
     assert_eq!(

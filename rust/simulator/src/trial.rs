@@ -180,10 +180,9 @@ fn expectations(scenario: &Scenario, report: &Report) -> Vec<Expected> {
     let is_decentralized = scenario.decentralized.is_some();
     let affected = if is_decentralized { scenario.reached(&victims) } else { Vec::new() };
     let stop = report.granted_stop().unwrap_or(Tag::FOREVER);
-    // Who was at its own end already has done what the others were spared, and does nothing at their stop. With
-    // decentralized coordination nobody waits at a stop that was granted.
+    // Who was at its own end already has done what the others were spared, and does nothing at their stop.
     let has_left = (0..report.ends.len()).any(|federate| report.left_before_stop(federate));
-    let until = if has_left || is_decentralized { stop } else { Tag::FOREVER };
+    let until = if has_left { stop } else { Tag::FOREVER };
     let before = |federate: usize| match affected.get(federate) {
         Some(true) => Tag::NEVER,
         Some(false) => Tag::FOREVER,

@@ -75,6 +75,12 @@ fn who_comes_behind_others_of_its_tag_may_be_late_at_a_stop() {
     hold(Coordination::Decentralized, &[26145]);
 }
 
+/// A wait was over before all had agreed on the stop tag, at which nobody could send before.
+#[test]
+fn what_is_sent_at_a_stop_that_is_agreed_late_happens_there() {
+    hold(Coordination::Decentralized, &[37, 2341, 3819, 5165]);
+}
+
 /// While a federate waited, its queues were full for so long that a sender was late elsewhere.
 #[test]
 fn queues_hold_what_comes_during_a_wait() {

@@ -50,9 +50,14 @@ impl Lfz {
 
     /// Runs a program, with files generated where no other test generates any.
     pub fn run(test: &str, file: &Path, arguments: &[&str]) -> Run {
+        Run::start(Self::run_command(test, file, arguments))
+    }
+
+    /// The command of [`Lfz::run`].
+    pub fn run_command(test: &str, file: &Path, arguments: &[&str]) -> Command {
         let mut command = Self::command(["run"]);
         command.arg(file).arg("--out").arg(Self::out(test)).args(arguments);
-        Run::start(command)
+        command
     }
 
     /// Runs programs of a folder to their ends, which have to be good ones, all at the same time because they mostly

@@ -136,7 +136,7 @@ fn an_absence_for_an_unknown_federate() {
 
 #[test]
 fn an_address_query_for_an_unknown_federate() {
-    expelled_for(&encoded(&Message::AddressQuery { federate: 2, is_transient: Some(false) }))
+    expelled_for(&encoded(&Message::AddressQuery { federate: 2, is_transient: None }))
         .line(&["federate 0", "it named federate 2"]);
 }
 
@@ -307,7 +307,7 @@ fn what_comes_in_floods_is_told_now_and_then() {
     let [mut floods, mut right] = started(port);
     right.say(&Message::LatestTagComplete(at(10)));
     // So the RTI has read it before what follows.
-    right.say(&Message::AddressQuery { federate: 1, is_transient: Some(false) });
+    right.say(&Message::AddressQuery { federate: 1, is_transient: None });
     assert_eq!(right.next().map(|bytes| bytes[0]), Some(MessageType::AddressQueryReply.byte()));
     floods.send(&vec![99; BYTES]);
     let late = Message::TaggedMessage { port: 0, federate: 1, tag: at(5), payload: b"late" };

@@ -88,6 +88,15 @@ one that fails. A program without `federated` runs as a single process.
 Exit status: 0 when all participants ended well; 1 when the program does not compile or a participant failed (a program
 without `federated` passes its own status on); 124 when --timeout ended the run; 130 after ^C.")]
     Run(RunArgs),
+    /// Remove what was generated and compiled of a program, or what was compiled of all.
+    #[command(long_about = "\
+Remove what was generated and compiled of a program, or with --all what was compiled of all, and say how much room that
+has made.
+
+Of a program that is what `lfz build`, `lfz run` and `lfz check --bodies` have left; images are in folders of their own
+(`build/zephyr`). With --all it is what cargo keeps of all programs and images, and the crates that they have in common;
+it is compiled again when it is needed. A build that is going on is left alone.")]
+    Clean(CleanArgs),
     /// Compare edges of pins in recordings: delays, drift, what is missing.
     #[command(long_about = "\
 Compare edges of pins in recordings: delays, drift, what is missing.
@@ -303,6 +312,20 @@ pub struct RunArgs {
     /// Arguments for every federate, after `--`.
     #[arg(last = true, value_name = "ARGUMENT")]
     pub arguments: Vec<OsString>,
+}
+
+/// `lfz clean`
+#[derive(Debug, Args)]
+pub struct CleanArgs {
+    /// The main LF file.
+    #[arg(value_name = "FILE.lf", required_unless_present = "all")]
+    pub file: Option<PathBuf>,
+    /// What cargo keeps of all programs and images.
+    #[arg(long, conflicts_with = "file")]
+    pub all: bool,
+    /// Where files were generated and compiled.
+    #[command(flatten)]
+    pub places: Places,
 }
 
 /// `lfz trace`

@@ -9,12 +9,13 @@ use std::process::ExitCode;
 use crate::codes::{sentence, with_sentences};
 use crate::compile::Console;
 use crate::failure::Failure;
+use crate::terminal;
 
 /// Says what these codes mean; without any, what those in the standard input do, and where in the program places in a
 /// generated crate are.
 pub(super) fn explain(crate_folder: Option<&Path>, codes: &[String]) -> Result<ExitCode, Failure> {
     let console = crate_folder.map(Console::known).transpose()?;
-    let mut output = io::stdout().lock();
+    let mut output = terminal::output();
     if codes.is_empty() {
         let mut input = io::stdin().lock();
         let mut line = Vec::new();

@@ -3,6 +3,7 @@
 
 mod build;
 mod check;
+mod clean;
 mod codes;
 mod explain;
 mod plan;
@@ -22,13 +23,31 @@ use crate::terminal;
 
 pub(crate) use rti::listening_port;
 
-/// Runs the command and gives this program's exit status.
-pub fn execute(cli: Cli) -> ExitCode {
-    let result = match cli.command {
+/// Runs the command that a command line asks for, and returns this program's exit status.
+pub fn execute(read: Result<Cli, clap::Error>) -> ExitCode {
+    let result = match read {
+        Ok(cli) => execute_command(cli.command),
+        // It may also be help, or the version, that the user has asked for.
+        Err(error) => match error.print() {
+            Ok(()) => Ok(ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(u8::MAX))),
+            Err(error) => Err(terminal::named(error).into()),
+        },
+    };
+    result.unwrap_or_else(|failure| {
+        if let Failure::Message(text) = failure {
+            terminal::remark(format_args!("error: {text}"));
+        }
+        ExitCode::FAILURE
+    })
+}
+
+fn execute_command(command: Command) -> Result<ExitCode, Failure> {
+    match command {
         Command::Check(arguments) => check::check(&arguments),
         Command::Plan(arguments) => plan::plan(&arguments),
         Command::Build(arguments) => build::build(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Clean(arguments) => clean::clean(&arguments),
         Command::Scope(arguments) => scope::scope(&arguments),
         Command::Rti(arguments) => rti::rti(&arguments),
         Command::Trace(arguments) => trace::trace(&arguments),
@@ -44,11 +63,5 @@ pub fn execute(cli: Cli) -> ExitCode {
             let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             Err(Failure::message(format!("cannot run {name}: {error}")))
         }
-    };
-    result.unwrap_or_else(|failure| {
-        if let Failure::Message(text) = failure {
-            terminal::remark(format_args!("error: {text}"));
-        }
-        ExitCode::FAILURE
-    })
+    }
 }

@@ -26,7 +26,7 @@ pub(super) fn plan(arguments: &PlanArgs) -> Result<ExitCode, Failure> {
 }
 
 fn print(what: &(impl Serialize + ToString), json: bool) -> Result<(), Failure> {
-    let mut output = io::stdout().lock();
+    let mut output = terminal::output();
     if json {
         serde_json::to_writer_pretty(&mut output, what).map_err(io::Error::from)?;
         writeln!(output)?;

@@ -28,6 +28,8 @@ pub(super) fn rti(arguments: &RtiArgs) -> Result<ExitCode, Failure> {
     // Most of a connection's buffers is never touched, and small pages are all that what is touched needs. It is a
     // wish: an RTI with huge pages only takes more memory.
     let _ = rustix::thread::disable_transparent_huge_pages(true);
+    // `lfz run` starts it by a path that does not end with its name.
+    let _ = rustix::thread::set_name(c"lfz");
     lf_linux::install_logger(LevelFilter::Info);
     let outcome = serve(&options, |port| {
         // An RTI whose output nobody reads serves its federates all the same.

@@ -12,9 +12,10 @@ use crate::args::{PORT_DEFAULT, Platform, RunArgs};
 use crate::compile::{Built, Request};
 use crate::failure::Failure;
 use crate::federation::{Federation, FederationId, Known, Process, Version, Word};
+use crate::guard;
 use crate::measure;
 use crate::oscilloscope::{self, Oscilloscope};
-use crate::supervisor::{Ending, Interrupts};
+use crate::supervisor::Interrupts;
 use crate::terminal;
 use crate::trace;
 
@@ -35,12 +36,7 @@ pub(super) fn run(arguments: &RunArgs) -> Result<ExitCode, Failure> {
         trace::prepare(&built.plan, folder)?;
     }
     let interrupts = Interrupts::of_this_process()?;
-    let ending = match (federation(&built, arguments)?.run(interrupts)?, &built.plan.rti) {
-        // Which participant failed how has been said; a single number cannot say more than that one did.
-        (Ending::Failed(_), Some(_)) => Ending::Failed(1),
-        // A program that is not federated has its own status.
-        (ending, _) => ending,
-    };
+    let ending = federation(&built, arguments)?.run(interrupts)?;
     if let Some(bounds) = &arguments.measure {
         let measured = measure::read(&built.plan, &built.out)?;
         std::fs::write(bounds, measured.to_yaml(&built.plan))
@@ -86,7 +82,8 @@ fn federation(built: &Built, arguments: &RunArgs) -> Result<Federation, Failure>
         if let Some(file) = oscilloscope.as_ref().and_then(|oscilloscope| oscilloscope.file_of(name)) {
             words.extend(["--vcd".into(), file.into()]);
         }
-        federates.push(Process { name: name.clone(), words, ..Process::default() });
+        let is_alone = planned.is_none();
+        federates.push(Process { name: name.clone(), words, is_alone, ..Process::default() });
     }
     let (rti, rti_port) = rti.unzip();
     Ok(Federation {
@@ -108,7 +105,7 @@ fn rti_process(built: &Built, rti: &Rti, arguments: &RunArgs) -> Result<(Process
     let is_any = rti.port == PORT_DEFAULT;
     let (mut words, port, is_told) = match &arguments.rti {
         // A program that names no port of its own gets any free one, so that several may run at once.
-        None => (vec![std::env::current_exe()?.into(), "rti".into()], if is_any { 0 } else { rti.port }, None),
+        None => (vec![guard::THIS_PROGRAM.into(), "rti".into()], if is_any { 0 } else { rti.port }, None),
         // Another RTI neither chooses a port nor says where it listens; the federates try until it does.
         Some(program) => {
             let port = if is_any { free_port()? } else { rti.port };

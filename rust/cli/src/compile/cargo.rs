@@ -2,12 +2,13 @@
 //! Running cargo on the generated workspace.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::thread;
 
-use super::messages::CargoMessage;
+use super::messages::{CargoMessage, Target};
 use super::native;
 use super::progress::Progress;
 use super::rustc::Diagnostic;
@@ -15,14 +16,16 @@ use crate::guard;
 
 /// What to compile.
 pub(crate) struct Job<'a> {
-    /// The folder of the generated workspace.
+    /// The folder of the workspace.
     pub(crate) workspace: &'a Path,
-    /// The packages in it; every one has one executable.
+    /// Where cargo is run, which decides what settings of the user it finds.
+    pub(crate) current: &'a Path,
+    /// The packages in it; every one has one executable of its name.
     pub(crate) packages: &'a [String],
     /// Where the executables go.
     pub(crate) target: &'a Path,
     /// Where everything else goes that cargo keeps.
-    pub(crate) shared: &'a Path,
+    pub(crate) build: &'a Path,
     /// Cargo's profile.
     pub(crate) profile: &'a str,
     /// Whether rustc only looks at the code, and no program is made.
@@ -36,9 +39,11 @@ pub(crate) struct Job<'a> {
 pub(crate) struct BuildOutcome {
     /// Whether everything was compiled.
     pub(crate) success: bool,
+    /// Whether anything was compiled, because it was not there or not up to date.
+    pub(crate) has_changed: bool,
     /// The executables, by package.
     pub(crate) executables: BTreeMap<String, PathBuf>,
-    /// What rustc said about the packages of the workspace.
+    /// What rustc said about the packages of the workspace, and the errors of others.
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// What cargo wrote beside that.
     pub(crate) log: String,
@@ -50,8 +55,12 @@ impl Job<'_> {
     /// # Errors
     /// When cargo cannot be run. That something does not compile is no error here, but [`BuildOutcome::success`].
     pub(crate) fn run(&self, progress: &Progress) -> io::Result<BuildOutcome> {
-        let mut command = self.command()?;
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+        let mut command = self.command();
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| {
+            let cargo = cargo();
+            io::Error::new(error.kind(), format!("{} cannot be run: {error}", Path::new(&cargo).display()))
+        })?;
         let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
         let mut outcome = BuildOutcome::default();
         thread::scope(|scope| -> io::Result<()> {
@@ -67,10 +76,10 @@ impl Job<'_> {
         Ok(outcome)
     }
 
-    fn command(&self) -> io::Result<std::process::Command> {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let mut command = guard::command(cargo)?;
-        command.current_dir(self.workspace).args([if self.checks_only { "check" } else { "build" }, "--keep-going"]);
+    fn command(&self) -> std::process::Command {
+        let mut command = guard::command(cargo());
+        command.current_dir(self.current).args([if self.checks_only { "check" } else { "build" }, "--keep-going"]);
+        command.arg("--manifest-path").arg(self.workspace.join("Cargo.toml"));
         let format = if self.coloured { "json-diagnostic-rendered-ansi" } else { "json" };
         command.arg(format!("--message-format={format}"));
         command.arg("--target-dir").arg(self.target);
@@ -80,30 +89,51 @@ impl Job<'_> {
             command.args(["--bin", package]);
         }
         command.args(["--profile", self.profile]);
-        // What is compiled once serves all programs; the executables, whose names may be alike, stay apart.
-        command.env("CARGO_BUILD_BUILD_DIR", self.shared);
+        command.env("CARGO_BUILD_BUILD_DIR", self.build);
+        // What is kept for that takes more room than the programs, and programs are small.
+        if std::env::var_os("CARGO_INCREMENTAL").is_none() {
+            command.env("CARGO_INCREMENTAL", "0");
+        }
         command
             .env_remove("CARGO_TARGET_DIR")
             .env("CARGO_TERM_COLOR", "never")
             .env("CARGO_TERM_PROGRESS_WHEN", "never");
-        Ok(command)
+        command
     }
 
     fn understand(&self, line: &str, outcome: &mut BuildOutcome) {
         let Some(message) = CargoMessage::read(line) else { return };
         match message {
-            CargoMessage::Diagnostic { manifest_path, message, .. } if manifest_path.starts_with(self.workspace) => {
-                outcome.diagnostics.push(message);
+            CargoMessage::Diagnostic { target, message, .. } => {
+                if message.is_error() || target.is_some_and(|target| self.has(&target)) {
+                    outcome.diagnostics.push(message);
+                }
             }
-            CargoMessage::Diagnostic { message, .. } if message.is_error() => outcome.diagnostics.push(message),
-            CargoMessage::Artifact { manifest_path, target, executable: Some(executable) }
-                if manifest_path.starts_with(self.workspace) =>
-            {
-                outcome.executables.insert(target.name, executable);
+            CargoMessage::Artifact { target, executable, fresh } => {
+                outcome.has_changed |= !fresh;
+                if let Some(executable) = executable.filter(|_| self.has_program(&target)) {
+                    outcome.executables.insert(target.name, executable);
+                }
             }
-            _ => {}
+            CargoMessage::Other => {}
         }
     }
+
+    /// Whether a target is the library or the program of a package; names of libraries have `_` in place of `-`.
+    fn has(&self, target: &Target) -> bool {
+        self.packages.iter().any(|package| package.replace('-', "_") == target.name.replace('-', "_"))
+    }
+
+    /// Whether a target is the program of a package. Of what these depend on, cargo compiles libraries only, so the
+    /// name says it, and no path has to.
+    fn has_program(&self, target: &Target) -> bool {
+        target.is_program() && self.packages.contains(&target.name)
+    }
+}
+
+/// The program cargo, as cargo itself names it to what it runs.
+fn cargo() -> OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
 /// Reads cargo's own words, shows the last one, and keeps all.
@@ -111,6 +141,9 @@ fn follow(stderr: impl Read, progress: &Progress) -> String {
     let mut log = String::new();
     for line in BufReader::new(stderr).lines().map_while(Result::ok) {
         progress.step(&line);
+        if line.trim_start().starts_with("Blocking") {
+            progress.wait(&line);
+        }
         log.push_str(&line);
         log.push('\n');
     }
@@ -124,12 +157,13 @@ mod tests {
     use super::{BuildOutcome, Job};
 
     fn understood(lines: &[&str]) -> BuildOutcome {
-        let folder = Path::new("/w");
+        let (folder, packages) = (Path::new("/w"), ["a".to_owned()]);
         let job = Job {
             workspace: folder,
-            packages: &[],
+            current: folder,
+            packages: &packages,
             target: folder,
-            shared: folder,
+            build: folder,
             profile: "dev",
             checks_only: false,
             coloured: false,
@@ -141,32 +175,37 @@ mod tests {
         outcome
     }
 
+    /// Cargo names paths without symbolic links, and the user with some.
     #[test]
-    fn executables_of_the_workspace_are_found() {
-        let artifact = r#"{"reason":"compiler-artifact","package_id":"path+file:///w/a#0.1.0","manifest_path":
-            "/w/a/Cargo.toml","target":{"kind":["bin"],"name":"a"},"profile":{},"features":[],"filenames":["/t/a"],
+    fn executables_are_known_by_their_packages_wherever_cargo_says_that_these_are() {
+        let artifact = r#"{"reason":"compiler-artifact","package_id":"path+file:///real/w/a#0.1.0","manifest_path":
+            "/real/w/a/Cargo.toml","target":{"kind":["bin"],"name":"a"},"profile":{},"features":[],"filenames":["/t/a"],
             "executable":"/t/debug/a","fresh":true}"#;
         let library = r#"{"reason":"compiler-artifact","manifest_path":"/home/rust/linux/Cargo.toml",
             "target":{"kind":["lib"],"name":"lf_linux"},"executable":null,"fresh":true}"#;
         let outcome = understood(&[artifact, library, r#"{"reason":"build-finished","success":true}"#, "hello"]);
         assert_eq!(outcome.executables.len(), 1);
         assert_eq!(outcome.executables["a"], Path::new("/t/debug/a"));
+        assert!(!outcome.has_changed);
     }
 
     #[test]
     fn warnings_of_other_crates_are_not_the_users() {
-        let message = |manifest: &str, level: &str| {
+        let message = |name: &str, kind: &str, level: &str| {
             format!(
-                r#"{{"reason":"compiler-message","manifest_path":"{manifest}","target":{{"name":"x"}},"message":
+                r#"{{"reason":"compiler-message","manifest_path":"/x/Cargo.toml","target":{{"name":"{name}",
+                "kind":["{kind}"]}},"message":
                 {{"rendered":"r","level":"{level}","message":"m","code":null,"spans":[],"children":[]}}}}"#
             )
         };
         let lines = [
-            message("/w/a/Cargo.toml", "warning"),
-            message("/x/Cargo.toml", "warning"),
-            message("/x/Cargo.toml", "error"),
+            message("a", "bin", "warning"),
+            message("b", "lib", "warning"),
+            message("a", "lib", "warning"),
+            message("b", "lib", "error"),
         ];
+        // A package has its bodies in a library.
         let outcome = understood(&lines.each_ref().map(String::as_str));
-        assert_eq!(outcome.diagnostics.len(), 2);
+        assert_eq!(outcome.diagnostics.len(), 3);
     }
 }

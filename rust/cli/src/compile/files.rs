@@ -8,7 +8,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Component, Path};
 
 /// Lists what was generated in a folder, one path per line; nothing else is ever removed.
-const LIST: &str = ".generated";
+pub(crate) const LIST: &str = ".generated";
 
 /// Brings a folder to these files, given by their paths in it and their texts.
 ///
@@ -21,17 +21,35 @@ pub(crate) fn write<'a>(out: &Path, files: impl IntoIterator<Item = (&'a str, &'
         write_changed(&out.join(path), text)?;
         list.insert(path);
     }
-    let before = match fs::read_to_string(out.join(LIST)) {
-        Ok(text) => text,
-        Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-        Err(error) => return Err(named(&error, &out.join(LIST))),
-    };
-    for path in before.lines().filter(|path| !list.contains(path)) {
-        check(path)?;
+    for path in generated(out)?.iter().flatten().filter(|path| !list.contains(path.as_str())) {
         remove(out, path)?;
     }
     let list: String = list.iter().flat_map(|path| [*path, "\n"]).collect();
     write_changed(&out.join(LIST), &list)
+}
+
+/// The paths of the files that were generated in a folder; nothing where none was.
+///
+/// # Errors
+/// When their list cannot be read; the message names it.
+pub(crate) fn generated(out: &Path) -> io::Result<Option<Vec<String>>> {
+    let text = match fs::read_to_string(out.join(LIST)) {
+        Ok(text) => text,
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        Err(error) => return Err(named(&error, &out.join(LIST))),
+    };
+    let paths: Vec<String> = text.lines().map(str::to_owned).collect();
+    paths.iter().try_for_each(|path| check(path))?;
+    Ok(Some(paths))
+}
+
+/// Removes the folders of a path in another folder, from the innermost on, until one is not empty.
+pub(crate) fn remove_empty(out: &Path, path: &str) {
+    for folder in Path::new(path).ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty()) {
+        if fs::remove_dir(out.join(folder)).is_err() {
+            break;
+        }
+    }
 }
 
 /// Copies a file when it is missing or older than its origin.
@@ -72,12 +90,7 @@ fn remove(out: &Path, path: &str) -> io::Result<()> {
         Err(error) if error.kind() != ErrorKind::NotFound => return Err(named(&error, &out.join(path))),
         _ => {}
     }
-    // Folders that have become empty go, too; the first one that is not empty ends that.
-    for folder in Path::new(path).ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty()) {
-        if fs::remove_dir(out.join(folder)).is_err() {
-            break;
-        }
-    }
+    remove_empty(out, path);
     Ok(())
 }
 

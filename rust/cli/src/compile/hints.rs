@@ -57,6 +57,8 @@ pub(super) struct RustcError<'a> {
     /// The line of the program, and the bytes in it that are meant.
     pub(super) line: &'a str,
     pub(super) range: std::ops::Range<usize>,
+    /// The setting of Kconfig without which the image does not have it.
+    pub(super) left_out_without: Option<&'a str>,
     /// The body that it is in.
     pub(super) scope: Option<&'a Scope>,
 }
@@ -64,6 +66,9 @@ pub(super) struct RustcError<'a> {
 impl RustcError<'_> {
     /// What to do; it takes the place of rustc's own notes.
     pub(super) fn hint(&self) -> Option<String> {
+        if let Some(symbol) = self.left_out_without {
+            return Some(format!("the image is built without this: add `{symbol}=y` to prj.conf"));
+        }
         self.timer_scheduled().or_else(|| self.context_elsewhere()).or_else(|| match self.code {
             "E0616" | "E0609" | "E0615" | "E0599" | "E0608" => self.port_as_in_c(),
             "E0423" | "E0425" => self.unknown_name(),

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use lf_compiler::plan::Plan;
 
 use super::files;
+use crate::terminal;
 
 /// What begins a package in a lock file.
 const PACKAGE: &str = "[[package]]\n";
@@ -64,7 +65,11 @@ impl Lock {
         }
         let head = text.split(PACKAGE).next().unwrap_or_default();
         let kept: String = blocks(&text).filter(|block| block.contains("\nsource = ")).collect();
-        files::write_changed(path, &(head.to_owned() + kept.trim_end() + "\n"))
+        if let Err(error) = files::write_changed(path, &(head.to_owned() + kept.trim_end() + "\n")) {
+            // A program can lie where nothing can be written; what was built is right all the same.
+            terminal::remark(format_args!("warning: which versions of crates were taken is not kept: {error}"));
+        }
+        Ok(())
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) enum CargoMessage {
     Diagnostic { manifest_path: PathBuf, target: Option<Target>, message: Diagnostic },
     /// Something that was compiled.
     #[serde(rename = "compiler-artifact")]
-    Artifact { manifest_path: PathBuf, target: Target, executable: Option<PathBuf> },
+    Artifact { target: Target, executable: Option<PathBuf>, fresh: bool },
     /// Anything else.
     #[serde(other)]
     Other,
@@ -26,6 +26,15 @@ pub(super) enum CargoMessage {
 #[derive(Debug, Deserialize)]
 pub(super) struct Target {
     pub(super) name: String,
+    #[serde(default)]
+    kind: Vec<String>,
+}
+
+impl Target {
+    /// Whether it is a program, and neither a library nor a build script.
+    pub(super) fn is_program(&self) -> bool {
+        self.kind.iter().any(|kind| kind == "bin")
+    }
 }
 
 impl CargoMessage {

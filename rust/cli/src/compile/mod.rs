@@ -3,6 +3,7 @@
 //! says about it.
 
 mod cargo;
+mod clean;
 mod console;
 mod files;
 mod hints;
@@ -12,9 +13,12 @@ mod native;
 mod origin;
 mod places;
 mod progress;
+mod resolution;
+mod runtime;
 mod rustc;
 mod scopes;
 mod source;
+mod store;
 mod stored;
 
 use std::collections::BTreeMap;
@@ -24,8 +28,10 @@ use lf_compiler::deployment::{Deployment, Place, Platform as PlacePlatform, RtiH
 use lf_compiler::emit::{Artifact, Emitted, Participant, Settings, emit, rti_name};
 use lf_compiler::plan::Plan;
 
+pub(crate) use clean::{clean_all, clean_program};
 pub(crate) use console::Console;
 pub(crate) use source::{Program, count, read_text};
+pub(crate) use store::Freed;
 pub(crate) use stored::explain;
 
 use crate::args::{Places, Platform};
@@ -34,8 +40,9 @@ use crate::terminal;
 use cargo::Job;
 use lock::Lock;
 use origin::LfOrigin;
-use places::Folders;
+use places::{Folders, named_by};
 use progress::Progress;
+use runtime::Runtime;
 
 /// The board of federates for which nothing names one: a Linux program, which every computer can build.
 const BOARD_DEFAULT: &str = "native_sim/native/64";
@@ -170,30 +177,40 @@ impl<'a> Request<'a> {
         lock.give(&folders.home.join("Cargo.lock"), &folders.out)?;
         let packages: Vec<String> = on_host.iter().map(|participant| participant.package.clone()).collect();
         let coloured = terminal::coloured();
+        let build = folders.store.program(&folders.out)?;
         let job = Job {
             workspace: &folders.out,
+            current: &folders.out,
             packages: &packages,
             target: &folders.target(),
-            shared: &folders.shared,
+            build: &build.folder,
             profile: self.profile(&program.plan),
             checks_only: self.checks_only,
             coloured,
         };
         let begun = if self.checks_only { ["Checking", "Checked"] } else { ["Compiling", "Compiled"] };
         let progress = Progress::begin(begun, &what(&program.plan, on_host.len()));
+        let runtime = Runtime::of(&folders.out, &folders.home, &on_host)?;
+        let compiled = folders.store.runtime(&runtime.needs())?;
+        runtime.prepare(&folders.home, &compiled, &job, &progress)?;
+        drop(compiled);
         let mut outcome = job.run(&progress)?;
         progress.end(outcome.success);
         outcome.diagnostics = native::with_missing_functions(outcome.diagnostics, &program.plan);
         let origin = LfOrigin::new(program, emitted, &folders.out);
-        let diagnostics = rustc::render_all(&outcome.diagnostics, &origin, coloured);
-        terminal::remark(diagnostics);
+        if !outcome.success && !outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
+            outcome.diagnostics.extend(resolution::diagnostic(&outcome.log, &program.plan));
+        }
+        let shown = rustc::render_all(&outcome.diagnostics, &origin, coloured);
+        terminal::remark(&shown.text);
         if !outcome.success {
             let file = self.file.display();
-            if outcome.diagnostics.iter().any(rustc::Diagnostic::is_error) {
-                terminal::remark(format_args!("{file}: the generated code does not compile"));
+            if shown.errors > 0 {
+                terminal::remark(format_args!("{file}: {}", count(shown.errors, shown.warnings)));
             } else {
                 terminal::remark(&outcome.log);
                 terminal::remark(format_args!("{file}: cargo has not been able to compile the generated code"));
+                terminal::remark(hint_of_folder(&folders.out));
             }
             return Err(Failure::Reported);
         }
@@ -233,7 +250,8 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
     let maps = images().map(|participant| stored::file(program, &emitted, &participant.folder));
     let maps = maps.collect::<Result<Vec<_>, _>>()?;
     let sources = emitted.files.iter().map(|file| (file.path.as_str(), file.text.as_str()));
-    files::write(&folders.out, sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str()))))?;
+    let all = sources.chain(maps.iter().map(|(path, text)| (path.as_str(), text.as_str())));
+    files::write(&folders.out, all).map_err(|error| named_by("--out", &error))?;
     // Zephyr's build has cargo complete these, so what it has taken is seen the next time.
     let lock = Lock::of(file, &program.plan);
     for participant in images() {
@@ -242,6 +260,15 @@ fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &F
         lock.give_image(&folders.home.join("rust/zephyr/Cargo.lock"), &folder)?;
     }
     Ok(emitted)
+}
+
+/// What to do where it is the folder's name that cargo does not take.
+fn hint_of_folder(out: &Path) -> String {
+    // Cargo takes the paths of the packages in a workspace for patterns.
+    let is_pattern = out.to_string_lossy().contains(['*', '?', '[']);
+    let shown = out.display();
+    let hint = format!("  hint: cargo may take the folder's name for a pattern, in {shown}; name another with --out");
+    if is_pattern { hint } else { String::new() }
 }
 
 fn report(errors: &[impl std::fmt::Display]) -> Failure {

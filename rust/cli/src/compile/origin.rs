@@ -39,13 +39,13 @@ impl LfOrigin<'_> {
 
 impl Origin for LfOrigin<'_> {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
-        if self.included.contains_key(generated) {
-            return Some(LfPlace { path: self.shown(generated).to_owned(), line, column, verbatim: true });
-        }
         // The C compiler has been told where in the program its lines are.
         let mut sources = self.program.diagnostics.sources().iter();
         if sources.any(|(_, file)| file.path() == generated) {
             return Some(LfPlace { path: generated.to_owned(), line, column, verbatim: true });
+        }
+        if let Some(path) = known(&self.included, generated) {
+            return Some(LfPlace { path: self.shown(path).to_owned(), line, column, verbatim: true });
         }
         // rustc names files of the workspace relative to it, others by their full path.
         let path = Path::new(generated);
@@ -68,30 +68,46 @@ impl Origin for LfOrigin<'_> {
     }
 }
 
-/// The files that the program includes, by their absolute paths, as compilers name them. Those that cannot be read
-/// these complain about themselves.
+/// The file among these that a compiler means by a path. It may have found it by another path than the user: through
+/// folders of headers, `..` and symbolic links.
+pub(super) fn known<'f, T>(files: &'f BTreeMap<String, T>, generated: &str) -> Option<&'f str> {
+    if !Path::new(generated).is_absolute() {
+        return None;
+    }
+    let path = fs::canonicalize(generated).ok()?;
+    files.get_key_value(path.to_str()?).map(|(path, _)| path.as_str())
+}
+
+/// The files that the program includes, by their absolute paths without symbolic links. Those that cannot be read
+/// compilers complain about themselves.
 pub(super) fn included(plan: &Plan) -> BTreeMap<String, String> {
     let mut files = BTreeMap::new();
     for module in &plan.target.cargo.modules {
-        let Ok(path) = std::path::absolute(&module.path) else { continue };
-        match path.parent().filter(|_| path.ends_with("mod.rs")) {
-            Some(folder) => add_folder(folder, &mut files),
+        let Ok(path) = fs::canonicalize(&module.path) else { continue };
+        match path.parent().filter(|_| module.path.ends_with("mod.rs")) {
+            Some(folder) => add_folder(folder, &["rs"], &mut files),
             None => add_file(&path, &mut files),
         }
     }
     let c = &plan.target.c;
-    for path in c.sources.iter().chain(&c.headers).filter_map(|file| std::path::absolute(&file.path).ok()) {
-        add_file(&path, &mut files);
+    let named = [&c.sources, &c.headers, &c.files].into_iter().flatten().map(|file| &file.path);
+    for path in named.chain(c.cmake.iter().flat_map(|cmake| &cmake.sources)) {
+        match fs::canonicalize(path) {
+            Ok(path) if path.is_dir() => add_folder(&path, &["c", "h", "cc", "cpp", "cxx", "hpp"], &mut files),
+            Ok(path) => add_file(&path, &mut files),
+            Err(_) => {}
+        }
     }
     files
 }
 
-fn add_folder(folder: &Path, files: &mut BTreeMap<String, String>) {
+/// Adds the files in a folder whose names end in one of these ways.
+fn add_folder(folder: &Path, extensions: &[&str], files: &mut BTreeMap<String, String>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            add_folder(&path, files);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            add_folder(&path, extensions, files);
+        } else if path.extension().is_some_and(|extension| extensions.iter().any(|one| extension == *one)) {
             add_file(&path, files);
         }
     }

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the generated crates, the compiled programs and the runtime crates lie.
+//!
+//! A user names folders as they like: relative, through symbolic links, with `..`. Here each name is resolved once, as
+//! the system resolves it. Nothing else compares paths as text.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::ffi::OsStr;
+use std::fs;
 use std::io;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Component, Path, PathBuf, absolute};
 
+use super::store::{Store, hash_of};
 use crate::args::{Places, Platform};
 
-/// Every folder that a build uses, as absolute paths.
+/// Every folder that a build uses, as absolute paths without symbolic links.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Folders {
     /// The generated crates, which form a workspace.
     pub(crate) out: PathBuf,
-    /// Cargo's intermediate results, shared by all programs.
-    pub(crate) shared: PathBuf,
+    /// Cargo's intermediate results.
+    pub(crate) store: Store,
     /// The repository with the runtime crates.
     pub(crate) home: PathBuf,
 }
@@ -22,19 +27,17 @@ impl Folders {
     /// The folders for a program; `name` is the program's name.
     ///
     /// # Errors
-    /// When there is no current folder, or the runtime crates are not where they should be.
+    /// When there is no current folder, the runtime crates are not where they should be, or cargo cannot work in a
+    /// folder of this name.
     pub(crate) fn new(file: &Path, name: &str, platform: Platform, places: &Places) -> io::Result<Self> {
         let home = home(places)?;
         let out = match &places.out {
-            Some(out) => absolute(out)?,
-            None => application(&absolute(file)?).join("build/lfz").join(name).join(platform_folder(platform)),
+            Some(out) => out.clone(),
+            None => application(file)?.join("build/lfz").join(name).join(platform_folder(platform)),
         };
-        let shared = match (&places.target_dir, std::env::var_os("CARGO_TARGET_DIR")) {
-            (Some(folder), _) => absolute(folder)?,
-            (None, Some(folder)) => absolute(folder)?.join("lf"),
-            (None, None) => home.join("target/lf"),
-        };
-        Ok(Self { out, shared, home })
+        let out = resolved(&out).map_err(|error| named_by("--out", &error))?;
+        usable(&out, "--out")?;
+        Ok(Self { out, store: store(places)?, home })
     }
 
     /// The compiled programs of this program alone.
@@ -45,19 +48,83 @@ impl Folders {
     /// The version of the generated packages, which says where they lie: cargo itself looks only at their names and
     /// at where they are within their workspace, and would take one program for another of the same name.
     pub(crate) fn version(&self) -> String {
-        let mut hasher = DefaultHasher::new();
-        self.out.hash(&mut hasher);
-        format!("0.0.0+{:016x}", hasher.finish())
+        format!("0.0.0+{:016x}", hash_of(&self.out))
     }
 }
 
-/// The folder of the application: that around `src`, or that of the file when it is not in a `src` folder.
-fn application(file: &Path) -> &Path {
-    let folder = file.parent().unwrap_or(file);
-    match (folder.file_name(), folder.parent()) {
-        (Some(name), Some(application)) if name == "src" => application,
+/// Where cargo keeps its intermediate results.
+///
+/// # Errors
+/// When there is no current folder, or cargo cannot work in a folder of this name.
+pub(crate) fn store(places: &Places) -> io::Result<Store> {
+    let folder = match (&places.target_dir, std::env::var_os("CARGO_TARGET_DIR")) {
+        (Some(folder), _) => resolved(folder).map_err(|error| named_by("--target-dir", &error))?,
+        (None, Some(folder)) => resolved(Path::new(&folder))?.join("lf"),
+        (None, None) => home(places)?.join("target/lf"),
+    };
+    usable(&folder, "--target-dir")?;
+    Ok(Store::new(folder))
+}
+
+/// Where cargo keeps its intermediate results of images, as the west commands have it.
+///
+/// # Errors
+/// When there is no current folder.
+pub(crate) fn images(places: &Places) -> io::Result<PathBuf> {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map(|folder| resolved(Path::new(&folder)));
+    Ok(target.unwrap_or_else(|| Ok(home(places)?.join("target")))?.join("lf-zephyr"))
+}
+
+/// The application's folder: that around `src`, or that of the file when it is not in a `src` folder.
+///
+/// # Errors
+/// When there is no current folder, or a folder that `..` leads out of.
+pub(crate) fn application(file: &Path) -> io::Result<PathBuf> {
+    let file = absolute(file)?;
+    let folder = file.parent().unwrap_or(&file);
+    // A folder is called what the user calls it, which of a symbolic link is the link's name; `..` is no name.
+    let folder = if folder.file_name().is_some() { folder.to_owned() } else { fs::canonicalize(folder)? };
+    Ok(match folder.parent() {
+        Some(application) if folder.file_name() == Some(OsStr::new("src")) => application.to_owned(),
         _ => folder,
+    })
+}
+
+/// The path as the system resolves it, without `..` and symbolic links. What does not exist yet has the name that it
+/// will be made with.
+fn resolved(path: &Path) -> io::Result<PathBuf> {
+    let mut found = PathBuf::new();
+    for part in absolute(path)?.components() {
+        match part {
+            Component::ParentDir => _ = found.pop(),
+            part => found.push(part),
+        }
+        match fs::canonicalize(&found) {
+            Ok(real) => found = real,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(io::Error::new(error.kind(), format!("{}: {error}", found.display()))),
+        }
     }
+    Ok(found)
+}
+
+/// Why a folder cannot be used, with the option that names another one.
+pub(super) fn named_by(option: &str, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{error}; name another folder with {option}"))
+}
+
+/// Refuses a folder in which cargo cannot work, with the option that names another one.
+fn usable(folder: &Path, option: &str) -> io::Result<()> {
+    let shown = folder.display();
+    let wrong = match folder.to_str() {
+        None => "is no UTF-8 text",
+        // Cargo has the linker find libraries by a list of folders with this character between them.
+        Some(text) if text.contains(':') => "contains `:`",
+        Some(_) => return Ok(()),
+    };
+    Err(io::Error::other(format!(
+        "cargo cannot work in the folder {shown}, whose path {wrong}; name another folder with {option}"
+    )))
 }
 
 fn platform_folder(platform: Platform) -> &'static str {
@@ -70,7 +137,7 @@ fn platform_folder(platform: Platform) -> &'static str {
 /// The repository from which this program was built, unless told otherwise.
 fn home(places: &Places) -> io::Result<PathBuf> {
     let home = match &places.home {
-        Some(home) => absolute(home)?,
+        Some(home) => resolved(home)?,
         None => Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("/")).to_path_buf(),
     };
     if home.join("rust/linux/Cargo.toml").is_file() {
@@ -83,32 +150,4 @@ fn home(places: &Places) -> io::Result<PathBuf> {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::path::{Path, PathBuf};
-
-    use super::{Folders, application};
-    use crate::args::{Places, Platform};
-
-    #[test]
-    fn crates_are_generated_beside_the_source_folder() {
-        let folders =
-            Folders::new(Path::new("/a/b/src/P.lf"), "P", Platform::Host, &Places::default()).expect("home is there");
-        assert_eq!(folders.out, Path::new("/a/b/build/lfz/P/host"));
-        assert_eq!(application(Path::new("/a/b/P.lf")), Path::new("/a/b"));
-    }
-
-    #[test]
-    fn a_given_folder_is_taken_as_it_is() {
-        let places =
-            Places { out: Some(PathBuf::from("/x")), target_dir: Some(PathBuf::from("/y")), ..Places::default() };
-        let folders = Folders::new(Path::new("P.lf"), "P", Platform::Zephyr, &places).expect("home is there");
-        assert_eq!((folders.out.as_path(), folders.shared.as_path()), (Path::new("/x"), Path::new("/y")));
-    }
-
-    #[test]
-    fn a_missing_home_is_named() {
-        let places = Places { home: Some(PathBuf::from("/nowhere")), ..Places::default() };
-        let error = Folders::new(Path::new("P.lf"), "P", Platform::Host, &places).expect_err("it is not there");
-        assert!(error.to_string().contains("/nowhere") && error.to_string().contains("LFZ_HOME"), "{error}");
-    }
-}
+mod tests;

@@ -40,6 +40,13 @@ impl Progress {
         }
     }
 
+    /// Cargo waits, as its words say: who sees no moving line is told, too.
+    pub(crate) fn wait(&self, text: &str) {
+        if self.bar.is_none() {
+            terminal::remark(text.trim());
+        }
+    }
+
     /// Ends; what is wrong is said elsewhere.
     pub(crate) fn end(self, success: bool) {
         if let Some(bar) = &self.bar {

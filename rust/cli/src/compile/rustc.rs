@@ -187,7 +187,8 @@ impl Diagnostic {
         let primary = spans.iter().find(|span| span.is_primary).or(spans.first());
         let rendered = self.rendered.as_deref().unwrap_or(&self.message);
         let Some(primary) = primary else {
-            return Rendered { place: None, cause: rendered.to_owned(), text: rendered.to_owned() };
+            let (is_error, cause, text) = (self.is_error(), rendered.to_owned(), rendered.to_owned());
+            return Rendered { place: None, is_error, cause, text };
         };
         let mut text = self.headline(&primary.place, coloured);
         if let Some(excerpt) = self.excerpt(&spans, &primary.place.path, origin, coloured) {
@@ -209,7 +210,17 @@ impl Diagnostic {
                 }
             }
         }
-        Rendered { place: Some(primary.place.clone()), cause: self.message.clone(), text }
+        let (place, is_error) = (Some(primary.place.clone()), self.is_error());
+        Rendered { place, is_error, cause: self.message.clone(), text }
+    }
+
+    /// The setting of Kconfig without which an image does not have what is not found.
+    fn left_out_without(&self) -> Option<&str> {
+        let lines = self.children.iter().flat_map(|child| &child.spans).flat_map(|span| &span.text);
+        lines.filter(|line| line.text.contains("cfg(")).find_map(|line| {
+            let name = &line.text[line.text.find("CONFIG_")?..];
+            name.split(|one: char| !one.is_ascii_alphanumeric() && one != '_').next()
+        })
     }
 
     /// What to do, where the program tells more than the generated code.
@@ -224,6 +235,7 @@ impl Diagnostic {
             label: primary.label.as_deref().unwrap_or_default(),
             line: &text[start..end],
             range: primary.bytes.start - start..primary.bytes.end - start,
+            left_out_without: self.left_out_without(),
             scope: origin.scopes().iter().find(|scope| scope.has(path, *line)),
         };
         said.hint()
@@ -326,6 +338,7 @@ impl std::fmt::Display for Diagnostic {
 struct Rendered {
     /// Nothing where it is not about the program's text.
     place: Option<LfPlace>,
+    is_error: bool,
     /// What is common to diagnostics of one mistake.
     cause: String,
     text: String,
@@ -337,11 +350,19 @@ impl Rendered {
     }
 }
 
+/// Diagnostics as text, and how many there are.
+#[derive(Debug, Default)]
+pub(crate) struct Shown {
+    pub(crate) text: String,
+    pub(crate) errors: usize,
+    pub(crate) warnings: usize,
+}
+
 /// All diagnostics as text in the order of the program. Those of one cause in one line come once: a reactor that
 /// several federates contain is compiled several times, and a type is written several times in what is generated for
 /// one declaration. Where there are errors in what the user wrote, those in what was generated from it only follow from
 /// them; warnings in it are shown only where the program does not show the same.
-pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> String {
+pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, coloured: bool) -> Shown {
     let told = diagnostics.iter().any(|diagnostic| diagnostic.is_at_text(origin));
     let follows = |one: &Diagnostic| told && one.is_error() && !one.is_at_text(origin);
     let concerning = diagnostics.iter().filter(|one| one.concerns_user(origin) && !follows(one));
@@ -353,16 +374,17 @@ pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, colour
     let shown: HashSet<String> =
         all.iter().filter(|one| one.is_shown_in_the_program()).map(|one| one.cause.clone()).collect();
     let mut seen = HashSet::new();
-    let mut text = String::new();
+    let mut shown_all = Shown::default();
     for one in &all {
         let line = one.place.as_ref().map(|place| (place.path.as_str(), place.line));
         let is_told = !one.is_shown_in_the_program() && shown.contains(&one.cause);
         if !is_told && seen.insert((one.cause.as_str(), line)) {
-            text.push_str(&one.text);
-            text.push('\n');
+            shown_all.text.push_str(&one.text);
+            shown_all.text.push('\n');
+            *(if one.is_error { &mut shown_all.errors } else { &mut shown_all.warnings }) += 1;
         }
     }
-    text
+    shown_all
 }
 
 /// The span in the LF program; a span in a macro of another crate is taken to where the macro is used.

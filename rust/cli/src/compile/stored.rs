@@ -11,7 +11,7 @@ use lf_compiler::emit::{Emitted, SourceMap};
 use serde::{Deserialize, Serialize};
 
 use super::messages::CargoMessage;
-use super::origin::included;
+use super::origin::{included, known};
 use super::rustc::{self, LfPlace, Origin};
 use super::scopes::Scope;
 use super::source::Program;
@@ -80,7 +80,7 @@ pub(crate) fn explain(messages: &[PathBuf]) -> Result<String, Failure> {
     diagnostics.retain(|(folder, _)| !without_std.values().any(|other| other == folder));
     let diagnostics: Vec<_> = diagnostics.into_iter().map(|(_, message)| message).collect();
     let without_std: String = without_std.keys().map(|name| needs_std(name)).collect();
-    Ok(without_std + &rustc::render_all(&diagnostics, &crates, false))
+    Ok(without_std + &rustc::render_all(&diagnostics, &crates, false).text)
 }
 
 /// What is said of a crate that needs what images do not have.
@@ -134,8 +134,8 @@ fn load(path: &Path) -> Result<Option<Stored>, Failure> {
 impl Origin for Crates {
     fn place(&self, generated: &str, line: usize, column: usize) -> Option<LfPlace> {
         let path = Path::new(generated);
-        if path.is_absolute() && self.0.values().flatten().any(|stored| stored.texts.contains_key(generated)) {
-            return Some(LfPlace { path: generated.to_owned(), line, column, verbatim: true });
+        if let Some(path) = self.0.values().flatten().find_map(|stored| known(&stored.texts, generated)) {
+            return Some(LfPlace { path: path.to_owned(), line, column, verbatim: true });
         }
         self.0.iter().find_map(|(folder, stored)| {
             let map = &stored.as_ref()?.map;

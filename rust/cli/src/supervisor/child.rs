@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One participant's process: its group, its output, its end.
 
-use std::io::{self, ErrorKind, Read};
+use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child as Process, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-use rustix::process::{Pid, PidfdFlags, Signal, kill_process_group, pidfd_open};
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, kill_process_group, pidfd_open};
 
 use super::output::Stream;
 
@@ -21,6 +21,15 @@ pub(crate) enum Role {
     Federate,
     /// It serves the federates, and is expected to end soon after the last one has.
     Rti,
+}
+
+/// What a participant reads, and how its output is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Streams {
+    /// It reads nothing; its lines are shown as they become whole, so that those of several do not mix.
+    Lines,
+    /// It reads what this program would, and its output is shown as it comes, also a question that ends no line.
+    Own,
 }
 
 /// A started process.
@@ -37,10 +46,13 @@ pub(super) struct Child {
     /// Whether that has come. It counts as ended then, but is left until all others have ended too, as a board would
     /// be: it may still have to tell its peers that it closes its connections.
     has_told: bool,
+    streams: Streams,
 }
 
 struct Running {
     pid: Pid,
+    /// Whether it is in a process group of its own.
+    has_group: bool,
     /// Readable when the process has ended.
     end: OwnedFd,
 }
@@ -55,8 +67,20 @@ pub(super) struct End {
 }
 
 impl Child {
-    pub(super) fn start(name: &str, role: Role, status_line: Option<&str>, command: &mut Command) -> io::Result<Self> {
-        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+    pub(super) fn start(
+        name: &str,
+        role: Role,
+        status_line: Option<&str>,
+        streams: Streams,
+        command: &mut Command,
+    ) -> io::Result<Self> {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.stdin(if streams == Streams::Own { Stdio::inherit() } else { Stdio::null() });
+        // A terminal lets only one group read, and sends that one ^C and ^Z; the shell has chosen this program's.
+        let has_group = streams == Streams::Lines || !io::stdin().is_terminal();
+        if has_group {
+            command.process_group(0);
+        }
         let mut process = command.spawn()?;
         let pid = Pid::from_child(&process);
         let end = match pidfd_open(pid, PidfdFlags::empty()) {
@@ -69,9 +93,9 @@ impl Child {
         };
         let standard = process.stdout.take().map(Lines::new).transpose()?;
         let error = process.stderr.take().map(Lines::new).transpose()?;
-        let running = Some(Running { pid, end });
+        let running = Some(Running { pid, has_group, end });
         let (name, status_line) = (name.to_owned(), status_line.map(str::to_owned));
-        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false })
+        Ok(Self { name, role, process, running, standard, error, status_line, has_told: false, streams })
     }
 
     /// Whether the run waits for it.
@@ -106,11 +130,33 @@ impl Child {
         end.chain(standard).chain(error)
     }
 
+    /// Whether its output is shown as it comes.
+    pub(super) fn is_shown_as_it_comes(&self) -> bool {
+        self.streams == Streams::Own
+    }
+
+    /// The bytes that have come.
+    pub(super) fn read_bytes(&mut self, stream: Stream) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut keep = |read: &[u8]| {
+            bytes.extend_from_slice(read);
+            bytes.len() >= LINE_LENGTH_MAX
+        };
+        let ended = match stream {
+            Stream::Standard => read(self.standard.as_mut().map(|lines| &mut lines.source), &mut keep)?,
+            Stream::Error => read(self.error.as_mut().map(|lines| &mut lines.source), &mut keep)?,
+        };
+        if ended {
+            self.close(stream);
+        }
+        Ok(bytes)
+    }
+
     /// The whole lines that have come; at the end of the stream also the one that is not whole.
     pub(super) fn read(&mut self, stream: Stream) -> io::Result<Vec<Vec<u8>>> {
         let (lines, ended) = match stream {
-            Stream::Standard => read(&mut self.standard)?,
-            Stream::Error => read(&mut self.error)?,
+            Stream::Standard => read_lines(&mut self.standard)?,
+            Stream::Error => read_lines(&mut self.error)?,
         };
         if ended && let Some(rest) = self.close(stream) {
             return Ok(lines.into_iter().chain([rest]).collect());
@@ -128,10 +174,10 @@ impl Child {
         (!rest.is_empty()).then_some(rest)
     }
 
-    /// Signals the process group. An error means that there is nobody left in it.
+    /// Signals the process group, or the process where it has none. An error means that there is nobody left.
     pub(super) fn signal(&self, signal: Signal) {
-        if let Some(running) = &self.running {
-            let _ = kill_process_group(running.pid, signal);
+        if let Some(Running { pid, has_group, .. }) = self.running {
+            let _ = if has_group { kill_process_group(pid, signal) } else { kill_process(pid, signal) };
         }
     }
 
@@ -177,32 +223,39 @@ impl<S: Read + AsFd> Lines<S> {
     }
 }
 
-/// Reads until nothing more is there; says whether the stream has ended.
-fn read<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>>, bool)> {
-    let mut found = Vec::new();
-    let Some(lines) = lines else { return Ok((found, false)) };
+/// Reads until nothing more is there, or `take` has enough; says whether the stream has ended.
+fn read(source: Option<&mut impl Read>, take: &mut dyn FnMut(&[u8]) -> bool) -> io::Result<bool> {
+    let Some(source) = source else { return Ok(false) };
     let mut buffer = [0; 16 * 1024];
     loop {
-        let length = match lines.source.read(&mut buffer) {
-            Ok(0) => return Ok((found, true)),
-            Ok(length) => length,
-            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok((found, false)),
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+        match source.read(&mut buffer) {
+            Ok(0) => return Ok(true),
+            Ok(length) if take(&buffer[..length]) => return Ok(false),
+            Ok(_) => {}
+            Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
             Err(error) => return Err(error),
-        };
-        for piece in buffer[..length].split_inclusive(|byte| *byte == b'\n') {
-            lines.partial.extend_from_slice(piece);
-            if lines.partial.pop_if(|byte| *byte == b'\n').is_some() {
+        }
+    }
+}
+
+/// The whole lines that there are to read, and whether the stream has ended.
+fn read_lines<S: Read + AsFd>(lines: &mut Option<Lines<S>>) -> io::Result<(Vec<Vec<u8>>, bool)> {
+    let mut found = Vec::new();
+    let Some(Lines { source, partial }) = lines else { return Ok((found, false)) };
+    let ended = read(Some(source), &mut |bytes| {
+        for piece in bytes.split_inclusive(|byte| *byte == b'\n') {
+            partial.extend_from_slice(piece);
+            if partial.pop_if(|byte| *byte == b'\n').is_some() {
                 // The consoles of boards end lines with both.
-                lines.partial.pop_if(|byte| *byte == b'\r');
-                found.push(std::mem::take(&mut lines.partial));
-            } else if lines.partial.len() >= LINE_LENGTH_MAX {
-                found.push(std::mem::take(&mut lines.partial));
+                partial.pop_if(|byte| *byte == b'\r');
+                found.push(std::mem::take(partial));
+            } else if partial.len() >= LINE_LENGTH_MAX {
+                found.push(std::mem::take(partial));
             }
         }
         // A participant that never stops writing must not keep the others from being heard.
-        if found.len() >= 1024 {
-            return Ok((found, false));
-        }
-    }
+        found.len() >= 1024
+    })?;
+    Ok((found, ended))
 }

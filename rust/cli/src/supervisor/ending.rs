@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! When and how a run ends: the first cause decides the exit status, and what has to stop is asked, then told, then
 //! forced. Nothing here touches a process or a clock.
+//!
+//! Ends are not seen in the order in which they happen: a process that is killed closes its connections before its own
+//! end can be seen, and by then the RTI may have ended because of it. Participants that end because of another one have
+//! the status [`CONSEQUENCE`]. So as long as nobody has been sent a signal, an end with another status came first.
 
+use std::io;
 use std::time::{Duration, Instant};
+
+/// The status of a participant that ends because another one has; it may also be that of the first one.
+const CONSEQUENCE: u8 = 1;
 
 /// How long a run may take, and how long its parts may take to end.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +118,9 @@ impl Plan {
 
     /// A participant has failed; the others have a while to notice.
     pub(super) fn failed(&mut self, exit_code: u8, now: Instant) {
+        if self.ending == Ending::Failed(CONSEQUENCE) && !self.is_stopping() {
+            self.ending = Ending::Failed(exit_code);
+        }
         self.cause(Ending::Failed(exit_code));
         if self.stage == Stage::Running {
             self.stage = Stage::Waiting(now + self.limits.grace);
@@ -135,9 +146,10 @@ impl Plan {
         }
     }
 
-    /// Nobody reads the output any more.
-    pub(super) fn output_closed(&mut self, now: Instant) -> Action {
-        self.cause(Ending::OutputClosed);
+    /// The output cannot be written any more: nobody reads it, or there is no room for it.
+    pub(super) fn output_lost(&mut self, error: &io::Error, now: Instant) -> Action {
+        let is_closed = error.kind() == io::ErrorKind::BrokenPipe;
+        self.cause(if is_closed { Ending::OutputClosed } else { Ending::Failed(1) });
         self.terminate(now)
     }
 
@@ -212,6 +224,23 @@ mod tests {
         assert_eq!(plan.due(start + SECOND, names).map(|(action, _)| action), Some(Action::Terminate));
         plan.failed(143, start + SECOND);
         assert_eq!(plan.ending().exit_code(), 124);
+    }
+
+    /// The RTI and another federate are seen to end before the one that was killed.
+    #[test]
+    fn the_first_failure_counts_also_where_its_consequences_are_seen_first() {
+        let start = Instant::now();
+        let mut plan = Plan::new(limits(None), start);
+        for code in [1, 1, 137, 1, 101] {
+            plan.failed(code, start);
+        }
+        assert_eq!(plan.ending().exit_code(), 137);
+        // Those that are sent a signal end because of that.
+        let mut plan = Plan::new(limits(None), start);
+        plan.failed(1, start);
+        assert!(plan.due(start + 5 * SECOND, names).is_some());
+        plan.failed(143, start + 5 * SECOND);
+        assert_eq!(plan.ending().exit_code(), 1);
     }
 
     #[test]

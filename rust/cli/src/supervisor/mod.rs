@@ -21,8 +21,8 @@ pub(crate) use ending::{Ending, Limits};
 pub(crate) use interrupts::Interrupts;
 pub(crate) use output::Output;
 
-pub(crate) use child::Role;
 use child::{Child, End};
+pub(crate) use child::{Role, Streams};
 use ending::{Action, Plan};
 use output::Stream;
 
@@ -50,7 +50,8 @@ impl Supervisor {
         Self { children: Vec::new(), plan: Plan::new(limits, Instant::now()), interrupts, output }
     }
 
-    /// Starts a participant in a process group of its own, without input. A simulator goes on when the program in it
+    /// Starts a participant in a process group of its own, unless it may read from a terminal. A simulator
+    /// goes on when the program in it
     /// has ended; the line of its standard output that begins with `status_line` tells with which status.
     ///
     /// # Errors
@@ -60,9 +61,10 @@ impl Supervisor {
         name: &str,
         role: Role,
         status_line: Option<&str>,
+        streams: Streams,
         command: &mut Command,
     ) -> io::Result<()> {
-        self.children.push(Child::start(name, role, status_line, command)?);
+        self.children.push(Child::start(name, role, status_line, streams, command)?);
         Ok(())
     }
 
@@ -116,8 +118,13 @@ impl Supervisor {
                 self.act(action);
             }
         }
-        if self.output.is_closed() && !self.plan.is_ending() {
-            let action = self.plan.output_closed(Instant::now());
+        if let Some(error) = self.output.take_error()
+            && !self.plan.is_stopping()
+        {
+            if error.kind() != io::ErrorKind::BrokenPipe {
+                self.output.note(&format!("the output cannot be written: {error}; stopping all participants"));
+            }
+            let action = self.plan.output_lost(&error, Instant::now());
             self.act(action);
         }
         let running = self.children.iter().filter(|child| child.is_running());
@@ -166,6 +173,11 @@ impl Supervisor {
 
     /// Shows the whole lines that have come on one stream, and says whether there were any.
     fn copy(&mut self, index: usize, stream: Stream, swallow: &mut dyn FnMut(usize, &str) -> bool) -> io::Result<bool> {
+        if self.children[index].is_shown_as_it_comes() {
+            let bytes = self.children[index].read_bytes(stream)?;
+            self.output.bytes(stream, &bytes);
+            return Ok(!bytes.is_empty());
+        }
         let lines = self.children[index].read(stream)?;
         let any = !lines.is_empty();
         for line in lines {

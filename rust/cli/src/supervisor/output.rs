@@ -31,7 +31,8 @@ pub(crate) struct Output {
     name_width: usize,
     /// What is known of the code of participants that do not say themselves where in the program it is, by their names.
     consoles: BTreeMap<String, Console>,
-    closed: bool,
+    /// Why something could not be written, until that has been dealt with.
+    lost: Option<io::Error>,
 }
 
 impl Output {
@@ -52,7 +53,7 @@ impl Output {
     ) -> Self {
         let name_width = names.into_iter().chain(speaker).map(|name| name.chars().count()).max().unwrap_or(0);
         let speaker = speaker.map(str::to_owned);
-        Self { standard, error, coloured, speaker, name_width, consoles: BTreeMap::new(), closed: false }
+        Self { standard, error, coloured, speaker, name_width, consoles: BTreeMap::new(), lost: None }
     }
 
     /// With what is known of the code of participants, by their names.
@@ -60,9 +61,14 @@ impl Output {
         Self { consoles, ..self }
     }
 
-    /// Whether somebody has closed the output, so that there is no point in going on.
-    pub(super) fn is_closed(&self) -> bool {
-        self.closed
+    /// Why something could not be written, so that there is no point in going on.
+    pub(super) fn take_error(&mut self) -> Option<io::Error> {
+        self.lost.take()
+    }
+
+    /// Shows what a participant has written as it is.
+    pub(super) fn bytes(&mut self, stream: Stream, bytes: &[u8]) {
+        self.write(stream, bytes);
     }
 
     /// Shows one line of a participant, given without its end, with sentences in place of codes and places in the
@@ -88,8 +94,8 @@ impl Output {
 
     /// Writes out what is buffered.
     pub(super) fn flush(&mut self) {
-        if self.standard.flush().and_then(|()| self.error.flush()).is_err() {
-            self.closed = true;
+        if let Err(error) = self.standard.flush().and_then(|()| self.error.flush()) {
+            self.lost = Some(error);
         }
     }
 
@@ -108,8 +114,8 @@ impl Output {
             Stream::Standard => &mut self.standard,
             Stream::Error => &mut self.error,
         };
-        if writer.write_all(bytes).and_then(|()| writer.flush()).is_err() {
-            self.closed = true;
+        if let Err(error) = writer.write_all(bytes).and_then(|()| writer.flush()) {
+            self.lost = Some(error);
         }
     }
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 
-use super::{Ending, Interrupts, Limits, Output, Role, Supervisor};
+use super::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
 /// Far longer than any test takes.
 const LONG: Duration = Duration::from_secs(600);
@@ -64,13 +64,15 @@ impl Bench {
     }
 
     fn start_as(&mut self, name: &str, role: Role, script: &str) {
-        self.supervisor.start(name, role, None, Command::new("sh").args(["-c", script])).expect("sh starts");
+        let mut shell = Command::new("sh");
+        self.supervisor.start(name, role, None, Streams::Lines, shell.args(["-c", script])).expect("sh starts");
     }
 
     /// Starts a simulator whose program's status a line tells.
     fn simulate(&mut self, name: &str, script: &str) {
-        let started =
-            self.supervisor.start(name, Role::Federate, Some("status "), Command::new("sh").args(["-c", script]));
+        let mut shell = Command::new("sh");
+        let command = shell.args(["-c", script]);
+        let started = self.supervisor.start(name, Role::Federate, Some("status "), Streams::Lines, command);
         started.expect("sh starts");
     }
 
@@ -252,21 +254,54 @@ fn a_wanted_line_that_cannot_come_any_more_is_not_waited_for() {
     assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Failed(1));
 }
 
-#[test]
-fn a_closed_output_ends_the_run() {
-    struct Closed;
-    impl Write for Closed {
+/// How a run ends whose standard output fails in this way, and what is said about it.
+fn with_failing_output(error: fn() -> io::Error) -> (Ending, String) {
+    struct Failing(fn() -> io::Error);
+    impl Write for Failing {
         fn write(&mut self, _: &[u8]) -> io::Result<usize> {
-            Err(io::ErrorKind::BrokenPipe.into())
+            Err(self.0())
         }
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
         }
     }
-    let (_interrupt, stream) = UnixStream::pair().expect("a socket pair");
-    let output = Output::new(Box::new(Closed), Box::new(io::sink()), (false, false), Some("lfz"), ["a"]);
+    let (said, (_interrupt, stream)) = (Shared::default(), UnixStream::pair().expect("a socket pair"));
+    let (output, said) = (Box::new(Failing(error)), (said.clone(), said));
+    let output = Output::new(output, Box::new(said.0), (false, false), Some("lfz"), ["a"]);
     let mut supervisor = Supervisor::new(limits(), Interrupts::of_stream(2, stream), output);
-    let script = format!("echo x; {FOREVER}");
-    supervisor.start("a", Role::Federate, None, Command::new("sh").args(["-c", &script])).expect("sh starts");
-    assert_eq!(supervisor.finish().expect("no error"), Ending::OutputClosed);
+    let (script, mut shell) = (format!("echo x; {FOREVER}"), Command::new("sh"));
+    let command = shell.args(["-c", &script]);
+    supervisor.start("a", Role::Federate, None, Streams::Lines, command).expect("sh starts");
+    (supervisor.finish().expect("no error"), said.1.text())
+}
+
+#[test]
+fn a_closed_output_ends_the_run_without_a_word() {
+    let (ending, said) = with_failing_output(|| io::ErrorKind::BrokenPipe.into());
+    assert_eq!((ending, said.as_str()), (Ending::OutputClosed, ""));
+}
+
+#[test]
+fn an_output_without_room_ends_the_run_and_is_a_failure_that_is_told() {
+    let (ending, said) = with_failing_output(|| io::ErrorKind::StorageFull.into());
+    assert_eq!(ending, Ending::Failed(1));
+    assert_eq!(said, "lfz | the output cannot be written: no storage space; stopping all participants\n");
+}
+
+#[test]
+fn a_process_with_streams_of_its_own_shows_what_ends_no_line_before_it_goes_on() {
+    let mut bench = Bench::new(limits());
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let fifo = folder.path().join("fifo");
+    assert!(Command::new("mkfifo").arg(&fifo).status().expect("it can be run").success());
+    let (script, mut shell) = ("printf 'name? '; read -r name < $0; echo hello $name", Command::new("sh"));
+    let command = shell.args(["-c", script]).arg(&fifo);
+    bench.supervisor.start("a", Role::Federate, None, Streams::Own, command).expect("sh starts");
+    while bench.standard.text().is_empty() {
+        bench.supervisor.turn(&mut |_, _| false).expect("no error");
+    }
+    assert_eq!(bench.standard.text(), "name? ");
+    std::fs::write(&fifo, "you\n").expect("the shell reads");
+    assert_eq!(bench.supervisor.finish().expect("no error"), Ending::Success);
+    assert_eq!(bench.standard.text(), "name? hello you\n");
 }

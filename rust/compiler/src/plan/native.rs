@@ -29,7 +29,7 @@ pub struct NativeCode {
     /// `compiler`, if given.
     pub compiler: Option<String>,
     /// `compiler-flags`, in order.
-    pub flags: Vec<String>,
+    pub flags: Vec<CompilerFlag>,
     /// `keepalive`, if given; without it, a program with physical actions stays.
     pub keepalive: Option<bool>,
     /// `no-source-mapping`: what the compiler says is about generated files.
@@ -49,6 +49,7 @@ impl NativeCode {
         }
         self.cmake.retain(|file| is_kept(file.at));
         self.definitions.retain(|definition| is_kept(definition.at));
+        self.flags.retain(|flag| is_kept(flag.at));
     }
 }
 
@@ -70,6 +71,15 @@ pub struct Definition {
     /// What it stands for.
     pub value: String,
     /// Where it is defined.
+    pub at: Location,
+}
+
+/// A word for the compiler of C, which hands some of them on to the linker.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct CompilerFlag {
+    /// The word; a path in it that is relative begins in the folder of the file that has it.
+    pub text: String,
+    /// Where it is written.
     pub at: Location,
 }
 

@@ -12,6 +12,7 @@ mod code;
 mod connection;
 mod crates;
 mod expand;
+mod linking;
 mod load;
 mod macros;
 mod mains;

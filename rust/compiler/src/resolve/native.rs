@@ -5,10 +5,11 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use super::cmake;
+use super::linking;
 use super::load::{join, read};
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::plan::{CmakeFile, Definition, IncludedFile};
+use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
 
 /// What LF's own compiler brings with it begins so.
@@ -178,10 +179,18 @@ impl TargetReader<'_> {
     }
 
     pub(super) fn flags(&mut self, key: &Name, value: &PropertyValue) {
-        let flags = self.items(key, value).into_iter();
-        // One text can have several, as on a command line.
-        let flags = flags.flat_map(|(text, _)| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
-        self.target.c.flags.extend(flags);
+        for (text, span) in self.items(key, value) {
+            // One text can have several, as on a command line.
+            for word in text.split_whitespace() {
+                if let Some(hint) = linking::refusal(word) {
+                    let message = format!("`{word}` cannot be one of the `{}`", key.text);
+                    self.found.push(Diagnostic::new(Code::BadPropertyValue, span, message).hint(hint));
+                } else {
+                    let at = self.at(span);
+                    self.target.c.flags.push(CompilerFlag { text: word.to_owned(), at });
+                }
+            }
+        }
     }
 
     pub(super) fn scheduler(&mut self, key: &Name, value: &PropertyValue) {

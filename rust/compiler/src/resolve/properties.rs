@@ -132,7 +132,7 @@ pub(super) const C: &[TargetProperty] = &[
     property("compiler-flags", &["\"-O2\"", "[\"-Wall\", \"-lm\"]"], "what else that compiler is told"),
     property("no-source-mapping", SWITCH, "with `true`, the compiler names lines of the generated files"),
     property("scheduler", &["NP", "GEDF_NP", "ADAPTIVE"], "no effect: one thread runs all reactions in their order"),
-    property("tracing", SWITCH, "no effect: `lfz run --trace FOLDER` traces any program"),
+    property("tracing", SWITCH, "no effect: `lfz run --trace FOLDER` records what happens"),
 ];
 
 /// The language that a property belongs to which programs in this one do not have.
@@ -156,7 +156,7 @@ pub(super) const REFUSED: &[(&str, &str)] = &[
     ("runtime-version", "remove it"),
     ("external-runtime-path", "remove it"),
     ("docker", "remove it"),
-    ("tracing", "remove it; `lfz run --trace FOLDER` traces any program"),
+    ("tracing", "remove it; `lfz run --trace FOLDER` records what happens"),
     ("trace-plugin", "remove it"),
     ("cmake-init-include", "remove it"),
     ("cmake-args", "remove it; pass arguments to `west build`"),

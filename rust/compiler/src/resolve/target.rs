@@ -126,7 +126,7 @@ impl TargetReader<'_> {
             "compiler-flags" => self.flags(key, value),
             "no-source-mapping" => self.target.c.no_lines = self.boolean(key, value).unwrap_or_default(),
             "scheduler" => self.scheduler(key, value),
-            "tracing" => self.idle(key, "`lfz run --trace FOLDER` traces any program"),
+            "tracing" => self.idle(key, "`lfz run --trace FOLDER` records what happens"),
             // Nobody looks for what other compilers write beside the program; `workers` asks for the first two.
             "threading" | "single-threaded" | "single-file-project" | "export-dependency-graph" => {
                 self.boolean(key, value);
@@ -241,12 +241,15 @@ impl TargetReader<'_> {
             self.refuse_value(key, value, "use `Zephyr`, `Linux` or `Native`");
         } else {
             let message = format!("there is no platform `{text}`");
-            let is_board = text.contains(['_', '/']) || text.chars().any(|c| c.is_ascii_digit());
-            let hint = did_you_mean(&text, SUPPORTED).unwrap_or_else(|| {
-                let board = format!("a board is named so: `platform: {{ name: Zephyr, board: \"{text}\" }}`");
-                let known = "platforms are `Zephyr`, `Linux` and `Native`";
-                if is_board { format!("{known}; {board}") } else { known.to_owned() }
-            });
+            // Names of boards have digits, hyphens and slashes, of which platforms have none.
+            let is_board = text.contains(|one: char| !one.is_ascii_alphabetic());
+            let hint = match did_you_mean(&text, SUPPORTED) {
+                Some(hint) => hint,
+                None if is_board => format!("a board is named so: `platform: {{ name: Zephyr, board: \"{text}\" }}`"),
+                None => "platforms are `Zephyr`, `Linux` and `Native`; a board is named so: \
+                         `platform: { name: Zephyr, board: \"qemu_cortex_m3\" }`"
+                    .to_owned(),
+            };
             self.found.push(Diagnostic::new(Code::BadPropertyValue, value.span, message).hint(hint));
         }
     }

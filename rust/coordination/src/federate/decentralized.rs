@@ -38,28 +38,30 @@ impl Awaited<'_> {
         self.known().all(|(_, known)| known >= tag.before())
     }
 
-    /// The physical time from which on a tag may begin: its own time, and later by the longest wait of the inputs of
-    /// which it is not known what comes before it. FOREVER when only word from others helps.
-    pub fn begin_time(&self, tag: Tag, max_wait: impl Fn(u16) -> Interval) -> Instant {
+    /// The physical time from which on a tag may begin: `since`, and later by the longest wait of the inputs of which
+    /// it is not known what comes before it. FOREVER when only word from others helps.
+    ///
+    /// Waits count from the tag's time, or from later on if nobody could begin the tag at its time: `since`.
+    pub fn begin_time(&self, tag: Tag, since: Instant, max_wait: impl Fn(u16) -> Interval) -> Instant {
         let unknown = self.known().filter(|(_, known)| *known < tag.before());
         let wait = unknown.map(|(input, _)| max_wait(input.port)).max().unwrap_or(Interval::ZERO);
-        wait_until(tag.time, wait.max(Interval::ZERO))
+        wait_until(since, wait.max(Interval::ZERO))
     }
 
-    /// Where reactions of the open tag have to wait; `None` when all is known. `patience` is, by port, how long after
-    /// the tag's time an input is waited for within the tag.
-    pub fn pause(&self, current: Tag, patience: impl Fn(u16) -> Interval) -> Option<Pause> {
+    /// Where reactions of the open tag have to wait; `None` when all is known. `patience` is, by port, how long an
+    /// input is waited for within the tag.
+    pub fn pause(&self, current: Tag, since: Instant, patience: impl Fn(u16) -> Interval) -> Option<Pause> {
         let unknown = || self.known().filter(|(_, known)| *known < current).map(|(input, _)| input);
         let level = unknown().map(|input| input.level).min()?;
-        let until = unknown().map(|input| wait_until(current.time, patience(input.port))).min()?;
+        let until = unknown().map(|input| wait_until(since, patience(input.port))).min()?;
         Some(Pause { level, until })
     }
 
     /// It is `now` by the federation's clock: the inputs of which it is not known what comes at the open tag, and whose
     /// time is over, are taken as absent.
-    pub fn assume_absent(&mut self, current: Tag, now: Instant, patience: impl Fn(u16) -> Interval) {
+    pub fn assume_absent(&mut self, current: Tag, since: Instant, now: Instant, patience: impl Fn(u16) -> Interval) {
         for (input, known) in self.inputs() {
-            if *known < current && wait_until(current.time, patience(input.port)) <= now {
+            if *known < current && wait_until(since, patience(input.port)) <= now {
                 *known = current;
             }
         }
@@ -111,17 +113,20 @@ mod tests {
                     .saturating_add(Interval::from_nanos(rows[usize::from(port)].3))
             },
         );
-        assert_eq!(awaited.begin_time(tag(0, 0), max_wait), START);
-        assert_eq!(awaited.pause(tag(0, 0), patience), Some(Pause { level: 3, until: Instant::FOREVER }));
+        assert_eq!(awaited.begin_time(tag(0, 0), tag(0, 0).time, max_wait), START);
+        assert_eq!(
+            awaited.pause(tag(0, 0), tag(0, 0).time, patience),
+            Some(Pause { level: 3, until: Instant::FOREVER })
+        );
         awaited.learn(0, tag(0, 0));
-        assert_eq!(awaited.pause(tag(0, 0), patience), None);
+        assert_eq!(awaited.pause(tag(0, 0), tag(0, 0).time, patience), None);
         // The next microstep needs word again; the other input is known for as long as its delay.
-        assert_eq!(awaited.begin_time(tag(0, 1), max_wait), START);
-        assert_eq!(awaited.pause(tag(0, 1), patience).map(|pause| pause.level), Some(3));
-        assert_eq!(awaited.begin_time(tag(2, 0), max_wait), Instant::FOREVER);
+        assert_eq!(awaited.begin_time(tag(0, 1), tag(0, 1).time, max_wait), START);
+        assert_eq!(awaited.pause(tag(0, 1), tag(0, 1).time, patience).map(|pause| pause.level), Some(3));
+        assert_eq!(awaited.begin_time(tag(2, 0), tag(2, 0).time, max_wait), Instant::FOREVER);
         awaited.learn(0, Tag::FOREVER);
-        assert_eq!(awaited.begin_time(tag(10, 0), max_wait), START + Interval::from_nanos(10));
-        assert_eq!(awaited.begin_time(tag(11, 0), max_wait), START + Interval::from_nanos(16));
+        assert_eq!(awaited.begin_time(tag(10, 0), tag(10, 0).time, max_wait), START + Interval::from_nanos(10));
+        assert_eq!(awaited.begin_time(tag(11, 0), tag(11, 0).time, max_wait), START + Interval::from_nanos(16));
     }
 
     proptest! {
@@ -141,7 +146,7 @@ mod tests {
                 awaited.learn(*port, tag(*time, *microstep));
             }
             let at = tag(at, step);
-            let begin = awaited.begin_time(at, |port| Interval::from_nanos(rows[usize::from(port)].2));
+            let begin = awaited.begin_time(at, at.time, |port| Interval::from_nanos(rows[usize::from(port)].2));
             let mut expected = at.time;
             for (port, row) in (0..).zip(&rows) {
                 let first = tag(0, 0).delayed(row.1.map(Interval::from_nanos));
@@ -168,15 +173,15 @@ mod tests {
             };
             let current = tag(at, 0);
             let mut levels = Vec::new();
-            while let Some(pause) = awaited.pause(current, patience) {
+            while let Some(pause) = awaited.pause(current, current.time, patience) {
                 levels.push(pause.level);
                 if pause.until == Instant::FOREVER {
                     prop_assert!(rows.iter().any(|row| row.2 == i64::MAX));
                     return Ok(());
                 }
-                awaited.assume_absent(current, pause.until - Interval::from_nanos(1), patience);
-                prop_assert_eq!(awaited.pause(current, patience), Some(pause));
-                awaited.assume_absent(current, pause.until, patience);
+                awaited.assume_absent(current, current.time, pause.until - Interval::from_nanos(1), patience);
+                prop_assert_eq!(awaited.pause(current, current.time, patience), Some(pause));
+                awaited.assume_absent(current, current.time, pause.until, patience);
             }
             prop_assert!(levels.is_sorted() && levels.len() <= rows.len());
             prop_assert!(awaited.knows_before(current.next_microstep()));

@@ -93,6 +93,11 @@ pub enum FederateError {
         /// How long before.
         by: Interval,
     },
+    /// A message with a tag at which nothing can happen: at the end of time.
+    NoTag {
+        /// The input it was for.
+        port: u16,
+    },
     /// The RTI has ended because of an error.
     RtiFailed,
     /// The connection to the RTI ended before this federate had resigned.
@@ -159,6 +164,11 @@ impl fmt::Display for FederateError {
             }
             Self::LateMessage { port, tag, current } => late(f, &format_args!("input {port}"), *tag, *current),
             Self::BeforeStart { port, by } => before_start(f, &format_args!("input {port}"), *by),
+            Self::NoTag { port } => say!(
+                f,
+                "a message over input {port} came for the end of time, where nothing can happen: check the delays of \
+                 the connections",
+            ),
             Self::RtiFailed => say!(f, "the RTI or another federate failed: see its output for the reason"),
             Self::RtiLost { phase } => say!(
                 f,

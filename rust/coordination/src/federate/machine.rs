@@ -9,6 +9,7 @@ use lf_wire::Message;
 
 use super::clock_sync::{Clock, Received};
 use super::config::{Config, Coordination};
+use super::departure::Departure;
 use super::error::{ConfigError, FederateError};
 use super::event::{Disconnected, Event};
 use super::needs::{All, Needs};
@@ -31,6 +32,7 @@ pub struct Federate<'a, N: Needs = All> {
     pub(super) tags: Tags<N>,
     physical: PhysicalActions,
     pace: Pace,
+    pub(super) departure: Departure,
     pub(super) stop: Stop,
 }
 
@@ -52,6 +54,7 @@ impl<'a, N: Needs> Federate<'a, N> {
             tags: Tags::new(has_upstream, has_downstream),
             physical: PhysicalActions::new(physical_delay, config.advance_interval),
             pace: Pace::default(),
+            departure: Departure::default(),
             stop: Stop::new(),
             config,
         })
@@ -90,7 +93,7 @@ impl<'a, N: Needs> Federate<'a, N> {
     /// Why this federate cannot go on. It has then failed, and FAILED is to be sent where that is of use.
     pub fn handle_message<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let result = match self.phase() {
-            Phase::Running => self.handle_running(message),
+            Phase::Running => self.handle_running(now, message),
             // The RTI may not know yet that this federate has ended.
             Phase::Resigning | Phase::Ended | Phase::Failed => Ok(Event::None),
             _ => self.session.handle_message(&self.config, &mut self.clock, now, &message),
@@ -103,7 +106,7 @@ impl<'a, N: Needs> Federate<'a, N> {
 
     /// A message after the start.
     #[cfg_attr(target_pointer_width = "32", inline(never))]
-    fn handle_running<'m>(&mut self, message: Message<'m>) -> Result<Event<'m>, FederateError> {
+    fn handle_running<'m>(&mut self, now: Instant, message: Message<'m>) -> Result<Event<'m>, FederateError> {
         let is_decentralized = self.config.coordination == Coordination::Decentralized;
         let unexpected = Err(FederateError::unexpected(&message, self.phase()));
         Ok(match message {
@@ -151,16 +154,28 @@ impl<'a, N: Needs> Federate<'a, N> {
                 self.stop.asked(from_wire(tag), self.tags.earliest()).map_or(Event::None, Event::StopRequested)
             }
             Message::StopGranted(tag) => Event::StopGranted(self.stop.decided(from_wire(tag), self.tags.earliest())),
-            // The answer to nothing that this federate asked; it does no harm.
-            Message::AddressQueryReply { .. } => Event::None,
+            Message::AddressQueryReply { port, address } => {
+                if N::PEERS {
+                    self.departure.answered(now, port > 0, address != [0; 4]);
+                }
+                Event::None
+            }
             #[cfg(feature = "ipv6")]
-            Message::AddressQueryReplyIpv6 { .. } => Event::None,
+            Message::AddressQueryReplyIpv6 { port, address, .. } => {
+                if N::PEERS {
+                    self.departure.answered(now, port > 0, address != [0; 16]);
+                }
+                Event::None
+            }
             Message::Failed => return Err(FederateError::RtiFailed),
             _ => return unexpected,
         })
     }
 
     fn handle_tagged<'m>(&mut self, port: u16, tag: Tag, payload: &'m [u8]) -> Result<Event<'m>, FederateError> {
+        if tag == Tag::FOREVER {
+            return Err(FederateError::NoTag { port });
+        }
         match self.tags.message_received(tag) {
             Arrival::BeforeStart(by) => Err(FederateError::BeforeStart { port, by }),
             Arrival::Late => {
@@ -209,6 +224,14 @@ impl<'a, N: Needs> Federate<'a, N> {
         self.heed(result)
     }
 
+    /// Whether a federate whose direct connection has ended without a word has left in order, as far as the RTI can
+    /// tell. If that is not known yet, the RTI is asked: call it again whenever a message of the RTI has been handled.
+    ///
+    /// After its own last tag a federate has nothing to lose, and does not ask.
+    pub fn has_left(&mut self, federate: FederateId) -> bool {
+        !N::PEERS || self.phase() != Phase::Running || self.departure.has_left(federate)
+    }
+
     /// The connection to the RTI has ended, or broken.
     ///
     /// # Errors
@@ -227,13 +250,14 @@ impl<'a, N: Needs> Federate<'a, N> {
             self.announce(now);
         }
         self.tags.handle_timeout(now);
+        self.departure.handle_timeout(now);
         let result = self.session.handle_timeout(&self.config, &mut self.clock, now);
         self.heed(result)
     }
 
     /// The next message for the RTI that is due and no longer than `room` bytes; `None` when there is none, or no room.
     ///
-    /// After at most seventeen calls without an event or command in between, `None` comes.
+    /// After at most nineteen calls without an event or command in between, `None` comes.
     pub fn poll_transmit(&mut self, room: usize) -> Option<Message<'a>> {
         let message = self.next_transmit().filter(|message| message.encoded_len() <= room)?;
         match message {
@@ -241,6 +265,11 @@ impl<'a, N: Needs> Federate<'a, N> {
             Message::NextEventTag(_) => self.tags.net_transmitted(),
             Message::StopRequest(_) | Message::StopReply(_) => self.stop.transmitted(),
             Message::PortAbsent { .. } => self.pace.asked(),
+            Message::AddressAdvertisement { .. } | Message::AddressQuery { .. }
+                if N::PEERS && self.asks().is_some() =>
+            {
+                self.departure.transmitted(&message);
+            }
             Message::T3 { .. } => {
                 self.clock.initial.t3_leaves();
                 self.session.transmitted(&message);
@@ -273,10 +302,18 @@ impl<'a, N: Needs> Federate<'a, N> {
         }
         match phase {
             Phase::Resigning => Some(Message::Resign),
+            Phase::Running if N::PEERS && self.asks().is_some() => self.asks(),
             // Last, so that it stands behind all that it is to tell of.
             Phase::Running if self.pace.is_question_due() => Some(Pace::question(self.config.id)),
             _ => None,
         }
+    }
+
+    /// What the RTI is to be asked about a federate that may have left. An answer does not say what it answers, so only
+    /// one question is under way.
+    fn asks(&self) -> Option<Message<'static>> {
+        let waits = self.phase() != Phase::Running || self.pace.is_asked();
+        self.departure.due(self.config.id).filter(|_| !waits)
     }
 
     /// All that [`Federate::poll_transmit`] gave has been written to the socket; `now` is the time after that.
@@ -286,7 +323,7 @@ impl<'a, N: Needs> Federate<'a, N> {
 
     /// When [`Federate::handle_timeout`] is to be called, by this participant's own clock.
     pub fn poll_timeout(&self) -> Deadline {
-        self.session.poll_timeout().min(self.tags.poll_timeout())
+        self.session.poll_timeout().min(self.tags.poll_timeout()).min(self.departure.poll_timeout())
     }
 
     /// Tells the next tag at which this federate has something to do, `FOREVER` for none; returns whether it may be

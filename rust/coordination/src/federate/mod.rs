@@ -45,13 +45,15 @@
 //! [`Federate`] is made of parts, each with a state of its own: the way to the start and the end (`session`, with the
 //! messages that are due in `outbox` and the connections to others in `peers`), the clock (`clock_sync`), the state of
 //! tags (`tags`, with the rules for what the RTI has to be told in `net_rules`), physical actions (`physical`), how far
-//! it may run ahead of the RTI (`pace`) and stops (`stop`). None of them knows the whole; `machine` hands on to them.
+//! it may run ahead of the RTI (`pace`), whether others have left in order (`departure`) and stops (`stop`). None of
+//! them knows the whole; `machine` hands on to them.
 
 mod awaited;
 mod clock_sync;
 mod config;
 mod connect;
 mod decentralized;
+mod departure;
 mod error;
 mod event;
 mod machine;

@@ -13,7 +13,7 @@ pub trait Needs: Copy + Debug + 'static {
     const CYCLES: bool = true;
     /// The federate and the RTI prove to each other that they know the federation's id.
     const AUTHENTICATION: bool = true;
-    /// It sends to other federates past the RTI.
+    /// It sends to other federates past the RTI, or receives from them.
     const PEERS: bool = true;
     /// Physical actions can cause outputs to other federates.
     const PHYSICAL: bool = true;

@@ -111,6 +111,11 @@ impl<N: Needs> NetRules<N> {
         self.granted = self.granted.min(tag.before());
     }
 
+    /// Whether the RTI takes this tag for this federate's next event, or will when the NET that is due has come.
+    pub(super) fn is_last(&self, tag: Tag) -> bool {
+        self.sent == tag
+    }
+
     /// The NET to be transmitted.
     pub(super) fn due(&self) -> Option<Tag> {
         self.due

@@ -4,9 +4,9 @@
 //! What a federate has sent can lie unread in buffers on its way, and a federate without upstream federates hears of
 //! nothing that would slow it down. Then its answer to a stop request lies behind thousands of messages, which a
 //! receiver that has named a stop tag cannot take. So after some tags with messages a federate sends the RTI a question
-//! that every RTI answers in order: a PORT_ABSENT for itself, which comes back when everything before it has been taken.
-//! Meanwhile the federate goes on, but not far. The question names an input that nobody has and a tag at which nothing
-//! happens, so it means nothing else to anybody.
+//! that every RTI answers in order: a `PORT_ABSENT` for itself, which comes back when everything before it has been
+//! taken. Meanwhile the federate goes on, but not far. The question names an input that nobody has and a tag at which
+//! nothing happens, so it means nothing else to anybody.
 
 use lf_wire::{Message, Tag};
 
@@ -67,6 +67,11 @@ impl Pace {
     /// Whether the RTI is to be asked.
     pub(super) fn is_question_due(self) -> bool {
         self.question == Question::Due
+    }
+
+    /// Whether the RTI owes an answer.
+    pub(super) fn is_asked(self) -> bool {
+        matches!(self.question, Question::Asked(_))
     }
 
     /// The RTI is being asked.

@@ -48,6 +48,8 @@ pub(super) struct Tags<N> {
     open: bool,
     /// The next event, as last told and not begun since.
     next: Option<Tag>,
+    /// The last bound of the NET by physical time, told while grants were provisional.
+    bound: Option<Tag>,
     /// When the bound of the NET by physical time is to be renewed.
     renewal: Deadline,
     /// When what was left out is to be told, because others may need it after all.
@@ -70,6 +72,7 @@ impl<N: Needs> Tags<N> {
             current: Tag::NEVER,
             open: false,
             next: None,
+            bound: None,
             renewal: Deadline::Never,
             silence: Deadline::Never,
         }
@@ -215,6 +218,10 @@ impl<N: Needs> Tags<N> {
             self.renewal = Deadline::Never;
             return;
         };
+        if self.owes_tag_before(tag) {
+            self.renewal = Deadline::Never;
+            return;
+        }
         match physical.and_then(|earliest| self.physical_bound(earliest, tag)) {
             None => {
                 self.renewal = Deadline::Never;
@@ -235,8 +242,22 @@ impl<N: Needs> Tags<N> {
             Some(bound) => {
                 self.renewal = Deadline::At(renewal(tag));
                 self.net.bounded(bound);
+                self.bound = self.net.due().filter(|due| *due == bound && self.provisional().is_some());
             }
         }
+    }
+
+    /// Whether nothing is to be told of a next event at `tag`, because the federates of a cycle without delay may be
+    /// called to an earlier tag: one to which a PTAG calls this federate, or a bound that has been told and not been
+    /// granted. The next event is told when that is over.
+    ///
+    /// If it was told before, the RTI would take this federate for one that is beyond the earlier tag, and could call
+    /// the others to a later one before they have got what this one sends at the earlier one. The stock federate takes
+    /// such old word of an absent input for word of the later tag. It does not tell such bounds itself, but has an
+    /// event there. Nobody waits longer because of this: the event at `tag` cannot be granted before the earlier tag.
+    fn owes_tag_before(&self, tag: Tag) -> bool {
+        let bound = self.bound.filter(|bound| self.net.is_last(*bound) && !self.net.allows(*bound));
+        N::CYCLES && self.summons().or(bound).is_some_and(|owed| owed < tag)
     }
 
     /// The tag before which no physical action can cause an output, if that is earlier than the next event.
@@ -262,6 +283,7 @@ impl<N: Needs> Tags<N> {
             self.renewal = Deadline::Never;
         }
         self.summons = self.summons();
+        self.bound = self.bound.filter(|bound| *bound > tag);
         self.net.begun(tag);
         self.next = None;
     }

@@ -3,9 +3,10 @@
 //!
 //! Each message has its place: with authentication `FED_NONCE`, which is answered by `RTI_RESPONSE`, and
 //! `FED_RESPONSE`, to which a right proof has no answer; `FED_IDS`, or `TRANSIENT_FED_IDS` of a federate that is not
-//! transient, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial clock synchronization (`exchange`). Anything else is refused,
-//! as soon as as many bytes are there as the header of the right message has. A connection that comes when all
-//! federates are there is told the true reason why it is refused, once it has said who it is.
+//! transient, which is answered by ACK; `NEIGHBOR_STRUCTURE`; `UDP_PORT`; then, if both sides want it, the initial
+//! clock synchronization (`exchange`). Anything else is refused, as soon as as many bytes are there as the header of
+//! the right message has. A connection that comes when all federates are there is told the true reason why it is
+//! refused, once it has said who it is.
 
 use lf_model::time::Instant;
 use lf_wire::{

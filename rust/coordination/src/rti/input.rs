@@ -148,7 +148,11 @@ impl Rti<'_> {
                 let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
                 match *message {
                     Message::TaggedMessage { federate: to, tag, .. } => {
-                        return sending.forward_tagged(federate, to, from_wire(tag), message);
+                        let tag = from_wire(tag);
+                        if !tag.is_finite() {
+                            return Err(Violation::NoTag { to });
+                        }
+                        return sending.forward_tagged(federate, to, tag, message);
                     }
                     Message::PortAbsent { federate: to, .. } => return sending.forward(federate, to, message),
                     Message::NextEventTag(tag) => {

@@ -89,6 +89,11 @@ pub enum Violation {
     HasLeft,
     /// The peer is a transient federate, for which no federation here has a place.
     Transient,
+    /// It sent a message with a tag at which nothing can happen: at the beginning or at the end of time.
+    NoTag {
+        /// The federate that it was for.
+        to: u16,
+    },
 }
 
 impl fmt::Display for Violation {
@@ -119,6 +124,11 @@ impl fmt::Display for Violation {
                 say!(f, "it has more upstream federates than the {max} that this RTI has room for")
             }
             Self::OtherFederate(id) => say!(f, "it claimed to be federate {id}, which it is not"),
+            Self::NoTag { to } => say!(
+                f,
+                "it sent federate {to} a message for the end of time, where nothing can happen: check the delays of \
+                 its connections",
+            ),
             Self::NoAuthentication => say!(
                 f,
                 "it does not authenticate: compile its program with the target property `auth: true`, or start this \

@@ -8,7 +8,7 @@ use lf_model::time::Instant;
 use super::execution::{Execution, Failed};
 use super::from_peer::FromPeer;
 use super::late::Late;
-use super::peers::Peers;
+use super::peers::{Outputs, Peers};
 use crate::description::PEERS;
 use crate::error::RunError;
 use crate::platform::Platform;
@@ -120,14 +120,20 @@ impl<'a, 's> Direct<'a, 's> {
             let Some(from) = inbound.from else { continue };
             inbound.receiver.resume();
             let (platform, late) = (&mut *platform, &mut self.late);
-            let mut policy = FromPeer { platform, execution, late, from: from.0, to, now };
+            let physical_over = &mut inbound.physical_over;
+            let mut policy = FromPeer { platform, execution, late, from: from.0, to, physical_over, now };
             while inbound.receiver.next(&mut policy)?.is_some() {}
             if !inbound.has_ended() {
                 continue;
             }
-            // A tag that makes room for what is held may have to wait for the other inputs.
             let tables = execution.engine.tables();
-            execution.end_inputs(from.0, |input| inbound.receiver.holds_for(tables.port_of(InputId(input))));
+            let is_held = |input| inbound.receiver.holds_for(tables.port_of(InputId(input)));
+            // One that ends in order says so, if it is one of ours.
+            if !execution.is_over(from.0, inbound.physical_over, is_held) && !execution.machine.has_left(from) {
+                continue;
+            }
+            // A tag that makes room for what is held may have to wait for the other inputs.
+            execution.end_inputs(from.0, is_held);
             if inbound.receiver.held.bytes == 0 {
                 log::debug!("federate {from} has left");
                 if !inbound.receiver.rest().is_empty() {
@@ -148,18 +154,28 @@ impl<'a, 's> Direct<'a, 's> {
         })
     }
 
-    /// Sends other federates what is still to be sent, and closes the connections to them. One that is to hear them out
-    /// also reads what they send until they end too: what comes now is late. `false` when nothing is left to do.
+    /// In the last tag, says over connections with a delay that nothing more comes: what is sent now would come after
+    /// that tag. The receivers need not wait for its end, for which this federate may have to wait for them.
+    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, execution: &Execution<'_, '_, impl Needs>) {
+        if execution.is_decentralized() && execution.has_begun_last_tag() {
+            self.peers.say_ends(platform, &outputs(execution), false);
+        }
+    }
+
+    /// Sends other federates what is still to be sent, and closes the connections to them. One that has `resigned` says
+    /// first that nothing more comes. With decentralized coordination it also reads what they send until they end too:
+    /// what comes now is late. `false` when nothing is left to do.
     pub(super) fn leave<P: Platform>(
         &mut self,
         platform: &mut P,
         execution: &mut Execution<'_, '_, impl Needs>,
-        hears: bool,
+        resigned: bool,
         until: Instant,
     ) -> bool {
         let in_time = platform.now() < until;
-        let hears = hears && self.hear_out(platform, execution, in_time);
-        let sends = self.peers.leave(platform, hears) && in_time;
+        let ends = resigned.then(|| outputs(execution));
+        let hears = resigned && execution.is_decentralized() && self.hear_out(platform, execution, in_time);
+        let sends = self.peers.leave(platform, ends.as_ref(), hears) && in_time;
         if !hears && !sends {
             self.peers.close(platform);
         }
@@ -200,6 +216,11 @@ impl<'a, 's> Direct<'a, 's> {
             }
         }
     }
+}
+
+/// The outputs of a federate.
+fn outputs(execution: &Execution<'_, '_, impl Needs>) -> Outputs {
+    Outputs::new(execution.engine.tables().outputs, execution.is_decentralized())
 }
 
 /// Whether messages of other federates can be taken. After its end a federate still looks for those that came late.

@@ -260,6 +260,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         self.direct.meet(self.platform, &mut self.execution)?;
         self.direct.receive(self.platform, &mut self.execution)?;
         let advance = self.advance()?;
+        self.direct.say_ends(self.platform, &self.execution);
         self.transmit();
         self.direct.peers.flush(self.platform);
         self.check_stuck(advance)?;
@@ -514,7 +515,7 @@ impl<'a, 's, P: Platform, N: Needs> FederateLoop<'a, 's, P, N> {
         let until = since + if resigned { RESIGNATION } else { LAST_WORDS };
         let hears = resigned && self.execution.is_decentralized();
         let direct_until = since + if hears { HEARING_OUT } else { LAST_WORDS };
-        let direct = self.direct.leave(self.platform, &mut self.execution, hears, direct_until);
+        let direct = self.direct.leave(self.platform, &mut self.execution, resigned, direct_until);
         let linked = self.platform.now() < until && self.session.leave(self.platform, &mut self.execution.machine);
         if !linked {
             self.session.close(self.platform);

@@ -12,7 +12,7 @@ use lf_coordination::{Deadline, to_wire};
 #[cfg(feature = "traces")]
 use lf_model::ReactionStep;
 use lf_model::time::{Instant, Interval, Tag};
-use lf_model::{Engine, Env, InputId, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
+use lf_model::{Engine, Env, InputId, NetworkInput, NetworkOutput, Outgoing, Outside, Program, Progress, SendError};
 use lf_wire::Message;
 
 use super::held::Held;
@@ -75,6 +75,8 @@ pub(super) struct Execution<'a, 's, N: Needs> {
     has_upstream: bool,
     /// The RTI has been told that nothing more is sent from here, though a last tag is still to be run.
     silent: bool,
+    /// The physical time at which the common stop tag was learnt.
+    stop_decided: Instant,
     /// Why this federate cannot go on, if it cannot.
     pub(super) failure: Option<RunError>,
 }
@@ -96,7 +98,16 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
         awaited: Awaited<'s>,
         has_upstream: bool,
     ) -> Self {
-        Self { engine, program, machine, awaited, has_upstream, silent: false, failure: None }
+        Self {
+            engine,
+            program,
+            machine,
+            awaited,
+            has_upstream,
+            silent: false,
+            stop_decided: Instant::NEVER,
+            failure: None,
+        }
     }
 
     /// Whether messages go past the RTI; never where there are no connections past it.
@@ -133,6 +144,13 @@ impl<'a, 's, N: Needs> Execution<'a, 's, N> {
             let inputs = self.engine.tables().inputs;
             self.awaited.start(Tag::at(start), |port| inputs.get(usize::from(port)).and_then(|input| input.delay));
         }
+    }
+
+    /// All stop at this tag, as is known from now on.
+    pub(super) fn stop(&mut self, now: Instant, tag: Tag) {
+        log::debug!("the federation stops at {tag}");
+        self.stop_decided = self.physical(now);
+        self.engine.set_stop_tag(tag);
     }
 
     /// Whether a message of this tag, or without one, has to wait for room in the queue of its input. What comes after
@@ -286,7 +304,7 @@ impl<N: Needs> Execution<'_, '_, N> {
     pub(super) fn begin_time(&self, now: Instant, tag: Tag) -> (Instant, bool, Option<Advance>) {
         let max_wait = |port| self.engine.max_wait(InputId(port));
         let is_known = self.awaited.knows_before(tag);
-        let begins = self.awaited.begin_time(tag, max_wait);
+        let begins = self.awaited.begin_time(tag, self.waits_since(tag), max_wait);
         let is_free = is_known && self.engine.settings().fast;
         let waits = !is_free && self.physical(now) < begins;
         (begins, is_known, waits.then(|| self.wait_for(begins)))
@@ -295,21 +313,23 @@ impl<N: Needs> Execution<'_, '_, N> {
     /// The level from which on reactions of the open tag have to wait, if any have to, and what they wait for: `None`
     /// once the time for that is over.
     pub(super) fn pause(&self, now: Instant) -> Option<(u16, Option<Advance>)> {
-        let pause = self.awaited.pause(self.engine.current_tag(), |port| self.patience(port))?;
-        let waits = !self.is_last_tag() && self.physical(now) < pause.until;
+        let current = self.engine.current_tag();
+        let pause = self.awaited.pause(current, self.waits_since(current), |port| self.patience(port))?;
+        let waits = self.physical(now) < pause.until;
         Some((pause.level, waits.then(|| self.wait_for(pause.until))))
     }
 
     /// It is this time, and all has been read that had come: the inputs whose time is over are taken as absent.
     pub(super) fn assume_absent(&mut self, now: Instant) {
-        let now = if self.is_last_tag() { Instant::FOREVER } else { self.physical(now) };
-        let engine = &self.engine;
-        self.awaited.assume_absent(engine.current_tag(), now, |port| patience(engine, port));
+        let (now, engine) = (self.physical(now), &self.engine);
+        let (current, since) = (engine.current_tag(), self.waits_since(engine.current_tag()));
+        self.awaited.assume_absent(current, since, now, |port| patience(engine, port));
     }
 
-    /// The others stop too, and need not tell anything at the last tag.
-    fn is_last_tag(&self) -> bool {
-        self.machine.stop_tag() == Some(self.engine.current_tag())
+    /// From when on inputs of this tag are waited for: from its time, or else from when this federate has learnt that
+    /// all stop there. Nobody could begin the tag before.
+    fn waits_since(&self, tag: Tag) -> Instant {
+        if self.machine.stop_tag() == Some(tag) { tag.time.max(self.stop_decided) } else { tag.time }
     }
 
     /// Waits until this physical time of the federation, or for word from others.
@@ -324,13 +344,31 @@ impl<N: Needs> Execution<'_, '_, N> {
         patience(&self.engine, port)
     }
 
-    /// A federate sends nothing any more, apart from what is held for some of its inputs.
+    /// The inputs to which a federate sends past the RTI, and whether that is over a physical connection.
+    fn direct_inputs(&self, from: u16) -> impl Iterator<Item = (u16, bool)> + use<N> {
+        let (inputs, is_decentralized) = (self.engine.tables().inputs, self.is_decentralized());
+        let is_direct = move |input: &NetworkInput| input.federate == from && (input.physical || is_decentralized);
+        (0..).zip(inputs).filter(move |(_, input)| is_direct(input)).map(|(port, input)| (port, input.physical))
+    }
+
+    /// Whether a federate has said of each input to which it sends past the RTI that nothing more comes, or will have
+    /// when what is held is taken. `physical`: it has said so of physical connections.
+    pub(super) fn is_over(&self, from: u16, physical: bool, is_held: impl Fn(u16) -> bool) -> bool {
+        self.direct_inputs(from).all(|(port, is_physical)| {
+            is_held(port) || if is_physical { physical } else { self.awaited.is_known(port, Tag::FOREVER) }
+        })
+    }
+
+    /// A federate sends nothing past the RTI any more, apart from what is held for some of its inputs.
     pub(super) fn end_inputs(&mut self, from: u16, is_held: impl Fn(u16) -> bool) {
-        for (port, _) in (0..).zip(self.engine.tables().inputs).filter(|(_, input)| input.federate == from) {
-            if !is_held(port) {
-                self.awaited.learn(port, Tag::FOREVER);
-            }
+        for (port, _) in self.direct_inputs(from).filter(|(port, is_physical)| !is_physical && !is_held(*port)) {
+            self.awaited.learn(port, Tag::FOREVER);
         }
+    }
+
+    /// Whether the last tag has begun: nothing is sent for a later one.
+    pub(super) fn has_begun_last_tag(&self) -> bool {
+        self.engine.current_tag() >= self.engine.stop_tag()
     }
 
     /// Whether a federate, whose receive buffer is full of messages without room, would have to send word of another of
@@ -403,7 +441,7 @@ impl<O: Outlet, N: Needs> Env for Gate<'_, '_, O, N> {
 #[cfg(test)]
 mod tests {
     use lf_coordination::federate::{All, AwaitedInput, Config};
-    use lf_model::{NetworkInput, PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
+    use lf_model::{PortId, PortInfo, Settings, Storage, Tables, TriggerInfo, TriggerKind};
 
     use super::*;
 

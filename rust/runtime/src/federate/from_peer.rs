@@ -24,6 +24,8 @@ pub(super) struct FromPeer<'x, 'a, 's, P, N: Needs> {
     /// The federate that sends, and this one.
     pub(super) from: u16,
     pub(super) to: u16,
+    /// Nothing more comes over physical connections, once that is said.
+    pub(super) physical_over: &'x mut bool,
     /// The federation's physical time.
     pub(super) now: Instant,
 }
@@ -34,6 +36,9 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             Message::P2pMessage { port, federate, .. } => (port, federate, None),
             Message::P2pTaggedMessage { port, federate, tag, .. } => {
                 let tag = from_wire(tag);
+                if !tag.is_finite() {
+                    return Err(self.fault(PeerFault::WrongTag { port }));
+                }
                 self.platform.observe(Observation::Receives { port, tag });
                 (port, federate, Some(tag))
             }
@@ -41,9 +46,11 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
             _ => return Err(self.fault(PeerFault::Unexpected(message.message_type()))),
         };
         let tables = self.execution.engine.tables();
+        // Of every connection it is said when nothing more comes.
+        let is_end = matches!(message, Message::PortAbsent { .. }) && tag == Some(Tag::FOREVER);
         let fits = |input: &InputId| {
             let input = &tables.inputs[usize::from(input.0)];
-            federate == self.to && input.federate == self.from && input.physical == tag.is_none()
+            federate == self.to && input.federate == self.from && (is_end || input.physical == tag.is_none())
         };
         let Some(input) = tables.input_of(port).filter(fits) else {
             return Err(self.fault(PeerFault::WrongInput { federate, port }));
@@ -65,6 +72,7 @@ impl<P: Platform, N: Needs> Policy for FromPeer<'_, '_, '_, P, N> {
                 let delivery = engine.deliver_physical(&mut **program, input, self.now, payload);
                 delivery.map_err(|error| fail(failure, error))?;
             }
+            (_, Some(_)) if tables.inputs[usize::from(input.0)].physical => *self.physical_over = true,
             (_, Some(tag)) => awaited.learn(input.0, tag),
             (_, None) => {}
         }

@@ -130,8 +130,7 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 self.execution.start(start);
             }
             Event::StopGranted(tag) => {
-                log::debug!("the federation stops at {tag}");
-                engine.set_stop_tag(tag);
+                self.execution.stop(self.now, tag);
                 // What is held may be for after the last tag now.
                 return Ok(Fate::TakenForAll);
             }

@@ -17,6 +17,8 @@ pub struct Inbound<'s> {
     pub(super) receiver: Receiver<'s>,
     /// Whose it is, once that is known.
     pub(super) from: Option<FederateId>,
+    /// It has been said that nothing more comes over physical connections.
+    pub(super) physical_over: bool,
 }
 
 impl<'s> Inbound<'s> {
@@ -24,7 +26,7 @@ impl<'s> Inbound<'s> {
     pub fn new(input: &'s mut [u8]) -> Self {
         let payload_bytes_max = input.len().saturating_sub(TAGGED_MESSAGE_HEADER_BYTES);
         let limits = Limits { payload_bytes_max, ..Limits::NONE };
-        Self { receiver: Receiver::new(Connection::new(input, &mut []), limits), from: None }
+        Self { receiver: Receiver::new(Connection::new(input, &mut []), limits), from: None, physical_over: false }
     }
 
     /// Bytes that the receive buffer can hold.
@@ -34,7 +36,7 @@ impl<'s> Inbound<'s> {
 
     /// This federate has come.
     pub(super) fn open<P: Platform>(&mut self, platform: &mut P, from: FederateId, socket: SocketId) {
-        self.from = Some(from);
+        (self.from, self.physical_over) = (Some(from), false);
         self.receiver.connection.open(socket);
         // The first byte of a connection always finds room.
         let _ = platform.write(socket, &[MessageType::Ack.byte()]);

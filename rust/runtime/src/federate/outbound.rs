@@ -35,6 +35,8 @@ pub struct Outbound<'s> {
     pub(super) lost: u64,
     /// The other federate has left before this one: what was on its way then may be lost too.
     pub(super) left_early: bool,
+    /// Of how many outputs it has been said that nothing more comes.
+    pub(super) ends_said: usize,
 }
 
 /// How far the connection is.
@@ -65,6 +67,7 @@ impl<'s> Outbound<'s> {
             stuck: None,
             lost: 0,
             left_early: false,
+            ends_said: 0,
         }
     }
 

@@ -5,6 +5,7 @@
 //! by others; this part makes the connections, takes those that come, and ends them.
 
 use lf_coordination::{Deadline, Endpoint, FederateId};
+use lf_model::NetworkOutput;
 use lf_model::time::{Instant, Tag};
 use lf_wire::{Message, RejectCode};
 
@@ -14,6 +15,27 @@ use super::visitors::{Introduced, Visitors, refuse};
 use crate::description::{Federation, PEERS};
 use crate::error::PeerFault;
 use crate::platform::{Interest, NetError, Platform, SocketId};
+use crate::tracing::note_sent;
+
+/// The outputs of a federate, of which some lead past the RTI.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outputs {
+    outputs: &'static [NetworkOutput],
+    is_decentralized: bool,
+}
+
+impl Outputs {
+    /// All outputs of a federate; those without a tag, or with decentralized coordination all, lead past the RTI.
+    pub(super) fn new(outputs: &'static [NetworkOutput], is_decentralized: bool) -> Self {
+        Self { outputs, is_decentralized }
+    }
+
+    /// Those that lead to this federate past the RTI.
+    fn to(&self, federate: u16) -> impl Iterator<Item = &'static NetworkOutput> {
+        let is_direct = |output: &&NetworkOutput| output.physical || self.is_decentralized;
+        self.outputs.iter().filter(move |output| output.federate == federate && is_direct(output))
+    }
+}
 
 /// All connections with other federates.
 #[derive(Debug)]
@@ -159,9 +181,28 @@ impl<'a, 's> Peers<'a, 's> {
         }
     }
 
-    /// Sends what is still to be sent, and closes each connection when that is done. Those over which something may
-    /// come stay open as long as this federate `hears`. `false` when nothing is left to be sent.
-    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, hears: bool) -> bool {
+    /// Says over direct connections that nothing more comes, as far as there is room for that: over those with a delay,
+    /// and over `all` when the last tag is complete.
+    ///
+    /// A receiver knows by it that this federate ends in order, and what to wait for at its own last tag.
+    pub(super) fn say_ends<P: Platform>(&mut self, platform: &mut P, outputs: &Outputs, all: bool) {
+        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound_mut()) {
+            let to = |delayed: bool| outputs.to(*federate).filter(move |output| output.delay.is_some() == delayed);
+            for output in to(true).chain(to(false).filter(|_| all)).skip(outbound.ends_said) {
+                let end = Message::PortAbsent { port: output.port, federate: *federate, tag: lf_wire::Tag::FOREVER };
+                if outbound.has_ended() || outbound.output().push(&end).is_err() {
+                    break;
+                }
+                note_sent(platform, &end, *federate);
+                outbound.ends_said += 1;
+            }
+        }
+    }
+
+    /// Sends what is still to be sent, and closes each connection when that is done. A federate that `ends` in order
+    /// says that first. Those over which something may come stay open as long as this federate `hears`. `false` when
+    /// nothing is left to be sent.
+    pub(super) fn leave<P: Platform>(&mut self, platform: &mut P, ends: Option<&Outputs>, hears: bool) -> bool {
         if !PEERS {
             return false;
         }
@@ -170,11 +211,20 @@ impl<'a, 's> Peers<'a, 's> {
             inbound.close(platform);
         }
         self.look_for_ends(platform);
-        self.flush(platform);
-        for outbound in self.outbound.iter_mut().filter(|outbound| outbound.is_empty()) {
-            outbound.end(platform);
+        if let Some(outputs) = ends {
+            self.say_ends(platform, outputs, true);
         }
-        self.outbound.iter().any(|outbound| !outbound.is_empty())
+        self.flush(platform);
+        let mut sends = false;
+        for (federate, outbound) in self.federation.peers_out.iter().zip(self.outbound.iter_mut()) {
+            let has_said = ends.is_none_or(|outputs| outbound.ends_said >= outputs.to(*federate).count());
+            if outbound.is_empty() && (has_said || outbound.has_ended()) {
+                outbound.end(platform);
+            } else {
+                sends = true;
+            }
+        }
+        sends
     }
 
     /// The federates that can still send something directly.

@@ -159,7 +159,7 @@ impl Receiver<'_> {
             let (sent, happened, intended) = (message.tag, found.tag, found.intended);
             return Err(Violation::Misplaced { federate, port, sent, happened, intended });
         }
-        if is_late && self.is_safe_before(expected) {
+        if is_late && self.is_safe() {
             let (sent, happened) = (message.tag, Some(found.tag));
             return Err(Violation::LateThoughBounded { federate, port, sent, happened });
         }
@@ -174,7 +174,7 @@ impl Receiver<'_> {
             due.may += 1;
             return Ok(true);
         }
-        if self.is_safe_before(expected) {
+        if self.is_safe() {
             return Err(Violation::LateThoughBounded { federate, port, sent: message.tag, happened: None });
         }
         self.counts.lost += 1;
@@ -185,22 +185,21 @@ impl Receiver<'_> {
         Ok(true)
     }
 
-    /// Whether no message that is to happen at this tag may be late. At a stop that somebody asked for, nobody waits.
-    fn is_safe_before(&self, tag: Tag) -> bool {
-        let is_safe = self.scenario.decentralized.is_some_and(|it| it.is_safe);
-        is_safe && self.report.granted_stop().is_none_or(|stop| tag < stop)
+    /// Whether no message may be late, at no tag.
+    fn is_safe(&self) -> bool {
+        self.scenario.decentralized.is_some_and(|it| it.is_safe)
     }
 
-    /// Whether a message was there before the wait for it could be over.
+    /// Whether a message was there before the wait for it could be over. It is for nobody beyond the last tag.
     fn is_timely(&self, port: usize, message: &Sent) -> bool {
+        let is_beyond = self.report.stop_tag(self.scenario).is_some_and(|stop| message.tag > stop);
         let input = &self.plan.federates[self.federate].inputs[port];
-        let is_decided = self.report.granted_stop().is_some_and(|stop| message.tag >= stop);
         // What is in a socket when a buffer is full may be read too late.
         let ample = self.scenario.decentralized.is_some_and(|it| it.peer_spare >= 1 << 16);
         let Some(there) = (if ample { Some(message.arrives) } else { message.read }) else { return false };
         let there = self.report.sides[self.federate + 1].physical_at(there);
         let wait = Interval::from_nanos(input.max_wait_ns);
-        !is_decided && (wait == Interval::FOREVER || there <= message.tag.time + wait)
+        !is_beyond && (wait == Interval::FOREVER || there <= message.tag.time + wait)
     }
 
     /// Whether every reaction that an input triggers has a handler.

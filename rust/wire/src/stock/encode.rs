@@ -65,20 +65,16 @@ impl Message<'_> {
             Self::Reject(code) => writer.u8(code.byte()),
             Self::FedIds { federate, federation_id } => {
                 writer.u16(*federate);
-                writer.u8(length.to_le_bytes()[0]);
-                writer.put(federation_id);
+                write_id(writer, length, None, federation_id);
             }
             Self::TransientFedIds { federate, kind, federation_id } => {
                 writer.u16(*federate);
-                writer.u8(length.to_le_bytes()[0]);
-                writer.u8(*kind);
-                writer.put(federation_id);
+                write_id(writer, length, Some(*kind), federation_id);
             }
             Self::P2pSendingFedId { federate, is_transient, federation_id } => {
                 writer.u16(*federate);
                 writer.flag(*is_transient);
-                writer.u8(length.to_le_bytes()[0]);
-                writer.put(federation_id);
+                write_id(writer, length, None, federation_id);
             }
             Self::AddressQuery { federate, is_transient } => {
                 writer.u16(*federate);
@@ -86,16 +82,12 @@ impl Message<'_> {
             }
             Self::TaggedMessage { port, federate, tag, payload }
             | Self::P2pTaggedMessage { port, federate, tag, payload } => {
-                writer.u16(*port);
-                writer.u16(*federate);
-                writer.u32(length);
+                write_destination(writer, *port, *federate, length);
                 writer.tag(*tag);
                 writer.put(payload);
             }
             Self::P2pMessage { port, federate, payload } => {
-                writer.u16(*port);
-                writer.u16(*federate);
-                writer.u32(length);
+                write_destination(writer, *port, *federate, length);
                 writer.put(payload);
             }
             Self::NextEventTag(tag)
@@ -150,6 +142,22 @@ const PAYLOAD_LENGTH: &str = "payload length";
 fn length_field(message: MessageType, field: &'static str, length: usize, max: u32) -> Result<u32, Beyond> {
     let found = u32::try_from(length).ok().filter(|length| *length <= max);
     found.ok_or(Beyond { message, field, length, max })
+}
+
+/// A federation id behind its length, and the kind of a federate between them where it is told.
+fn write_id(writer: &mut Writer<'_>, length: u32, kind: Option<u8>, federation_id: &[u8]) {
+    writer.u8(length.to_le_bytes()[0]);
+    if let Some(kind) = kind {
+        writer.u8(kind);
+    }
+    writer.put(federation_id);
+}
+
+/// Where a payload goes, and its length.
+fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: u32) {
+    writer.u16(port);
+    writer.u16(federate);
+    writer.u32(length);
 }
 
 fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) {

@@ -4,8 +4,8 @@
 use crate::Message;
 use crate::bytes::Reader;
 
-/// Finds the last byte of an ADDRESS_QUERY in a stream of messages. [`decode`](crate::decode) takes the question for whole
-/// without that byte, because not all releases of LF send it, and those that do not wait for the answer.
+/// Finds the last byte of an ADDRESS_QUERY in a stream of messages. [`decode`](crate::decode) takes the question for
+/// whole without that byte, because not all releases of LF send it, and those that do not wait for the answer.
 ///
 /// No federate that has joined sends a message whose type byte could be taken for that byte, so it is found for sure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

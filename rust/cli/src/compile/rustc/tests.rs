@@ -27,6 +27,10 @@ impl Origin for Program {
     }
 }
 
+fn text_of(diagnostics: &[Diagnostic]) -> String {
+    render_all(diagnostics, &Program, false).text
+}
+
 fn span(file: &str, line: usize, columns: (usize, usize), rest: &str) -> String {
     format!(
         r#"{{"file_name":"{file}","line_start":{line},"line_end":{line},"column_start":{},"column_end":{},
@@ -50,7 +54,7 @@ fn an_error_in_a_body_is_shown_in_the_lf_file() {
     let child = r#"{"message":"first line\nsecond line","code":null,"level":"note","spans":[],"children":[],
         "rendered":null}"#;
     let error = diagnostic("error", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], child);
-    let text = render_all(&[error.clone(), error], &Program, false);
+    let text = text_of(&[error.clone(), error]);
     assert_eq!(
         text,
         "src/P.lf:2:17: error[E0308]: mismatched types\n  |\n2 |     let é: u8 = \"x\";\n  \
@@ -65,7 +69,7 @@ fn a_suggestion_is_repeated() {
     let child =
         format!(r#"{{"message":"use a byte","code":null,"level":"help","spans":[{replaced}],"rendered":null}}"#);
     let error = diagnostic("error", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], &child);
-    assert!(render_all(&[error], &Program, false).contains("  help: use a byte: `b'x'`\n"));
+    assert!(text_of(&[error]).contains("  help: use a byte: `b'x'`\n"));
 }
 
 #[test]
@@ -73,13 +77,13 @@ fn an_error_in_a_macro_is_shown_where_the_macro_is_used() {
     let used = span("a/src/main.rs", 7, (8, 10), r#""expansion":null"#);
     let expansion = format!(r#""expansion":{{"span":{used},"macro_decl_name":"println!","def_site_span":null}}"#);
     let error = diagnostic("error", &[span("/rustc/library/std/src/macros.rs", 100, (1, 2), &expansion)], "");
-    assert!(render_all(&[error], &Program, false).starts_with("src/P.lf:2:4: error[E0308]"));
+    assert!(text_of(&[error]).starts_with("src/P.lf:2:4: error[E0308]"));
 }
 
 #[test]
 fn an_error_in_generated_code_names_the_declaration_and_shows_the_code() {
     let error = diagnostic("error", &[span("a/src/main.rs", 3, (1, 2), r#""expansion":null"#)], "");
-    let text = render_all(&[error], &Program, false);
+    let text = text_of(&[error]);
     assert!(text.starts_with("src/P.lf:1:1: error[E0308]: mismatched types\n"), "{text}");
     assert!(text.ends_with("in the code that is generated for this:\nas rustc prints it\n\n"), "{text}");
 }
@@ -89,29 +93,29 @@ fn an_error_in_generated_code_is_left_out_where_one_in_the_program_explains_it()
     let scaffolding = diagnostic("error", &[span("a/src/main.rs", 3, (1, 2), r#""expansion":null"#)], "");
     let elsewhere = diagnostic("error", &[span("other.rs", 1, (1, 2), r#""expansion":null"#)], "");
     let body = diagnostic("error", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], "");
-    let alone = render_all(std::slice::from_ref(&body), &Program, false);
-    assert_eq!(render_all(&[scaffolding, elsewhere, body], &Program, false), alone);
+    let alone = text_of(std::slice::from_ref(&body));
+    assert_eq!(text_of(&[scaffolding, elsewhere, body]), alone);
 }
 
 #[test]
 fn what_has_no_place_in_the_program_is_shown_as_it_is() {
     let error = diagnostic("error", &[span("other.rs", 1, (1, 2), r#""expansion":null"#)], "");
-    assert_eq!(render_all(&[error], &Program, false), "as rustc prints it\n\n");
+    assert_eq!(text_of(&[error]), "as rustc prints it\n\n");
 }
 
 #[test]
 fn a_warning_is_shown_only_where_the_user_can_mend_it() {
     let body = diagnostic("warning", &[span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)], "");
-    assert!(render_all(&[body], &Program, false).starts_with("src/P.lf:2:17: warning[E0308]"));
+    assert!(text_of(&[body]).starts_with("src/P.lf:2:17: warning[E0308]"));
     let scaffolding = diagnostic("warning", &[span("a/src/main.rs", 3, (1, 2), r#""expansion":null"#)], "");
-    assert_eq!(render_all(&[scaffolding], &Program, false), "");
+    assert_eq!(text_of(&[scaffolding]), "");
 }
 
 #[test]
 fn sums_of_other_diagnostics_are_left_out() {
     let mut sum = diagnostic("error", &[], "");
     sum.message = "aborting due to 2 previous errors".to_owned();
-    assert_eq!(render_all(&[sum], &Program, false), "");
+    assert_eq!(text_of(&[sum]), "");
 }
 
 #[test]

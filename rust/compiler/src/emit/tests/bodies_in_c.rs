@@ -3,9 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{emit_on, listing, refused};
+use super::{all_on, emit_on, listing, refused, settings};
 use crate::compile;
 use crate::deployment::Deployment;
+use crate::emit::{Emitted, emit};
 
 const TEXT: &str = r#"target C { timeout: 1 sec }
 preamble {=
@@ -82,6 +83,58 @@ fn one_function_is_not_the_body_of_reactions_of_two_reactors() {
     let told = "P.lf:3:13: error: the function `f` is the body of reactions of both `A` and `B`, whose `self` differ: \
                 give one of the reactions another name, or a body";
     assert_eq!(errors.iter().map(ToString::to_string).collect::<Vec<_>>(), [told]);
+}
+
+/// The lines of generated files that have one of these words.
+fn lines_with(emitted: &Emitted, words: &[&str]) -> Vec<String> {
+    let lines = emitted.files.iter().flat_map(|file| file.text.lines());
+    lines.filter(|line| words.iter().any(|word| line.contains(word))).map(|line| line.trim().to_owned()).collect()
+}
+
+const LINKING: &str =
+    "target C { compiler-flags: [\"-Llib -l own\", \"-O2\", \"-I\", \"inc\", \"lib/libx.a\", \"-pthread\",
+  \"-Xlinker -Map=a.map -Wl,-z,now -rdynamic -u start -undef\"] }\nmain reactor { }\n";
+
+#[test]
+fn words_for_the_linker_are_told_to_the_linker_and_paths_begin_beside_the_program() {
+    let plan = compile("a b/P.lf", &BTreeMap::from([("a b/P.lf".to_owned(), LINKING.to_owned())])).plan;
+    let plan = plan.expect("it is right");
+    let host = emit_on(&plan, &Deployment::default());
+    let flags = [r#".flag("-O2")"#, r#".flag("-I/HERE/a b/inc")"#, r#".flag("-pthread")"#, r#".flag("-undef")"#];
+    let linked = [
+        r#".link_argument("-L/HERE/a b/lib")"#,
+        r#".link_argument("-lown")"#,
+        r#".link_argument("/HERE/a b/lib/libx.a")"#,
+        r#".link_argument("-pthread")"#,
+        r#".link_argument("-Wl,-Map=a.map")"#,
+        r#".link_argument("-Wl,-z,now")"#,
+        r#".link_argument("-rdynamic")"#,
+        r#".link_argument("-ustart")"#,
+    ];
+    let here = format!("{}/", settings(&Deployment::default()).current);
+    let lines = lines_with(&host, &[".flag(\"-O", ".flag(\"-I", ".flag(\"-p", ".flag(\"-u", ".link_argument"]);
+    let lines: Vec<String> = lines.iter().map(|line| line.replace(&here, "/HERE/")).collect();
+    assert_eq!(lines, [&flags[..], &linked[..]].concat());
+    let image = emit_on(&plan, &all_on(&plan, "some_board"));
+    let lines: Vec<String> = lines_with(&image, &["target_link_libraries", "target_compile_options(app PRIVATE [=[-l"])
+        .iter()
+        .map(|line| line.replace(&here, "/HERE/"))
+        .collect();
+    let linked = linked.map(|line| line.replace(".link_argument(\"", "target_link_libraries(app PRIVATE [=["));
+    assert_eq!(lines, linked.map(|line| line.replace("\")", "]=])")));
+}
+
+#[test]
+fn what_needs_a_library_that_images_do_not_have_is_refused_at_its_place() {
+    for flag in ["-fsanitize=address", "-fopenmp", "--coverage"] {
+        let text = format!("target C {{ compiler-flags: [\"-O2\",\n  \"{flag}\"] }}\nmain reactor {{ }}\n");
+        let plan = compile("P.lf", &BTreeMap::from([("P.lf".to_owned(), text)])).plan.expect("it is right");
+        emit_on(&plan, &Deployment::default());
+        let deployment = all_on(&plan, "some_board");
+        let errors = emit(&plan, &settings(&deployment)).expect_err("it cannot be linked");
+        let told = format!("P.lf:2:3: error: `{flag}` needs a library that images do not have");
+        assert!(errors[0].to_string().starts_with(&told), "{}", errors[0]);
+    }
 }
 
 #[test]

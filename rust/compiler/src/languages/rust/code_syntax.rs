@@ -3,7 +3,7 @@
 //! the place where it notices that one is missing, and not the one that is; then how deeply it is nested, because a
 //! parser recurses; then what a parser says.
 
-use proc_macro2::LineColumn;
+use proc_macro2::{LineColumn, TokenStream, TokenTree};
 use syn::parse::Parser as _;
 
 use super::code_block::skip;
@@ -30,13 +30,13 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
     }?;
     let message = error.to_string();
     let (start, end) = (byte_of(text, error.span().start()), byte_of(text, error.span().end()));
-    let is_first_of_line = start > 0 && text[..start].rsplit('\n').next().is_some_and(|line| line.trim().is_empty());
+    // What is missing behind a statement is missed where the next one begins.
+    let missing = message.ends_with("expected `;`").then(|| end_before(text, start)).flatten();
     let range = if start == 0 && (text.starts_with(char::is_whitespace) || message.starts_with("unexpected end")) {
         // The parser has no place for the end.
         text.trim_end().len()..text.trim_end().len()
-    } else if is_first_of_line && message == "expected `;`" {
-        // What is missing before a line is missed at the end of the line before.
-        text[..start].trim_end().len()..text[..start].trim_end().len()
+    } else if let Some(end) = missing {
+        end..end
     } else {
         start..end.max(start)
     };
@@ -47,7 +47,7 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         CodeKind::Type => "this is no type",
         CodeKind::TypeParameter => "this is no type parameter",
     };
-    let is_end = message == "expected `;`";
+    let is_end = missing.is_some();
     let message = if is_end {
         "this statement of Rust has no `;` at its end".to_owned()
     } else {
@@ -59,6 +59,26 @@ fn parse(text: &str, kind: CodeKind) -> Option<CodeProblem> {
         .then(|| format!("`{word}` is a word of Rust; a port or an action of this name is written `{raw}`"));
     let hint = hint.or_else(|| is_end.then(|| "write `;` behind it".to_owned()));
     Some(CodeProblem { code: Code::CodeSyntax, range, message, also: None, hint })
+}
+
+/// Where the last token ends that does so at a byte or before it; comments are none.
+fn end_before(text: &str, byte: usize) -> Option<usize> {
+    let mut last = None;
+    let mut streams = vec![text.parse::<TokenStream>().ok()?];
+    while let Some(stream) = streams.pop() {
+        for token in stream {
+            let ends = match token {
+                TokenTree::Group(group) => {
+                    streams.push(group.stream());
+                    [group.span_open().end(), group.span_close().end()]
+                }
+                token => [token.span().end(); 2],
+            };
+            let ends = ends.map(|end| byte_of(text, end)).into_iter().filter(|end| *end <= byte);
+            last = last.max(ends.max());
+        }
+    }
+    last
 }
 
 fn byte_of(text: &str, place: LineColumn) -> usize {
@@ -101,6 +121,9 @@ mod tests {
         assert_eq!(at, 3);
         assert!(found("fn f() {}\nlet a = 1;", CodeKind::Items).is_some_and(|(at, _)| at == 10));
         assert!(found("\n  let a = 1\n  let b = 2;", CodeKind::Statements).is_some_and(|(at, _)| at == 12));
+        assert!(found("\n  é(1) // é\n\n  g(2);", CodeKind::Statements).is_some_and(|(at, _)| at == 8));
+        let (at, message) = found("println!(\"a\")\nlet y = { 2 };", CodeKind::Statements).expect("it is wrong");
+        assert_eq!((at, message.as_str()), (13, "this statement of Rust has no `;` at its end"));
         assert!(found(" Vec<u8 ", CodeKind::Type).is_some_and(|(at, _)| at == 7));
     }
 

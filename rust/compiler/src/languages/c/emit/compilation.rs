@@ -17,7 +17,11 @@ pub(super) struct CompilerArguments<'p> {
     pub(super) headers: Vec<String>,
     /// Where the first of these is named, for errors that are about none of them.
     pub(super) place: Option<String>,
-    /// Libraries to link, by their names.
+    /// Arguments of the linker, as the compiler takes them.
+    pub(super) linked: Vec<String>,
+    /// Libraries that have to come before all others.
+    pub(super) first_libraries: Vec<String>,
+    /// Libraries to link: names, paths, or arguments of the linker.
     pub(super) libraries: Vec<String>,
     /// The program's own files for CMake.
     pub(super) cmake: Vec<&'p CmakeFile>,
@@ -41,7 +45,9 @@ impl<'p> CompilerArguments<'p> {
         all.flags.push("-DNUMBER_OF_WORKERS=1".to_owned());
         all.flags.extend(logging(job));
         all.add_definitions(job, |at| concerns(job, at));
-        all.flags.extend(native.flags.iter().cloned());
+        for flag in native.flags.iter().filter(|flag| concerns(job, flag.at)) {
+            all.add_words(job, [flag.text.as_str()], job.plan.path(flag.at));
+        }
         all.cmake.extend(native.cmake.iter().filter(|cmake| concerns(job, cmake.at)));
         all
     }
@@ -69,7 +75,7 @@ impl<'p> CompilerArguments<'p> {
     /// # Errors
     /// Where they say what only CMake understands.
     pub(super) fn read_cmake(&mut self, job: &Job<'_>) -> Result<(), EmitError> {
-        for cmake in &self.cmake {
+        for cmake in self.cmake.clone() {
             if let Some(unread) = &cmake.unread {
                 let message =
                     format!("`{unread}` in {} is understood by CMake only, and so on boards only", cmake.path);
@@ -78,7 +84,7 @@ impl<'p> CompilerArguments<'p> {
             self.folders.extend(cmake.folders.iter().map(|folder| job.settings.absolute(folder)));
             self.sources.extend(cmake.sources.iter().map(|source| job.settings.absolute(source)));
             self.flags.extend(cmake.definitions.iter().map(|definition| format!("-D{definition}")));
-            self.flags.extend(cmake.options.iter().cloned());
+            self.add_words(job, cmake.options.iter().map(String::as_str), &cmake.path);
             self.libraries.extend(cmake.libraries.iter().cloned());
         }
         Ok(())
@@ -92,6 +98,8 @@ impl<'p> CompilerArguments<'p> {
             ("source", self.sources),
             ("header", self.headers),
             ("named_at", Vec::from_iter(self.place)),
+            ("link_argument", self.linked),
+            ("first_library", self.first_libraries),
             ("library", self.libraries),
         ];
         let mut calls = String::new();
@@ -116,6 +124,7 @@ impl<'p> CompilerArguments<'p> {
         add("target_include_directories", &self.folders);
         add("target_compile_options", &self.flags);
         add("target_sources", &self.sources);
+        add("target_link_libraries", &self.linked);
         for folder in own {
             text = format!("{text}target_include_directories(app PRIVATE {folder})\n");
         }

@@ -10,7 +10,7 @@ use crate::languages::rust::crates::{main, root};
 use crate::languages::rust::federate::{self, Bodies};
 use crate::languages::rust::manifest::{self, CParts};
 use crate::languages::rust::rti;
-use crate::plan::Plan;
+use crate::plan::{FileIndex, Location, Plan};
 
 /// Adds a crate's files.
 ///
@@ -67,6 +67,13 @@ fn build_script(job: &Job<'_>, files: &mut Vec<File>) -> Result<(), EmitError> {
     let (mut all, folder) = (CompilerArguments::of_bodies(job), job.folder);
     let headers = if header::are_needed(job.plan) { &header::FOLDERS[..] } else { &[] };
     if job.is_image {
+        if let Some(word) = all.needs_library() {
+            let flag = job.plan.target.c.flags.iter().find(|flag| flag.text == word);
+            let at = flag.map_or(Location { file: FileIndex(0), line: 1, column: 1 }, |flag| flag.at);
+            let hint = "remove it; on native_sim, `CONFIG_ASAN=y` and `CONFIG_UBSAN=y` in prj.conf look for mistakes";
+            let message = format!("`{word}` needs a library that images do not have: {hint}");
+            return Err(EmitError::new(job.plan, at, message));
+        }
         let own = headers.iter().map(|folder| format!("${{CMAKE_CURRENT_LIST_DIR}}/../{folder}"));
         files.push(File { path: format!("{folder}/c/program.cmake"), text: all.cmake(job, own) });
         all = CompilerArguments::default();

@@ -19,6 +19,7 @@ mod structs;
 mod symbols;
 mod text;
 mod types;
+mod words;
 
 pub(in crate::languages) use beside::Beside;
 pub(in crate::languages) use crates::{emit, workspace};

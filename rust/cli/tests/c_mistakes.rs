@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the compiler of C says of bodies is said once, at the line of the program; what newer compilers refuse is
+//! refused by all.
+//! by all.
+
+mod support;
+
+use support::{folder, lfz, said, text, write};
+
+const HEAD: &str = "target C { files: \"helpers.h\" }\npreamble {=\n#include \"helpers.h\"\n=}\nreactor R {\n  \
+                    output y: int\n  \
+                    reaction(startup) -> y {=\n";
+
+fn program(body: &str) -> String {
+    format!("{HEAD}    {body}\n  =}}\n}}\nmain reactor {{ r = new R() }}\n")
+}
+
+#[test]
+fn each_warning_is_shown_once_and_in_each_build() {
+    let body = program("int x = 1 / 0; lf_set(y, 2 / 0);");
+    let folder = folder(&[("P.lf", &body), ("helpers.h", "static inline int half(void) { return 1 / 0; }\n")]);
+    for _ in 0..2 {
+        let output = said(lfz(folder.path(), &["build"]).env("LC_ALL", "C"));
+        let errors = text(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        assert_eq!(errors.matches("P.lf:8:15: warning: division by zero").count(), 1, "{errors}");
+        assert_eq!(errors.matches("helpers.h:1:41: warning: division by zero").count(), 1, "{errors}");
+    }
+}
+
+#[test]
+fn what_newer_compilers_refuse_is_an_error_where_it_is_written() {
+    let folder = folder(&[("P.lf", ""), ("helpers.h", "")]);
+    for (body, message) in [
+        ("lf_set(y, \"abc\");", "P.lf:8:5: error: assignment to 'int' from 'char *'"),
+        ("lf_sett(y, 1);", "P.lf:8:5: error: implicit declaration of function 'lf_sett'"),
+        ("int x = \"a\";", "P.lf:8:13: error: initialization of 'int' from 'char *'"),
+        ("double *d = 0; int *p = d;", "P.lf:8:29: error: initialization of 'int *' from incompatible pointer type"),
+        ("static x;", "P.lf:8:12: error: type defaults to 'int'"),
+    ] {
+        write(folder.path(), "P.lf", &program(body));
+        let output = said(lfz(folder.path(), &["build"]).env("LC_ALL", "C").env("CC", "gcc"));
+        let errors = text(&output.stderr);
+        assert!(!output.status.success() && errors.contains(message), "{body}: {errors}");
+        assert!(errors.ends_with("P.lf: 1 error\n"), "{body}: {errors}");
+    }
+}
+
+#[test]
+fn a_library_of_the_programs_own_is_linked_by_each_way_of_naming_it() {
+    let text_of = |flags: &str| {
+        format!(
+            "target C {{ compiler-flags: {flags} }}\npreamble {{= int own(int); =}}\nmain reactor {{\n  \
+             reaction(startup) {{= printf(\"%d\\n\", own(1)); =}}\n}}\n"
+        )
+    };
+    let folder = folder(&[("P.lf", ""), ("own.c", "int own(int x) { return x + 41; }\n")]);
+    let script = "gcc -c own.c && ar rcs libown.a own.o";
+    let made = std::process::Command::new("sh").current_dir(folder.path()).args(["-c", script]).status();
+    assert!(made.expect("there is a shell").success());
+    for flags in
+        ["[\"-L.\", \"-lown\"]", "\"libown.a\"", "\"-L . -l own -fsanitize=address\"", "\"own.o -rdynamic -pthread\""]
+    {
+        write(folder.path(), "P.lf", &text_of(flags));
+        let output = said(&mut lfz(folder.path(), &["run"]));
+        assert_eq!(text(&output.stdout), "42\n", "{flags}: {}", text(&output.stderr));
+    }
+}

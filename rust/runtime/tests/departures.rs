@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A receiver tells a sender that has left in order from one that is lost, whatever connects them, and whoever's RTI
+//! and sender it has to do with.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper is that test's failure")]
+
+mod support;
+
+use lf_coordination::Deadline;
+use lf_coordination::federate::FederateError;
+use lf_coordination::rti::{AfterLoss, Outcome};
+use lf_model::time::Interval;
+use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer};
+use lf_runtime::{Coordination, PeerFault, RunError};
+use lf_testkit::messages::encoded;
+use lf_testkit::network::address_of;
+use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, Tag};
+use proptest::prelude::*;
+use support::federation::{self, Edge, PORT, Plan, run, run_node};
+use support::network::Conditions;
+use support::node::Behavior;
+use support::world::{Fate, VirtualPlatform, World};
+
+const MS: fn(i64) -> Interval = Interval::from_millis;
+/// The RTI's start delay and the time for the handshakes, roughly.
+const START: i64 = 1_600;
+
+/// A sender, a relay and a receiver, over connections past the RTI: logical ones, or physical ones.
+fn chain(is_physical: bool, waits: (Interval, Interval), capacity: usize) -> Plan {
+    let relay = Behavior { relay: true, ..Behavior::default() };
+    let source = Behavior { timer: Some((Interval::ZERO, MS(5))), ..Behavior::default() };
+    let edge = |from, to| Edge { physical: is_physical, waits, ..federation::edge(from, to) };
+    let coordination = if is_physical { Coordination::Centralized } else { Coordination::Decentralized };
+    let nodes = vec![source, relay, Behavior::default()];
+    Plan { capacity, coordination, ..Plan::new(nodes, vec![edge(0, 1), edge(1, 2)]) }
+}
+
+fn waits() -> impl Strategy<Value = (Interval, Interval)> {
+    let wait = || prop_oneof![Just(Interval::ZERO), Just(MS(3)), Just(Interval::FOREVER)];
+    (wait(), wait())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whatever can be seen first, the end of a connection or the RTI's word, nobody takes the loss of another federate
+    /// for an end in order.
+    #[test]
+    fn the_loss_of_a_sender_is_never_an_end_in_order(
+        seed: u64,
+        who in 0..2usize,
+        at in 0..200i64,
+        latency_ns_max in 0..20_000_000u64,
+        is_physical: bool,
+        waits in waits(),
+        capacity in 1usize..=2,
+    ) {
+        let fates = vec![(MS(START + at), 1 + who, Fate::Kill)];
+        let plan = Plan { after_loss: AfterLoss::StopAll, fates, ..chain(is_physical, waits, capacity) };
+        let report = run(&plan, Conditions { latency_ns_max, ..Conditions::seeded(seed) });
+        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        for (federate, result) in report.results.iter().enumerate().filter(|(federate, _)| *federate != who) {
+            prop_assert_eq!(result, &Err(RunError::Federate(FederateError::RtiFailed)), "{}", federate);
+        }
+    }
+
+    /// A sender that ends before the others is never taken for a lost one: they go on to their own end.
+    #[test]
+    fn an_end_in_order_is_never_a_loss(
+        seed: u64,
+        latency_ns_max in 0..20_000_000u64,
+        pipe_bytes in 25usize..200,
+        is_physical: bool,
+        timeout in prop::option::of(0..300i64),
+        waits in waits(),
+        capacity in 1usize..=2,
+    ) {
+        let timeouts = [(0, Some(MS(60)))].into();
+        let chain = chain(is_physical, waits, capacity);
+        let plan = Plan { timeouts, timeout: timeout.map(MS), after_loss: AfterLoss::StopAll, ..chain };
+        let report = run(&plan, Conditions { pipe_bytes, latency_ns_max, ..Conditions::seeded(seed) });
+        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert!(report.results.iter().all(Result::is_ok), "{:?}", report.results);
+        prop_assert_eq!(report.outcome, Some(Ok(Outcome::Complete)));
+    }
+
+    /// Where the others are to go on after a loss, they do.
+    #[test]
+    fn after_a_loss_the_others_go_on(seed: u64, at in 0..200i64, is_physical: bool, waits in waits()) {
+        let fates = vec![(MS(START + at), 1, Fate::Kill)];
+        let plan = Plan { after_loss: AfterLoss::GoOn, fates, ..chain(is_physical, waits, 2) };
+        let report = run(&plan, Conditions::seeded(seed));
+        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        prop_assert_eq!((&report.results[1], &report.results[2]), (&Ok(()), &Ok(())));
+    }
+}
+
+/// An RTI and a sender in one, which know only what the stock programs do.
+struct Stock {
+    platform: VirtualPlatform,
+    rti: SocketId,
+    heard: Vec<u8>,
+    start: i64,
+}
+
+impl Stock {
+    fn say(&mut self, socket: SocketId, message: &Message<'_>) {
+        self.say_bytes(socket, &encoded(message));
+    }
+
+    fn say_bytes(&mut self, socket: SocketId, bytes: &[u8]) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            match self.platform.write(socket, rest).unwrap() {
+                Transfer::Bytes(count) => rest = &rest[count..],
+                other => panic!("the network has room for it: {other:?}"),
+            }
+        }
+    }
+
+    /// Waits for the next message of the federate.
+    fn hear<T>(&mut self, find: impl Fn(&Message<'_>) -> Option<T>) -> T {
+        loop {
+            let mut at = 0;
+            while let Ok(lf_wire::Decoded::Complete { message, len }) = lf_wire::decode(&self.heard[at..], &LIMITS) {
+                at += len;
+                if let Some(found) = find(&message) {
+                    self.heard.drain(..at);
+                    return found;
+                }
+            }
+            self.heard.drain(..at);
+            let mut bytes = [0; 256];
+            match self.platform.read(self.rti, &mut bytes).unwrap() {
+                Transfer::Bytes(count) => self.heard.extend(&bytes[..count]),
+                Transfer::WouldBlock => wait_for(&mut self.platform, self.rti, Interest::READ),
+                Transfer::Closed => panic!("the federate has left"),
+            }
+        }
+    }
+
+    /// Lets federate 1 in, connects to it as federate 0, and starts.
+    fn start(&mut self) -> SocketId {
+        self.hear(|message| matches!(message, Message::FedIds { .. }).then_some(()));
+        self.say(self.rti, &Message::Ack);
+        let now = self.platform.now().as_nanos();
+        self.say(self.rti, &Message::T1(now));
+        self.hear(|message| matches!(message, Message::T3 { .. }).then_some(()));
+        self.say(self.rti, &Message::T4(now));
+        let port = self.hear(|message| match message {
+            Message::AddressAdvertisement { port } if *port > 0 => Some(*port),
+            _ => None,
+        });
+        let address = Endpoint::new(address_of(1), u16::try_from(port).unwrap());
+        let sender = self.platform.connect(address).unwrap();
+        wait_for(&mut self.platform, sender, Interest::WRITE);
+        self.platform.connected(sender).unwrap();
+        self.say(
+            sender,
+            &Message::P2pSendingFedId { federate: 0, is_transient: Some(false), federation_id: b"virtual" },
+        );
+        self.hear(|message| matches!(message, Message::Timestamp(_)).then_some(()));
+        self.start = self.platform.now().as_nanos() + 1_000_000;
+        self.say(self.rti, &Message::Timestamp(self.start));
+        sender
+    }
+
+    /// Answers a question for the address of this federate: nowhere, or somewhere with a port if it has one.
+    fn answer(&mut self, asked: u16, port: Option<i32>, address: [u8; 4]) {
+        let found = self.hear(|message| match message {
+            Message::AddressQuery { federate, .. } => Some(*federate),
+            _ => None,
+        });
+        assert_eq!(found, asked);
+        self.say(self.rti, &Message::AddressQueryReply { port: port.unwrap_or(ADDRESS_PORT_UNKNOWN), address });
+    }
+}
+
+const HERE: [u8; 4] = [10, 0, 0, 2];
+const NOWHERE: [u8; 4] = [0; 4];
+const LIMITS: lf_wire::Limits =
+    lf_wire::Limits { payload_bytes_max: 64, federation_id_bytes_max: 64, neighbors_max: 8 };
+
+fn wait_for(platform: &mut VirtualPlatform, socket: SocketId, interest: Interest) {
+    platform.set_interest(socket, interest);
+    platform.wait(Deadline::Never, &mut |_, _| {});
+    platform.set_interest(socket, Interest::NONE);
+}
+
+/// How federate 1 ends, which has a connection from federate 0 over which it waits for ever, and what it has got.
+fn end_with(act: impl FnOnce(&mut Stock) + Send) -> (Result<(), RunError>, usize) {
+    let edge = Edge { waits: (Interval::FOREVER, Interval::ZERO), ..federation::edge(0, 1) };
+    let nodes = vec![Behavior::default(); 2];
+    let plan = Plan { coordination: Coordination::Decentralized, trials: 1, ..Plan::new(nodes, vec![edge]) };
+    let world = World::new(Conditions::seeded(1));
+    let mut platform = world.join(Interval::ZERO, Interval::ZERO);
+    let mut federate = world.join(Interval::from_millis(1), Interval::ZERO);
+    let ran = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            platform.begin();
+            let listener = platform.listen(PORT).unwrap();
+            let rti = loop {
+                match platform.accept(listener).unwrap() {
+                    Some((socket, _)) => break socket,
+                    None => wait_for(&mut platform, listener, Interest::READ),
+                }
+            };
+            let mut stock = Stock { platform, rti, heard: Vec::new(), start: 0 };
+            act(&mut stock);
+            while let Ok(Transfer::Bytes(_) | Transfer::WouldBlock) = stock.platform.read(rti, &mut [0; 64]) {
+                wait_for(&mut stock.platform, rti, Interest::READ);
+            }
+            stock.platform.close(rti);
+        });
+        let ran = scope.spawn(move || {
+            federate.begin();
+            run_node::<2>(&plan, 1, &mut federate)
+        });
+        world.start();
+        ran.join().unwrap()
+    });
+    assert_eq!(world.trouble(), None);
+    (ran.result, ran.log.len())
+}
+
+/// One value, and then the end of the connection, at once or in the middle of another message.
+fn send_and_close(stock: &mut Stock, sender: SocketId, in_message: bool) {
+    let (tag, payload) = (Tag::new(stock.start, 0), [1, 0, 0, 0]);
+    let message = Message::P2pTaggedMessage { port: 0, federate: 1, tag, payload: &payload };
+    stock.say(sender, &message);
+    if in_message {
+        stock.say_bytes(sender, &encoded(&message)[..9]);
+    }
+    stock.platform.close(sender);
+}
+
+#[test]
+fn a_sender_that_just_closes_has_left_once_our_rti_knows_no_computer_of_it() {
+    for in_message in [false, true] {
+        let end = end_with(|stock| {
+            let sender = stock.start();
+            send_and_close(stock, sender, in_message);
+            stock.answer(1, Some(49_152), HERE);
+            // The RTI has not noticed yet.
+            stock.answer(0, None, HERE);
+            stock.answer(0, None, NOWHERE);
+        });
+        assert_eq!(end, (Ok(()), 1));
+    }
+}
+
+#[test]
+fn a_sender_that_just_closes_is_lost_if_our_rti_says_so() {
+    let end = end_with(|stock| {
+        let sender = stock.start();
+        send_and_close(stock, sender, false);
+        stock.answer(1, Some(49_152), HERE);
+        stock.answer(0, None, HERE);
+        let rti = stock.rti;
+        stock.say(rti, &Message::Failed);
+    });
+    assert_eq!(end.0, Err(RunError::Federate(FederateError::RtiFailed)));
+}
+
+/// It tells nobody of a loss, so that nobody waits for its word.
+#[test]
+fn a_sender_that_just_closes_has_left_for_a_stock_rti() {
+    let end = end_with(|stock| {
+        let sender = stock.start();
+        send_and_close(stock, sender, false);
+        stock.answer(1, None, HERE);
+    });
+    assert_eq!(end, (Ok(()), 1));
+}
+
+/// The word that stock federates understand, too: nothing comes any more at this input.
+#[test]
+fn a_sender_that_says_that_nothing_more_comes_has_left() {
+    let end = end_with(|stock| {
+        let sender = stock.start();
+        stock.say(sender, &Message::PortAbsent { port: 0, federate: 1, tag: Tag::FOREVER });
+        stock.platform.close(sender);
+    });
+    assert_eq!(end, (Ok(()), 0));
+}
+
+#[test]
+fn a_sender_that_sends_a_value_for_the_end_of_time_is_named() {
+    let (result, _) = end_with(|stock| {
+        let sender = stock.start();
+        stock.say(sender, &Message::P2pTaggedMessage { port: 0, federate: 1, tag: Tag::FOREVER, payload: &[0; 4] });
+    });
+    assert_eq!(result, Err(RunError::Peer { federate: 0, fault: PeerFault::WrongTag { port: 0 } }));
+}
