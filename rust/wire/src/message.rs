@@ -134,8 +134,8 @@ pub enum Message<'a> {
     Failed,
     /// DNET (26), RTI to federate: downstream next event tag; no NET is needed before it. May be NEVER.
     DownstreamNextEventTag(Tag),
-    /// UPSTREAM_DISCONNECTED (28), RTI to federate, since LF 0.13: a federate directly upstream has left, so nothing more
-    /// comes from it.
+    /// UPSTREAM_DISCONNECTED (28), RTI to federate, since LF 0.13: a federate directly upstream has left, so it sends
+    /// nothing more.
     UpstreamDisconnected {
         /// The federate that has left.
         federate: u16,

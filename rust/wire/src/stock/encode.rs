@@ -116,11 +116,7 @@ impl Message<'_> {
                 writer.u16(*federate);
                 writer.tag(*tag);
             }
-            Self::NeighborStructure(neighbors) => {
-                writer.u32(length);
-                writer.u32(second_length);
-                write_entries(writer, neighbors);
-            }
+            Self::NeighborStructure(neighbors) => write_neighbors(writer, [length, second_length], neighbors),
             Self::FedNonce { federate, nonce } => {
                 writer.u16(*federate);
                 writer.put(nonce);
@@ -160,7 +156,8 @@ fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: 
     writer.u32(length);
 }
 
-fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) {
+fn write_neighbors(writer: &mut Writer<'_>, lengths: [u32; 2], neighbors: &NeighborStructure<'_>) {
+    lengths.into_iter().for_each(|length| writer.u32(length));
     for (federate, delay) in neighbors.upstream() {
         writer.u16(federate);
         writer.i64(delay);
