@@ -157,7 +157,9 @@ fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: 
 }
 
 fn write_neighbors(writer: &mut Writer<'_>, lengths: [u32; 2], neighbors: &NeighborStructure<'_>) {
-    lengths.into_iter().for_each(|length| writer.u32(length));
+    for length in lengths {
+        writer.u32(length);
+    }
     for (federate, delay) in neighbors.upstream() {
         writer.u16(federate);
         writer.i64(delay);
