@@ -223,7 +223,7 @@ impl Peer {
                 self.say(&Message::Resign)?;
                 self.left = true;
             }
-            Message::DownstreamNextEventTag(_) => {}
+            Message::DownstreamNextEventTag(_) | Message::UpstreamDisconnected { .. } => {}
             ref other => return Err(format!("the RTI should not send {}", other.name()).into()),
         }
         Ok(())

@@ -53,6 +53,16 @@ fn a_provisional_grant_is_for_its_tag_and_for_all_that_is_before() {
     assert!(federate.may_advance(ms(4)));
 }
 
+/// Also while it waits within a tag for what comes from there.
+#[test]
+fn a_federate_hears_who_has_left_upstream_of_it() {
+    let mut federate = running();
+    provisional(&mut federate, ms(4));
+    federate.begin(ms(4)).unwrap();
+    let left = handle(&mut federate, Message::UpstreamDisconnected { federate: 0 });
+    assert_eq!(left, Event::UpstreamLeft(0.into()));
+}
+
 #[test]
 fn a_provisional_grant_calls_the_federate_to_its_tag() {
     let mut federate = running();

@@ -6,7 +6,7 @@ mod rti_support;
 use lf_coordination::Deadline;
 use lf_coordination::rti::{AfterLoss, CLOCK_TIME_OUT, Cause, Config, Outcome, Status};
 use lf_model::time::{Instant, Interval};
-use lf_wire::{DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, DELAY_NONE, Message, NeighborStructure, RejectCode, Tag};
 use rti_support::dialogue::{FEDERATION, START, Upstream, at, chain, config, hello, message, read, started, wait};
 use rti_support::{Awaited, Sizes, World};
 
@@ -280,6 +280,54 @@ fn a_federate_may_not_speak_of_tags_before_the_start() {
     world.message(connection, &Message::NextEventTag(at(0)));
     assert_eq!(read(&mut world, connection), ["FAILED"]);
     hello(&mut world, 0, &[]);
+}
+
+/// A cycle 0 → 1 → 2 → 0 with 0 ⇄ 2 beside it, in which all are at a tag when `lost` goes; what each is told then.
+/// Those in `stock` are programs of others.
+fn loss_in_cycle(lost: usize, stock: Option<usize>) -> Vec<Vec<String>> {
+    let upstream = [vec![2], vec![0], vec![1, 0]];
+    let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
+    let (mut world, connections) = started(config(), Sizes::ample(3), &upstream);
+    for (federate, connection) in connections.iter().enumerate() {
+        if stock != Some(federate) {
+            world.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+        }
+        world.message(*connection, &Message::NextEventTag(at(0)));
+    }
+    for connection in &connections {
+        assert_eq!(read(&mut world, *connection), ["PTAG 0 0"]);
+    }
+    world.close(connections[lost]);
+    connections.iter().map(|connection| read(&mut world, *connection)).collect()
+}
+
+/// 2 waits at the tag for 1, and 0 for 2: no grant can say that 1 is no more, for the two are still in a cycle.
+#[test]
+fn who_waits_for_a_lost_federate_within_a_tag_is_told() {
+    assert_eq!(loss_in_cycle(1, None), [vec![], vec![], vec!["UPSTREAM_DISCONNECTED"]]);
+    // A stock federate of LF 0.12 does not know the word.
+    assert_eq!(loss_in_cycle(1, Some(2)), [[""; 0]; 3]);
+}
+
+/// Several are lost while there is no room to say so.
+#[test]
+fn losses_are_told_when_there_is_room() {
+    let upstream = [vec![2, 1], vec![0], vec![0], vec![0]];
+    let upstream = upstream.map(|list: Vec<u16>| list.into_iter().map(|from| (from, DELAY_NONE)).collect());
+    let (mut world, connections) = started(config(), Sizes::ample(4), &upstream);
+    for connection in &connections {
+        world.message(*connection, &Message::AddressAdvertisement { port: ADDRESS_PORT_UNKNOWN });
+        world.message(*connection, &Message::NextEventTag(at(0)));
+        read(&mut world, *connection);
+    }
+    let capacity = core::mem::replace(&mut world.outlet.capacity, 2);
+    world.close(connections[2]);
+    world.close(connections[1]);
+    assert_eq!(read(&mut world, connections[0]), [""; 0]);
+    world.outlet.capacity = capacity;
+    let now = world.now;
+    world.rti.handle_writable(now, connections[0], &mut world.outlet);
+    assert_eq!(read(&mut world, connections[0])[..2], ["UPSTREAM_DISCONNECTED"; 2]);
 }
 
 /// Two cycles without delay, 0 ⇄ 1 and 2 ⇄ 3, with 1 → 2. A rule that exempts every federate of any cycle grants 2 the

@@ -18,6 +18,7 @@ const USUAL: &[MessageType] = &[
     MessageType::DownstreamNextEventTag,
     MessageType::TaggedMessage,
     MessageType::PortAbsent,
+    MessageType::UpstreamDisconnected,
     MessageType::StopRequest,
     MessageType::StopGranted,
 ];

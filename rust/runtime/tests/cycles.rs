@@ -220,6 +220,26 @@ proptest! {
         }
     }
 
+    /// Others wait for it at a tag, and still for each other, as they are in a cycle without it, too.
+    #[test]
+    fn a_departure_frees_what_is_left_of_a_cycle(
+        conditions in any_conditions(),
+        at in 1500..1600i64,
+        interrupted: bool,
+    ) {
+        let nodes = vec![asks(10, 0, 30), answers(10), answers(20)];
+        let edges = vec![edge(0, 1), edge(1, 2), edge(2, 0), edge(0, 2)];
+        let mut plan = Plan { timeout: Some(MS(1000)), ..Plan::new(nodes, edges) };
+        let fate = if interrupted { Fate::Interrupt } else { Fate::Kill };
+        plan.fates.push((MS(at), 2, fate));
+        let report = run(&plan, conditions);
+        prop_assert_eq!(report.trouble, None);
+        for other in [0, 2] {
+            prop_assert_eq!(&report.results[other], &Ok(()));
+            prop_assert!(report.shut_down[other]);
+        }
+    }
+
     /// Physical actions in a cycle: the tags are those of their time, and all see them at the same ones.
     #[test]
     fn physical_actions_are_asked_and_answered(conditions in any_conditions(), both: bool) {

@@ -131,6 +131,27 @@ fn who_waits_for_a_lost_federate_of_its_cycle_goes_on() {
     hold(Coordination::Centralized, &[65362]);
 }
 
+/// A federate was lost on which another one waited at a tag, and others on that: they were still in a cycle without the
+/// lost one, so that no grant could say that nothing comes from there.
+#[test]
+fn who_waits_for_a_lost_federate_in_what_is_left_of_its_cycle_goes_on() {
+    hold(Coordination::Centralized, &[4_504_975_004, 4_505_071_494]);
+}
+
+/// The check took the port numbers of inputs for their places, which are others behind a connection of a federate to
+/// itself; so it did not see that more messages came for one tag than the program's `@capacity` holds.
+#[test]
+fn bursts_are_counted_by_input_where_a_federate_is_connected_to_itself() {
+    hold(Coordination::Centralized, &[4_505_058_212]);
+}
+
+/// A federate failed at the stop tag, and the check took what it sends there as sent, for it had told a later event
+/// before it named that tag.
+#[test]
+fn what_a_federate_that_fails_sends_at_a_stop_may_be_missing() {
+    hold(Coordination::Centralized, &[4_505_272_640]);
+}
+
 /// A federate was lost while the RTI held its messages and waited for its answer to a stop, and they were dropped.
 #[test]
 fn what_a_lost_federate_has_said_arrives_though_all_are_stopping() {

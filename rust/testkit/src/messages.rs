@@ -79,6 +79,7 @@ impl Parts {
             }
             MessageType::Failed => Message::Failed,
             MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(tag),
+            MessageType::UpstreamDisconnected => Message::UpstreamDisconnected { federate },
             MessageType::FedNonce => Message::FedNonce { federate, nonce },
             MessageType::RtiResponse => Message::RtiResponse { nonce, hmac },
             MessageType::FedResponse => Message::FedResponse { hmac },

@@ -134,6 +134,12 @@ pub enum Message<'a> {
     Failed,
     /// DNET (26), RTI to federate: downstream next event tag; no NET is needed before it. May be NEVER.
     DownstreamNextEventTag(Tag),
+    /// UPSTREAM_DISCONNECTED (28), RTI to federate, since LF 0.13: a federate directly upstream has left, so it sends
+    /// nothing more.
+    UpstreamDisconnected {
+        /// The federate that has left.
+        federate: u16,
+    },
     /// FED_NONCE (100), federate to RTI: the first message with authentication. Answered by RTI_RESPONSE.
     FedNonce {
         /// The federate's id.
@@ -202,6 +208,7 @@ impl Message<'_> {
             Self::NeighborStructure(_) => MessageType::NeighborStructure,
             Self::Failed => MessageType::Failed,
             Self::DownstreamNextEventTag(_) => MessageType::DownstreamNextEventTag,
+            Self::UpstreamDisconnected { .. } => MessageType::UpstreamDisconnected,
             Self::FedNonce { .. } => MessageType::FedNonce,
             Self::RtiResponse { .. } => MessageType::RtiResponse,
             Self::FedResponse { .. } => MessageType::FedResponse,

@@ -84,6 +84,8 @@ message_types! {
     Failed "FAILED";
     /// Downstream next event tag.
     DownstreamNextEventTag "DNET";
+    /// A federate upstream has left.
+    UpstreamDisconnected "UPSTREAM_DISCONNECTED";
     /// Authentication: a federate's nonce.
     FedNonce "FED_NONCE";
     /// Authentication: the RTI's nonce and proof.

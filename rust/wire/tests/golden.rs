@@ -190,7 +190,7 @@ fn every_recorded_message_decodes_and_encodes_to_the_same_bytes() {
 fn messages_that_the_recordings_do_not_pin_down_lie_as_the_protocol_says() {
     let (nonce, hmac) = ([9, 8, 7, 6, 5, 4, 3, 2], std::array::from_fn(|i| 100 + u8::try_from(i).unwrap()));
     let p2p = Message::P2pMessage { port: 0x0102, federate: 0x0304, payload: &[7, 8] };
-    let pinned: [(Message<'_>, Vec<u8>); 9] = [
+    let pinned: [(Message<'_>, Vec<u8>); 10] = [
         (p2p, vec![17, 2, 1, 4, 3, 2, 0, 0, 0, 7, 8]),
         (Message::FedNonce { federate: 0x0102, nonce }, [&[100, 2, 1][..], &nonce].concat()),
         (Message::RtiResponse { nonce, hmac }, [&[101][..], &nonce, &hmac].concat()),
@@ -200,6 +200,7 @@ fn messages_that_the_recordings_do_not_pin_down_lie_as_the_protocol_says() {
         (Message::CodedProbe(3), vec![22, 3, 0, 0, 0, 0, 0, 0, 0]),
         (Message::AddressAdvertisement { port: 0x3ac6 }, vec![15, 0xc6, 0x3a, 0, 0]),
         (Message::DownstreamNextEventTag(Tag::NEVER), vec![26, 0, 0, 0, 0, 0, 0, 0, 128, 0, 0, 0, 0]),
+        (Message::UpstreamDisconnected { federate: 0x0102 }, vec![28, 2, 1]),
     ];
     for (message, bytes) in pinned {
         assert_eq!(decode(&bytes, &Limits::NONE), Ok(Decoded::Complete { message, len: bytes.len() }));

@@ -29,6 +29,8 @@ pub enum Event<'m> {
         /// Where it listens.
         address: Endpoint,
     },
+    /// A federate directly upstream has left: nothing more comes from it.
+    UpstreamLeft(FederateId),
     /// All federates have come: logical time begins at this physical time.
     Started(Instant),
     /// More tags may be possible: all up to and including this one.

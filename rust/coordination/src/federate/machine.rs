@@ -144,6 +144,8 @@ impl<'a, N: Needs> Federate<'a, N> {
                 self.tags.grant_provisionally(tag, stops);
                 Event::GrantedProvisionally(tag)
             }
+            Message::UpstreamDisconnected { federate } if N::CYCLES => Event::UpstreamLeft(FederateId(federate)),
+            Message::UpstreamDisconnected { .. } => Event::None,
             Message::DownstreamNextEventTag(tag) => {
                 self.tags.handle_dnet(from_wire(tag));
                 Event::None

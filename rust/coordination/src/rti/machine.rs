@@ -339,8 +339,12 @@ impl<'s> Rti<'s> {
         slot.membership = Membership::Departed;
         slot.address = IpAddress::UNSPECIFIED;
         slot.port = ADDRESS_PORT_UNKNOWN;
-        self.tags.depart(federate);
+        let is_awaited = self.tags.depart(federate);
+        let stop_tag = self.stop.tag();
         let mut sending = Sending { members: &mut self.members, tags: &mut self.tags, outlet };
+        if is_awaited {
+            sending.tell_downstream_left(federate, stop_tag);
+        }
         sending.advance_downstream(federate);
         self.stop.grant_if_agreed(&mut sending);
         self.tags.note_idleness(Tag::FOREVER);

@@ -149,7 +149,7 @@ impl<O: Outlet> Sending<'_, '_, O> {
             && send(&mut pending.stop_request, Message::StopRequest(stop_tag))
             && send(&mut pending.taken_back, Message::ProvisionalTagGrant(stop_tag))
             && send(&mut pending.stop_granted, Message::StopGranted(stop_tag));
-        if !went_out {
+        if !went_out || !self.tell_left(federate, connection) {
             return;
         }
         if core::mem::take(&mut self.members.slots[federate].pending.grant) {
@@ -157,6 +157,37 @@ impl<O: Outlet> Sending<'_, '_, O> {
         }
         if core::mem::take(&mut self.members.slots[federate].pending.dnet) {
             self.offer_downstream_next_event(federate, None);
+        }
+    }
+
+    /// Tells a federate which of those directly upstream of it have left since it was told. Returns false if not all of
+    /// that has room.
+    fn tell_left(&mut self, federate: usize, connection: ConnectionId) -> bool {
+        while let Some((first, last)) = self.members.slots[federate].pending.left {
+            if self.tags.is_upstream_left(federate, first.into()) {
+                let message = Message::UpstreamDisconnected { federate: first };
+                if self.outlet.room(connection) < message.encoded_len() {
+                    return false;
+                }
+                self.outlet.send(connection, &message);
+            }
+            self.members.slots[federate].pending.left = (first < last).then_some((first + 1, last));
+        }
+        true
+    }
+
+    /// A federate of a cycle without delay has left: those that may wait at a tag for what it does there need not do so
+    /// any more, which no grant says as long as they are in a cycle without it. Only federates that stop in turn are
+    /// told; the stock ones before LF 0.13 would fail.
+    pub(super) fn tell_downstream_left(&mut self, left: usize, stop_tag: Tag) {
+        for federate in 0..self.members.slots.len() {
+            if self.members.connection_of(federate).is_some()
+                && self.members.slots[federate].stops_in_turn
+                && self.tags.is_upstream_left(federate, left)
+            {
+                self.members.slots[federate].pending.note_left(id(left).0);
+                self.flush(federate, stop_tag);
+            }
         }
     }
 

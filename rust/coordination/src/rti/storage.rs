@@ -75,17 +75,32 @@ pub(super) struct Pending {
     /// A PTAG of the stop tag, which takes back earlier grants (see module `stop`).
     pub(super) taken_back: bool,
     pub(super) stop_granted: bool,
+    /// Which federates upstream have left since it was told, at most: the least and the greatest id.
+    pub(super) left: Option<(u16, u16)>,
     pub(super) grant: bool,
     pub(super) dnet: bool,
 }
 
 impl Pending {
-    const NONE: Self =
-        Self { start: false, stop_request: false, taken_back: false, stop_granted: false, grant: false, dnet: false };
+    const NONE: Self = Self {
+        start: false,
+        stop_request: false,
+        taken_back: false,
+        stop_granted: false,
+        left: None,
+        grant: false,
+        dnet: false,
+    };
+
+    /// A federate upstream has left.
+    pub(super) fn note_left(&mut self, federate: u16) {
+        let (first, last) = self.left.unwrap_or((federate, federate));
+        self.left = Some((first.min(federate), last.max(federate)));
+    }
 
     /// Whether something has to go out before any grant or forwarded message.
     pub(super) fn comes_first(self) -> bool {
-        self.start || self.stop_request || self.taken_back || self.stop_granted
+        self.start || self.stop_request || self.taken_back || self.stop_granted || self.left.is_some()
     }
 }
 

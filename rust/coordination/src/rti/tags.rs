@@ -102,11 +102,19 @@ impl<'s> Tags<'s> {
         (late, !late && self.in_transit(to).insert(tag, reach))
     }
 
-    /// A federate has left: the others go on without it.
-    pub(super) fn depart(&mut self, federate: usize) {
+    /// A federate has left: the others go on without it. Returns whether others may wait within a tag for what it does.
+    pub(super) fn depart(&mut self, federate: usize) -> bool {
+        let is_awaited = self.graph.in_zero_delay_cycle(federate) || self.graph.nodes[federate].deserted;
         self.state_mut(federate).departed = true;
         self.graph.set_next_event(federate, Tag::FOREVER);
         self.graph.cut_off(federate);
+        is_awaited
+    }
+
+    /// Whether `other` was connected into `federate` and has left.
+    pub(super) fn is_upstream_left(&self, federate: usize, other: usize) -> bool {
+        let mut upstreams = (0..self.graph.upstreams(federate)).map(|index| self.graph.upstream(federate, index).0);
+        self.state(other).departed && upstreams.any(|upstream| upstream == other)
     }
 
     /// All have left.

@@ -74,6 +74,11 @@ impl<P: Platform, N: Needs> Policy for FromRti<'_, '_, '_, P, N> {
                 result.map_err(|error| self.execution.fail(error.into()))?;
                 return Ok(Fate::HeldGrant);
             }
+            // So may some of the held messages come from the federate that has left.
+            Message::UpstreamDisconnected { federate } if N::CYCLES && !is_before(Tag::FOREVER) => {
+                self.learn_from(federate, earliest.before());
+                return Ok(Fate::Held(Tag::FOREVER, None));
+            }
             // One of the held messages may be for this very input.
             Message::PortAbsent { port, tag, .. } if !is_before(from_wire(tag)) => {
                 self.learn(port, earliest.before());
@@ -112,6 +117,8 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
                 self.learn(port, tag);
             }
             Event::PortAbsent { port, tag } | Event::MessageAfterStop { port, tag } => self.learn(port, tag),
+            Event::UpstreamLeft(_) if !N::CYCLES => {}
+            Event::UpstreamLeft(federate) => self.learn_from(federate.0, Tag::FOREVER),
             Event::ClockCorrected(estimate) => {
                 log::debug!("initial clock synchronization: {estimate}");
                 set_correction(self.platform, machine.clock());
@@ -140,6 +147,14 @@ impl<P: Platform, N: Needs> FromRti<'_, '_, '_, P, N> {
     fn learn(&mut self, port: u16, tag: Tag) {
         if let Some(input) = self.execution.engine.tables().input_of(port) {
             self.execution.awaited.learn(input.0, tag);
+        }
+    }
+
+    /// It is known what comes from a federate up to this tag, at all inputs.
+    fn learn_from(&mut self, federate: u16, tag: Tag) {
+        let inputs = (0..).zip(self.execution.engine.tables().inputs);
+        for (input, _) in inputs.filter(|(_, input)| input.federate == federate) {
+            self.execution.awaited.learn(input, tag);
         }
     }
 

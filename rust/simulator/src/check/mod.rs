@@ -6,6 +6,7 @@ mod direct;
 mod ends;
 mod late;
 mod order;
+mod seen;
 mod traces;
 mod wire;
 
@@ -17,8 +18,9 @@ pub(crate) use direct::Sent;
 pub(crate) use ends::{ends, is_endless, own_fault};
 pub(crate) use late::{LateCounts, late};
 pub(crate) use order::order;
+pub(crate) use seen::Seen;
 pub(crate) use traces::{Difference, Expected, in_order, traces};
-pub(crate) use wire::{Counts, Seen, Watch};
+pub(crate) use wire::{Counts, Watch};
 
 /// What was violated, where.
 #[derive(Clone, PartialEq, Debug)]

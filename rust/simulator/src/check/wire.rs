@@ -8,6 +8,7 @@ use lf_wire::{Decoded, Limits, Message, decode};
 
 use super::Violation;
 use super::direct::{Direct, Written};
+use super::seen::{Seen, Unpassed};
 
 /// How often messages of some kinds were seen.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,65 +41,6 @@ impl Counts {
     }
 }
 
-/// What is known of one federate from its connection.
-#[derive(Clone, Debug)]
-pub(crate) struct Seen {
-    granted: Tag,
-    provisional: Tag,
-    /// Before this tag all is complete, and all that was sent has come to the RTI.
-    pub(crate) announced: Tag,
-    /// Messages that were sent to it, and that it has not completed.
-    in_transit: Vec<Tag>,
-    /// By input: the tag of the last message, how many there were for it, and the most for any.
-    bursts: Vec<(Tag, usize, usize)>,
-    /// The stop that it has named, while the RTI has not decided.
-    named: Option<Tag>,
-    /// It has had its say about the stop.
-    pub(crate) has_named: bool,
-    /// The stop that was granted.
-    pub(crate) stop: Option<Tag>,
-    /// When the RTI heard that it has left.
-    pub(crate) left: Option<u64>,
-}
-
-impl Seen {
-    /// It will not begin this tag or a later one before the RTI has decided, whatever is granted.
-    fn name_stop(&mut self, named: Tag) {
-        (self.named, self.has_named) = (Some(named), true);
-        self.limit();
-    }
-
-    /// It says that all before this tag is complete; messages that it had not seen then may come before.
-    ///
-    /// One that has named a tag to stop at may have another event before what it tells: the stop.
-    fn announce(&mut self, tag: Tag) {
-        let stop = self.stop.or(self.named).filter(|_| tag != Tag::FOREVER).unwrap_or(Tag::FOREVER);
-        let tag = tag.min(stop);
-        self.announced = self.in_transit.iter().copied().min().unwrap_or(Tag::FOREVER).min(tag);
-    }
-
-    fn count(&mut self, port: usize, tag: Tag) {
-        if self.bursts.len() <= port {
-            self.bursts.resize(port + 1, (Tag::NEVER, 0, 0));
-        }
-        let (last, count, most) = &mut self.bursts[port];
-        *count = if *last == tag { *count + 1 } else { 1 };
-        (*last, *most) = (tag, (*most).max(*count));
-    }
-
-    /// By input: the most messages that came for one tag.
-    pub(crate) fn bursts(&self) -> Vec<usize> {
-        self.bursts.iter().map(|(_, _, most)| *most).collect()
-    }
-
-    fn limit(&mut self) {
-        if let Some(named) = self.named {
-            self.granted = self.granted.min(named.before());
-            self.provisional = self.provisional.min(named);
-        }
-    }
-}
-
 /// Both directions of a connection: the bytes that are no whole message yet.
 #[derive(Debug, Default)]
 struct Tap {
@@ -114,6 +56,8 @@ struct Tap {
 pub(crate) struct Watch {
     taps: Vec<Tap>,
     pub(crate) seen: Vec<Seen>,
+    /// In the order in which they were read.
+    unpassed: Vec<Unpassed>,
     /// The connections between federates.
     pub(crate) direct: Direct,
     pub(crate) counts: Counts,
@@ -140,21 +84,11 @@ fn is_centralized(message: &Message<'_>) -> bool {
 
 impl Watch {
     pub(crate) fn new(federates: usize) -> Self {
-        let seen = Seen {
-            granted: Tag::NEVER,
-            provisional: Tag::NEVER,
-            announced: Tag::NEVER,
-            in_transit: Vec::new(),
-            bursts: Vec::new(),
-            named: None,
-            has_named: false,
-            stop: None,
-            left: None,
-        };
         Self {
             taps: Vec::new(),
             direct: Direct::default(),
-            seen: vec![seen; federates],
+            seen: vec![Seen::NOTHING; federates],
+            unpassed: Vec::new(),
             counts: Counts::default(),
             digest: 0,
             violation: None,
@@ -247,6 +181,12 @@ impl Watch {
     }
 
     fn hear_federate(&mut self, federate: usize, message: &Message<'_>, now: u64) {
+        if self.seen.get(federate).is_some_and(|seen| seen.is_expelled) {
+            return;
+        }
+        if let Message::TaggedMessage { federate: to, port, tag: wire, .. } = *message {
+            self.unpassed.push(Unpassed { from: federate, to: to.into(), port, tag: from_wire(wire) });
+        }
         if let Message::TaggedMessage { federate: to, tag: wire, .. } = *message
             && let Some(receiver) = self.seen.get_mut(usize::from(to))
         {
@@ -270,7 +210,28 @@ impl Watch {
         }
     }
 
+    /// The RTI passes on a message; or it does not any more, and all that it holds of the sender is lost.
+    fn follow_passing(&mut self, federate: usize, message: &Message<'_>) {
+        match *message {
+            Message::TaggedMessage { port, tag, .. } => {
+                let is_it = |it: &Unpassed| (it.to, it.port, it.tag) == (federate, port, from_wire(tag));
+                if let Some(place) = self.unpassed.iter().position(is_it) {
+                    self.unpassed.remove(place);
+                }
+            }
+            Message::Failed => {
+                let lost = self.unpassed.iter().filter(|it| it.from == federate).map(|it| it.tag).min();
+                if let Some(seen) = self.seen.get_mut(federate) {
+                    seen.announced = seen.announced.min(lost.unwrap_or(Tag::FOREVER));
+                    seen.is_expelled = true;
+                }
+            }
+            _ => {}
+        }
+    }
+
     fn hear_rti(&mut self, federate: usize, message: &Message<'_>) {
+        self.follow_passing(federate, message);
         let Some(seen) = self.seen.get_mut(federate) else { return };
         let violation = match *message {
             Message::TaggedMessage { tag: wire, port, .. } => {
@@ -334,5 +295,46 @@ impl Watch {
         if let Some(violation) = violation {
             self.report(violation);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lf_coordination::to_wire;
+    use lf_model::time::Instant;
+    use lf_testkit::messages::encoded;
+
+    use super::*;
+
+    fn at(ns: i64) -> Tag {
+        Tag::at(Instant::from_nanos(ns))
+    }
+
+    /// Before which tag all counts that the first of two federates has said.
+    fn announced(said: &[Message<'_>], heard: &[Message<'_>]) -> Tag {
+        let mut watch = Watch::new(2);
+        watch.begin(0, 1, 0);
+        let said: Vec<u8> = said.iter().flat_map(encoded).collect();
+        watch.write(0, 0, &said, 0, 0);
+        watch.read(0, 0, said.len(), 0);
+        let heard: Vec<u8> = heard.iter().flat_map(encoded).collect();
+        watch.write(0, 1, &heard, 0, 0);
+        watch.seen[0].announced
+    }
+
+    #[test]
+    fn what_a_federate_says_at_a_stop_is_not_announced_before() {
+        let next = Message::NextEventTag(to_wire(at(9)));
+        for named in [Message::StopReply(to_wire(at(5))), Message::StopRequest(to_wire(at(5)))] {
+            assert_eq!([announced(&[next], &[]), announced(&[next, named], &[])], [at(9), at(5)]);
+        }
+    }
+
+    #[test]
+    fn what_the_rti_holds_of_a_federate_that_it_expels_is_lost() {
+        let sent = Message::TaggedMessage { port: 0, federate: 1, tag: to_wire(at(5)), payload: &[] };
+        let said = [sent, Message::NextEventTag(to_wire(at(9)))];
+        // A message that it has sent is in no one's way while nothing is lost.
+        assert_eq!([announced(&said, &[]), announced(&said, &[Message::Failed])], [at(9), at(5)]);
     }
 }

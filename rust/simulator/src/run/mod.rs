@@ -10,7 +10,7 @@ mod rti;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use lf_compiler::plan::{Federate, Plan};
+use lf_compiler::plan::{Federate, InputIndex, Plan};
 use lf_coordination::rti::{Notice, Outcome};
 use lf_model::time::{Instant, Interval, Tag};
 use lf_runtime::{RunError, Turn};
@@ -236,11 +236,11 @@ pub(crate) fn run(scenario: &Scenario, plan: &Plan, prints: bool) -> Result<Repo
         capacities: plan.federates.iter().map(capacities).collect(),
         senders: plan.federates.iter().map(senders).collect(),
         ended,
-        bursts: watch.seen.iter().map(Seen::bursts).collect(),
+        bursts: plan.federates.iter().zip(&watch.seen).map(|(federate, seen)| bursts(federate, seen)).collect(),
         has_named: watch.seen.iter().map(|seen| seen.has_named).collect(),
         announced: watch.seen.iter().map(|seen| seen.announced).collect(),
         counts: watch.counts,
-        sent: watch.direct.sent.clone(),
+        sent: watch.direct.sent.iter().filter_map(|sent| to_input(plan, sent)).collect(),
         left: watch.seen.iter().map(|seen| seen.left).collect(),
         lateness: Vec::new(),
         sides: world.sides.clone(),
@@ -283,6 +283,19 @@ impl Report {
 
 fn capacities(federate: &Federate) -> Vec<usize> {
     federate.inputs.iter().map(|input| federate.triggers[input.trigger.0].capacity).collect()
+}
+
+/// A message with the number of its input in place of that of the port, if it has one.
+fn to_input(plan: &Plan, sent: &Sent) -> Option<Sent> {
+    let mut sent = *sent;
+    sent.port = plan.federates[sent.to].input_of(u16::try_from(sent.port).ok()?)?.0;
+    Some(sent)
+}
+
+/// By input; on the wire, ports that are connected within the federate have numbers, too.
+fn bursts(federate: &Federate, seen: &Seen) -> Vec<usize> {
+    let inputs = (0..federate.inputs.len()).map(InputIndex);
+    inputs.map(|input| seen.burst(federate.port_of(input))).collect()
 }
 
 fn senders(federate: &Federate) -> Vec<usize> {

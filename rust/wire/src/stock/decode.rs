@@ -142,6 +142,7 @@ impl<'a> Fields<'a, '_> {
             MessageType::CodedProbe => Message::CodedProbe(reader.i64()),
             MessageType::Failed => Message::Failed,
             MessageType::DownstreamNextEventTag => Message::DownstreamNextEventTag(reader.tag()),
+            MessageType::UpstreamDisconnected => Message::UpstreamDisconnected { federate: reader.u16() },
             MessageType::UdpPort => Message::UdpPort(reader.u16()),
             MessageType::Ack => Message::Ack,
             _ => self.long_message(expects)?,

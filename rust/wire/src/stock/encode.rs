@@ -99,7 +99,7 @@ impl Message<'_> {
             | Self::StopGranted(tag)
             | Self::DownstreamNextEventTag(tag) => writer.tag(*tag),
             Self::Timestamp(time) | Self::T1(time) | Self::T4(time) | Self::CodedProbe(time) => writer.i64(*time),
-            Self::T3 { federate } => writer.u16(*federate),
+            Self::T3 { federate } | Self::UpstreamDisconnected { federate } => writer.u16(*federate),
             Self::AddressQueryReply { port, address } => {
                 writer.i32(*port);
                 writer.put(address);
@@ -111,12 +111,12 @@ impl Message<'_> {
                 writer.u32(*scope);
             }
             Self::AddressAdvertisement { port } => writer.i32(*port),
-            Self::PortAbsent { port, federate, tag } => write_absence(writer, *port, *federate, *tag),
-            Self::NeighborStructure(neighbors) => {
-                writer.u32(length);
-                writer.u32(second_length);
-                write_entries(writer, neighbors);
+            Self::PortAbsent { port, federate, tag } => {
+                writer.u16(*port);
+                writer.u16(*federate);
+                writer.tag(*tag);
             }
+            Self::NeighborStructure(neighbors) => write_neighbors(writer, [length, second_length], neighbors),
             Self::FedNonce { federate, nonce } => {
                 writer.u16(*federate);
                 writer.put(nonce);
@@ -156,14 +156,10 @@ fn write_destination(writer: &mut Writer<'_>, port: u16, federate: u16, length: 
     writer.u32(length);
 }
 
-/// An input at which nothing comes, and the tag.
-fn write_absence(writer: &mut Writer<'_>, port: u16, federate: u16, tag: Tag) {
-    writer.u16(port);
-    writer.u16(federate);
-    writer.tag(tag);
-}
-
-fn write_entries(writer: &mut Writer<'_>, neighbors: &NeighborStructure<'_>) {
+fn write_neighbors(writer: &mut Writer<'_>, lengths: [u32; 2], neighbors: &NeighborStructure<'_>) {
+    for length in lengths {
+        writer.u32(length);
+    }
     for (federate, delay) in neighbors.upstream() {
         writer.u16(federate);
         writer.i64(delay);

@@ -58,6 +58,7 @@ layouts! {
     NeighborStructure = 24, 9;
     Failed = 25, 1;
     DownstreamNextEventTag = 26, 13;
+    UpstreamDisconnected = 28, 3;
     FedNonce = 100, 11;
     RtiResponse = 101, 41;
     FedResponse = 102, 33;

@@ -35,7 +35,10 @@ pub(crate) fn describe(message: &Message<'_>, start: i64) -> String {
         Message::AddressQuery { federate, is_transient: Some(is_transient) } => {
             format!("{name} federate {federate}, {}", describe_kind(*is_transient))
         }
-        Message::AddressQuery { federate, .. } | Message::T3 { federate } | Message::FedNonce { federate, .. } => {
+        Message::AddressQuery { federate, .. }
+        | Message::T3 { federate }
+        | Message::UpstreamDisconnected { federate }
+        | Message::FedNonce { federate, .. } => {
             format!("{name} federate {federate}")
         }
         Message::AddressQueryReply { port, address: [a, b, c, d] } => {
