@@ -89,7 +89,7 @@ fn a_script_without_sense_is_refused_before_the_start() {
     let script = script.to_str().expect("the folder's name is text");
     let blinky = Path::new("applications/blinky/src/Blinky.lf");
     let finished = Lfz::run("blinky", blinky, &["--devices", script]).finish();
-    assert_eq!(finished.code(), 2, "{finished}");
+    assert_eq!(finished.code(), 1, "{finished}");
     let told = format!("error: {script}: line 2: \"bright\" is no value: a pin is 0 or 1");
     assert!(finished.lines.iter().any(|line| line.starts_with(&told)), "{finished}");
 }
