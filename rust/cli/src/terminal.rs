@@ -32,6 +32,7 @@ impl Write for StandardOutput {
 }
 
 /// An error of standard output that says so.
+#[allow(clippy::needless_pass_by_value, reason = "`map_err` hands it over")]
 pub(crate) fn named(error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("the output cannot be written: {error}"))
 }

@@ -125,9 +125,10 @@ pub(crate) fn is_invisible(c: char) -> bool {
         | '\u{FFA0}'
         | '\u{FFF0}'..='\u{FFFB}'
         | '\u{1D173}'..='\u{1D17A}'
-        | '\u{E0000}'..='\u{E0FFF}' => true,
+        | '\u{E0000}'..='\u{E0FFF}'
         // Of what belongs to nobody, fonts show nothing, or a box.
-        '\u{E000}'..='\u{F8FF}' | '\u{F0000}'..='\u{10FFFF}' => true,
+        | '\u{E000}'..='\u{F8FF}'
+        | '\u{F0000}'..='\u{10FFFF}' => true,
         _ => c.is_control() || c.is_whitespace(),
     }
 }

@@ -25,7 +25,7 @@ fn the_first_hundred_mistakes_are_shown_and_all_are_counted() {
 /// Warnings come first in the text here.
 #[test]
 fn an_error_is_shown_however_many_warnings_there_are() {
-    let older = "  state s@(1)\n".repeat(1);
+    let older = "  state s@(1)\n";
     let states: String = (0..300).map(|number| older.replace('@', &number.to_string())).collect();
     let compilation =
         compiled(format!("target Rust\nreactor A {{\n{states}  input x: u8\n  x -> y\n}}\nmain reactor {{ }}\n"));

@@ -127,7 +127,7 @@ fn compiled(text: String) -> Compilation {
 fn programs(times: usize) -> Vec<String> {
     let of_rust = |place: &str, code: String| {
         "target Rust\nreactor A(p: usize = 0) {\n  state s: usize = 0\n  ".to_owned()
-            + &place.replace("@", &code)
+            + &place.replace('@', &code)
             + "\n}\nmain reactor { a = new A() }\n"
     };
     let mut all = Vec::new();

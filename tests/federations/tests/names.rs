@@ -97,11 +97,11 @@ fn parts_called_like_what_rust_or_generated_code_knows_compile() {
 /// All that stands in the way is declared by the program: scaffolding names nothing that these could hide.
 #[test]
 fn types_called_like_what_rust_or_bodies_know_compile() {
-    let types = "Box Default Drop Eq Extend Fn From Hash Into Iterator Option Ord PartialEq Result Send String Sync \
-    Vec \
-                 Duration EventTag FixedPayload Instant LogicalAction Multiport MultiportMut Offset Payload \
+    let types = "Box Default Drop Eq Extend Fn From Hash Into Iterator Option Ord PartialEq Result Send String Sync
+                 Vec Duration EventTag FixedPayload Instant LogicalAction Multiport MultiportMut Offset Payload
                  PhysicalAction PhysicalLink Port ReactionContext SpawnPhysicalThread Timer Watchdog A";
-    let types: String = types.split_whitespace().map(|name| format!("  pub struct {name} {{ pub x: u8 }}\n")).collect();
+    let types: Vec<_> = types.split_whitespace().map(|name| format!("  pub struct {name} {{ pub x: u8 }}\n")).collect();
+    let types = types.concat();
     let text = format!(
         "target Rust\npreamble {{=\n{types}  pub enum E {{ None, Some(u8), Ok, Err }}\n  pub use E::*;\n  pub const \
          After: u8 = 1;\n=}}\nreactor A(p: u8 = 1, q: time = 1 sec) {{\n  input i: Option\n  output o: String\n  \

@@ -226,7 +226,9 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let store = Store::new(folder.path().join("store"));
         let outs = ["a", "b"].map(|name| folder.path().join(name));
-        outs.iter().for_each(|out| fs::create_dir(out).expect("it can be made"));
+        for out in &outs {
+            fs::create_dir(out).expect("it can be made");
+        }
         let first = store.program(&outs[0]).expect("it can be written");
         let second = store.program(&outs[1]).expect("nobody waits for another program");
         assert_ne!(first.folder, second.folder);

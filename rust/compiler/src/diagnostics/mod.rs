@@ -170,11 +170,11 @@ impl Diagnostics {
     /// Sorts by file and place; entries of one place stay in the order in which they were found.
     pub(crate) fn sort(&mut self) {
         for (_, (mut diagnostic, count)) in std::mem::take(&mut self.of_channels) {
-            match count - 1 {
-                0 => {}
-                1 => diagnostic.message.push_str(", and so it is with another channel"),
-                others => diagnostic.message.push_str(&format!(", and so it is with {others} other channels")),
-            }
+            diagnostic.message = match count - 1 {
+                0 => diagnostic.message,
+                1 => diagnostic.message + ", and so it is with another channel",
+                others => format!("{}, and so it is with {others} other channels", diagnostic.message),
+            };
             self.push(diagnostic);
         }
         self.entries.sort_by_key(|entry| (entry.span.file, entry.span.start));

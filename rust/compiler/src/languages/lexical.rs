@@ -128,6 +128,9 @@ impl CodeProblem {
     }
 }
 
+/// Characters that nobody sees, and that Rust takes for blanks.
+const BLANKS: [char; 6] = ['\u{B}', '\u{85}', '\u{200E}', '\u{200F}', '\u{2028}', '\u{2029}'];
+
 /// The first character outside of strings and comments that has no meaning, of those that nobody sees or that look like
 /// others.
 pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProblem> {
@@ -137,8 +140,6 @@ pub(super) fn strange(text: &str, skip: Skip, language: &str) -> Option<CodeProb
     let mut at = 0;
     while at < text.len() {
         let c = text[at..].chars().next().filter(|c| is_invisible(*c) || (!c.is_ascii() && instead(*c).is_some()));
-        // Rust takes these for blanks.
-        const BLANKS: [char; 6] = ['\u{B}', '\u{85}', '\u{200E}', '\u{200F}', '\u{2028}', '\u{2029}'];
         if let Some(c) = c.filter(|c| !BLANKS.contains(c)) {
             return Some(CodeProblem {
                 code: Code::CodeSyntax,

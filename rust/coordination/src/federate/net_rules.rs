@@ -139,6 +139,16 @@ impl<N: Needs> NetRules<N> {
         self.announce(tag, needed || self.untold.is_some());
     }
 
+    /// The next event is at `tag`, and is not told yet. Nor is a later one that was to be told, for it would promise
+    /// more.
+    pub(super) fn withhold(&mut self, tag: Tag) {
+        self.skipped = self.skipped.filter(|skipped| *skipped <= tag);
+        if self.due.is_some_and(|due| due > tag) {
+            self.due = None;
+            self.sent = self.told.unwrap_or(Tag::NEVER);
+        }
+    }
+
     /// Before `bound` this federate will do nothing, but a physical action may come then, before its next event.
     pub(super) fn bounded(&mut self, bound: Tag) {
         let needed = self.dnet < bound || (self.has_upstream() && self.granted < bound);

@@ -220,6 +220,7 @@ impl<N: Needs> Tags<N> {
         };
         if self.owes_tag_before(tag) {
             self.renewal = Deadline::Never;
+            self.net.withhold(tag);
             return;
         }
         match physical.and_then(|earliest| self.physical_bound(earliest, tag)) {

@@ -78,7 +78,7 @@ pub(super) fn problem(text: &str) -> Option<CodeProblem> {
                 operand = true;
             }
             b'<' => level.to_semicolon += DEEP,
-            b'|' if !behind_operand && !(is_half && is_chained(b'|')) => level.to_semicolon += DEEP,
+            b'|' if !(behind_operand || is_half && is_chained(b'|')) => level.to_semicolon += DEEP,
             b'=' => deep = !is_chained(b'=') && !matches!(before, "<" | ">" | "!") && bytes.get(end) != Some(&b'>'),
             b'!' | b'-' | b'*' | b'&' | b'.' | b'+' | b'/' | b'%' | b'^' | b'|' | b'?' | b':' => {
                 deep = !behind_operand && bytes[at] != b':' && !(is_half && is_chained(bytes[at]));

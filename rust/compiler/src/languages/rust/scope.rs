@@ -58,13 +58,13 @@ impl ModuleNames {
                 names().filter(|name| own_file.has(name) || elsewhere(name)).cloned().collect();
             from_file.extend(names().filter(|name| own_file.has(name)).cloned());
             // What is named takes precedence over what bodies see without asking for it.
-            let named = names().filter(|name| !hidden.contains(*name) && PRELUDE.contains(&name.as_str()));
-            let named: Vec<Ident> = named.map(|name| ident(name)).collect();
-            let named = (!named.is_empty()).then(|| quote!(use #path::{#(#named),*};));
+            let preferred = names().filter(|name| !hidden.contains(*name) && PRELUDE.contains(&name.as_str()));
+            let preferred: Vec<Ident> = preferred.map(|name| ident(name)).collect();
+            let import = (!preferred.is_empty()).then(|| quote!(use #path::{#(#preferred),*};));
             imports.extend(quote! {
                 #[allow(unused_imports)]
                 use #path::*;
-                #named
+                #import
             });
             others.push(Other { path, file: *file, hidden });
         }
