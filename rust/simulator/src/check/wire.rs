@@ -4,7 +4,7 @@
 use lf_coordination::from_wire;
 use lf_model::time::Tag;
 use lf_testkit::random::combine;
-use lf_wire::{Decoded, Limits, Message, decode};
+use lf_wire::{Decoded, Limits, Message, QueryEnd, decode};
 
 use super::Violation;
 use super::direct::{Direct, Written};
@@ -48,6 +48,8 @@ struct Tap {
     to_rti: Vec<u8>,
     /// How many of these bytes the RTI has read.
     read: usize,
+    /// The last byte of a question for an address may come in a later piece.
+    query_end: QueryEnd,
     from_rti: Vec<u8>,
 }
 
@@ -142,11 +144,14 @@ impl Watch {
         let federate = tap.federate;
         let bytes = std::mem::take(if direction == 0 { &mut tap.to_rti } else { &mut tap.from_rti });
         let end = if direction == 0 { tap.read } else { bytes.len() };
-        let mut at = 0;
+        let mut query_end = if direction == 0 { std::mem::take(&mut tap.query_end) } else { QueryEnd::NONE };
+        let mut at = query_end.take(&bytes[..end]);
         while at < end {
             match decode(&bytes[at..end], &Limits::NONE) {
                 Ok(Decoded::Complete { message, len }) => {
                     at += len;
+                    query_end.follow(&message);
+                    at += query_end.take(&bytes[at..end]);
                     self.counts.messages += 1;
                     self.counts.centralized += u64::from(is_centralized(&message));
                     if self.prints {
@@ -170,6 +175,7 @@ impl Watch {
         let tap = &mut self.taps[connection];
         if direction == 0 {
             tap.read -= at;
+            tap.query_end = query_end;
             tap.to_rti = rest;
         } else {
             tap.from_rti = rest;
