@@ -13,7 +13,7 @@ use lf_runtime::platform::{Endpoint, Interest, Platform as _, SocketId, Transfer
 use lf_runtime::{Coordination, PeerFault, RunError};
 use lf_testkit::messages::encoded;
 use lf_testkit::network::address_of;
-use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, Tag};
+use lf_wire::{ADDRESS_PORT_UNKNOWN, Message, QueryEnd, Tag};
 use proptest::prelude::*;
 use support::federation::{self, Edge, PORT, Plan, run, run_node};
 use support::network::Conditions;
@@ -99,6 +99,7 @@ struct Stock {
     platform: VirtualPlatform,
     rti: SocketId,
     heard: Vec<u8>,
+    query_end: QueryEnd,
     start: i64,
 }
 
@@ -120,9 +121,10 @@ impl Stock {
     /// Waits for the next message of the federate.
     fn hear<T>(&mut self, find: impl Fn(&Message<'_>) -> Option<T>) -> T {
         loop {
-            let mut at = 0;
+            let mut at = self.query_end.take(&self.heard);
             while let Ok(lf_wire::Decoded::Complete { message, len }) = lf_wire::decode(&self.heard[at..], &LIMITS) {
                 at += len;
+                self.query_end.follow(&message);
                 if let Some(found) = find(&message) {
                     self.heard.drain(..at);
                     return found;
@@ -204,7 +206,7 @@ fn end_with(act: impl FnOnce(&mut Stock) + Send) -> (Result<(), RunError>, usize
                     None => wait_for(&mut platform, listener, Interest::READ),
                 }
             };
-            let mut stock = Stock { platform, rti, heard: Vec::new(), start: 0 };
+            let mut stock = Stock { platform, rti, heard: Vec::new(), query_end: QueryEnd::NONE, start: 0 };
             act(&mut stock);
             while let Ok(Transfer::Bytes(_) | Transfer::WouldBlock) = stock.platform.read(rti, &mut [0; 64]) {
                 wait_for(&mut stock.platform, rti, Interest::READ);

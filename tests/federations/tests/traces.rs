@@ -82,7 +82,8 @@ const TRACKS: &str = "select t.name from track t join process_track p using (id)
     where process.name = 'sink' and t.name is not null order by t.name";
 /// How many values have an arrow from the source or the relay to the sink.
 const VALUES: &str = "select count(*) from slice s
-    where s.name glob '*.out -> sink.* from *' and exists (select 1 from flow where slice_in = s.id)";
+    where s.name glob '*.out -> sink.* from *' and s.name not glob 'absent: *'
+    and exists (select 1 from flow where slice_in = s.id)";
 /// How many grants that have come have an arrow.
 const GRANTS: &str = "select count(*), sum(exists (select 1 from flow where slice_in = s.id)) from slice s
     where s.name glob '*TAG from the RTI'";
