@@ -3,7 +3,7 @@
 
 use std::fs;
 use std::io::{ErrorKind, Read as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use lf_compiler::plan::Plan;
@@ -66,6 +66,7 @@ impl Program {
     /// # Errors
     /// When there is no plan for it; the user has been told why.
     pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
+        let file = &in_real_folder(file);
         let Some(path) = file.to_str() else {
             return Err(Failure::message(format!("the path {} is no UTF-8 text", file.display())));
         };
@@ -80,6 +81,17 @@ impl Program {
                 Err(Failure::Reported)
             }
         }
+    }
+}
+
+/// The file in the folder to which the links on the way to it lead, if there are any. The compiler works out the paths
+/// of other files as text, where `..` behind a link would lead elsewhere.
+fn in_real_folder(file: &Path) -> PathBuf {
+    let link = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+    let folder = file.parent().filter(|folder| folder.ancestors().any(link));
+    match (folder.map(Path::canonicalize), file.file_name()) {
+        (Some(Ok(folder)), Some(name)) => folder.join(name),
+        _ => file.to_owned(),
     }
 }
 
