@@ -13,7 +13,7 @@ use std::time::Duration;
 
 pub use lfz::{Lfz, TIME_LIMIT, programs};
 pub use processes::{Participant, wait_for_ends};
-pub use run::{Finished, Run};
+pub use run::{Finished, Run, is_of_build};
 
 /// Far longer than anything takes here, compiling on a busy computer included.
 pub const PATIENCE: Duration = Duration::from_secs(600);

@@ -195,3 +195,9 @@ fn read(stream: Option<impl Read + Send + 'static>, lines: Sender<String>) {
 fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_alphabetic() || first == '_')
 }
+
+/// Whether a line is what `lfz` and cargo say of a build. It depends on what has been built and is being built, so no
+/// test expects it.
+pub fn is_of_build(line: &str) -> bool {
+    ["Compil", "Waiting until", "Blocking waiting"].iter().any(|begin| line.trim_start().starts_with(begin))
+}

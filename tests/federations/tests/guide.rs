@@ -5,7 +5,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lf_federations::{Lfz, Run, TIME_LIMIT};
+use lf_federations::{Lfz, Run, TIME_LIMIT, is_of_build};
 
 /// A program in a document, and files that it needs.
 struct Listing {
@@ -112,12 +112,9 @@ fn programs_in_the_documents_print_what_stands_behind_them() {
 
 /// What the program itself has printed: the lines of one participant after those of another, for in time they mix.
 fn by_participant<'a>(lines: impl Iterator<Item = &'a String>) -> Vec<&'a str> {
-    // What `lfz` and cargo say of the build, which depends on what else is built.
-    let of_build = ["Compil", "Waiting until", "Blocking waiting"];
     let mut lines: Vec<(&str, &str)> = lines
         .map(|line| line.split_once(" | ").map_or(("", line.as_str()), |(name, _)| (name.trim_end(), line.as_str())))
-        .filter(|(name, line)| *name != "RTI" && !line.contains("info: "))
-        .filter(|(_, line)| !of_build.iter().any(|begin| line.trim_start().starts_with(begin)))
+        .filter(|(name, line)| *name != "RTI" && !line.contains("info: ") && !is_of_build(line))
         .collect();
     lines.sort_by_key(|(name, _)| *name);
     lines.into_iter().map(|(_, line)| line).collect()

@@ -4,14 +4,13 @@
 //!
 //! `INSTA_UPDATE=always cargo test -p lf-federations --test modes` rewrites the traces.
 
-use lf_federations::{Lfz, programs};
+use lf_federations::{Lfz, is_of_build, programs};
 
 #[test]
 fn time_state_and_structure_of_modes() {
     let finished = Lfz::run("modes", &programs().join("modes/Modes.lf"), &[]).succeed();
     // By scenario, because those of one tag do not depend on each other.
-    let mut lines: Vec<&str> =
-        finished.lines.iter().map(String::as_str).filter(|line| !line.starts_with("Compil")).collect();
+    let mut lines: Vec<&str> = finished.lines.iter().map(String::as_str).filter(|line| !is_of_build(line)).collect();
     lines.sort_by_key(|line| line.split(' ').next());
     insta::with_settings!({
         snapshot_path => "../programs/modes",

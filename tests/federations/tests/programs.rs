@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
-use lf_federations::{Lfz, Run, programs, wait_for_ends};
+use lf_federations::{Lfz, Run, is_of_build, programs, wait_for_ends};
 
 #[test]
 fn hello_world_is_one_process_with_its_own_output() {
     let run = Lfz::run("hello_world", Path::new("applications/hello_world/src/HelloWorld.lf"), &[]);
     let finished = run.succeed();
     let greetings: Vec<&String> =
-        finished.lines.iter().filter(|line| !line.starts_with("Compil") && !line.contains("info:")).collect();
+        finished.lines.iter().filter(|line| !is_of_build(line) && !line.contains("info:")).collect();
     let expected = [
         "Hello, world!",
         "250 ms: 1",
