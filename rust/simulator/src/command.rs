@@ -11,6 +11,7 @@ use lf_runtime::Coordination;
 use crate::scenario::{RICH, Scenario, source};
 use crate::shrink::{cut, shrink};
 use crate::trial::{Trial, print_messages, try_scenario};
+use crate::with_stack;
 use crate::workers::{all, option, try_safely, worker};
 
 /// So many violations are made smaller at most.
@@ -70,13 +71,13 @@ pub fn main() -> ExitCode {
         arguments.seeds = arguments.seeds.start + RICH..arguments.seeds.end + RICH;
     }
     if arguments.worker {
-        worker(arguments.coordination(), arguments.seeds);
+        with_stack(|| worker(arguments.coordination(), arguments.seeds));
         return ExitCode::SUCCESS;
     }
-    match arguments.seed {
+    with_stack(|| match arguments.seed {
         Some(seed) => one(seed, &arguments),
         None => many(&arguments),
-    }
+    })
 }
 
 fn one(seed: u64, arguments: &Arguments) -> ExitCode {

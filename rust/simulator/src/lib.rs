@@ -42,16 +42,25 @@ pub use scenario::RICH;
 /// # Errors
 /// What the first run violated, with the command that repeats it.
 pub fn try_seeds(coordination: Coordination, seeds: std::ops::Range<u64>) -> Result<Vec<u64>, String> {
-    seeds
-        .map(|seed| {
-            let (_, trial) = trial::try_seed(coordination, seed);
-            match trial.violation {
-                None => Ok(trial.digest),
-                Some(violation) => {
-                    let option = workers::option(coordination);
-                    Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
-                }
+    let try_seed = |seed| {
+        let (_, trial) = trial::try_seed(coordination, seed);
+        match trial.violation {
+            None => Ok(trial.digest),
+            Some(violation) => {
+                let option = workers::option(coordination);
+                Err(format!("seed {seed}: {violation}\nrepeat with: cargo xtask simulate{option} --seed {seed}"))
             }
-        })
-        .collect()
+        }
+    };
+    with_stack(|| seeds.map(try_seed).collect())
+}
+
+/// Runs something with a stack on which the largest queues can be made, also without optimization.
+fn with_stack<R: Send>(run: impl FnOnce() -> R + Send) -> R {
+    const STACK_BYTES: usize = 64 << 20;
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, run);
+        let thread = thread.expect("the system has room for a thread");
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }

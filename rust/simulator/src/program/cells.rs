@@ -121,13 +121,15 @@ impl<const N: usize> AnyQueue for TardyInput<Value, N> {
 /// Chooses the smallest type that has at least this capacity; `None` when there is none so large.
 macro_rules! by_capacity {
     ($capacity:expr, $n:ident => $make:expr) => {
-        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 16384)
+        by_capacity!(@ $capacity, $n => $make; 1 4 16 64 1024 4096 16384)
     };
     (@ $capacity:expr, $n:ident => $make:expr; $($number:literal)*) => {
         match $capacity {
             $(0..=$number => {
                 const $n: usize = $number;
-                Some($make)
+                // A function of its own, so that the stack has no room for all of them.
+                let make = || $make;
+                Some(make())
             })*
             _ => None,
         }
