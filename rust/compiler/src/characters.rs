@@ -7,7 +7,7 @@ use std::borrow::Cow;
 /// all that is made of it.
 pub const SOURCE_BYTES_MAX: usize = 16 << 20;
 
-/// Why a file of so many bytes is not read, as the end of a sentence: `it has …`.
+/// Refuses a file that is too large; the reason is the end of a sentence: `it has …`.
 ///
 /// # Errors
 /// When it is too large.

@@ -55,7 +55,7 @@ pub(crate) struct TraceFile {
 }
 
 impl TraceFile {
-    /// Makes a file of at most so many MiB, in which nothing is yet.
+    /// Makes an empty file with this limit in MiB.
     ///
     /// # Errors
     /// When it cannot be made.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who comes after whom within a tag.
+//! The order of reactions within a tag.
 
 use super::graph::Node;
 
