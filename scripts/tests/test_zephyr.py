@@ -317,7 +317,7 @@ def test_a_computer_and_a_board_authenticate_and_send_to_each_other_past_the_rti
             False,
             "right",
             ["-a"],
-            "(code 4). Use an RTI of the same release as this federate; if it has `-a`, set `auth",
+            "(code 4). Start the RTI with the number of federates that the program has (`-n`), of the same release",
         ),
     ],
 )
