@@ -116,12 +116,16 @@ def cargo_folder(environment: Mapping[str, str]) -> Path:
     return (Path(outer).absolute() if outer else REPOSITORY / "target") / "lf-zephyr"
 
 
-def _compiler_cache(application: Application, surroundings: Surroundings) -> dict[str, str]:
-    """Let ccache, with which Zephyr compiles where it is installed, know all images of a board as the same: then what
-    they have in common is compiled once. Whoever has set it up already knows better."""
-    if "CCACHE_BASEDIR" in surroundings.environment:
-        return {}
-    return {"CCACHE_BASEDIR": str(application.images), "CCACHE_NOHASHDIR": "true"}
+def environment(application: Application, workspace: Workspace, surroundings: Surroundings) -> dict[str, str]:
+    """The environment in which images are built.
+
+    It lets ccache, with which Zephyr compiles where it is installed, know all images of a board as the same: then what
+    they have in common is compiled once. Whoever has set it up already knows better.
+    """
+    variables = workspace.environment(surroundings.environment)
+    if "CCACHE_BASEDIR" not in variables:
+        variables |= {"CCACHE_BASEDIR": str(application.images), "CCACHE_NOHASHDIR": "true"}
+    return variables
 
 
 def build_images(
@@ -136,8 +140,8 @@ def build_images(
     for image in planned:
         jobs.append(Job(image.name, image.command(), application.log(image.name), workspace.topdir))
         image.forget()
-    environment = workspace.environment(surroundings.environment) | _compiler_cache(application, surroundings)
-    status = Jobs(environment, parallel, Screen(surroundings.say)).run(jobs)
+    variables = environment(application, workspace, surroundings)
+    status = Jobs(variables, parallel, Screen(surroundings.say)).run(jobs)
     for image, job in zip(planned, jobs, strict=True):
         if job.status == 0:
             image.remember()

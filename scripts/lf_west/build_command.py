@@ -9,7 +9,7 @@ import subprocess
 
 from lf_west import west_arguments
 from lf_west.application import open_application
-from lf_west.build import Request, Surroundings, cargo_folder, generate, images, report_messages, rows
+from lf_west.build import Request, Surroundings, cargo_folder, environment, generate, images, report_messages, rows
 from lf_west.command import LfCommand
 from lf_west.errors import LfError
 from lf_west.messages import has_rust_errors
@@ -60,7 +60,8 @@ class LfBuild(LfCommand):
             command = image.command()
             image.forget()
             # The command is west's whole screen, so that what it runs may also ask questions and show colours.
-            status = subprocess.call(command, cwd=workspace.topdir, env=workspace.environment(os.environ))
+            variables = environment(application, workspace, surroundings)
+            status = subprocess.call(command, cwd=workspace.topdir, env=variables)
             report_messages(request, [image], surroundings)
             if status != 0:
                 raise LfError(

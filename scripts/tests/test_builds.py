@@ -227,13 +227,16 @@ def test_cargos_results_are_shared_where_the_environment_says(world: World) -> N
     assert options(call)["LF_CARGO_TARGET_DIR"] == str(world.top / "shared/lf-zephyr")
 
 
+@pytest.mark.parametrize("command", ["lf-build", "lf-fed-build"])
 @pytest.mark.parametrize("users", [None, "/home"])
-def test_what_images_have_in_common_is_compiled_once(world: World, users: str | None) -> None:
+def test_what_images_have_in_common_is_compiled_once(world: World, users: str | None, command: str) -> None:
+    if command == "lf-build":
+        world.describe_unfederated()
     world.monkeypatch.delenv("CCACHE_BASEDIR", raising=False)
     if users is not None:
         world.set("CCACHE_BASEDIR", users)
     world.program("west", f"{WEST}\nopen({str(world.top / 'seen')!r}, 'w').write(os.environ['CCACHE_BASEDIR'])")
-    assert main(["lf-fed-build", world.file, "-w", f"-b {BOARD}"]) == 0
+    assert main([command, world.file, "-w", f"-b {BOARD}"]) == 0
     assert (world.top / "seen").read_text() == (users or str(world.build / "zephyr/Grid"))
 
 
