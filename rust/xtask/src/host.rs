@@ -2,14 +2,26 @@
 //! The checks of the Rust workspace, which run on every computer.
 
 use std::path::Path;
+use std::process::Command;
 
 use crate::counts::Counts;
 use crate::process;
 use crate::report::Report;
+use crate::tidy::tree::Tree;
 
-/// Formatting.
+/// Formatting of all crates, those outside the workspace too.
 pub(crate) fn fmt(repository: &Path, report: &mut Report) {
-    let passed = process::succeeds(process::cargo(repository).args(["fmt", "--all", "--check"]));
+    let tree = match Tree::read(repository) {
+        Ok(tree) => tree,
+        Err(error) => {
+            report.fail("fmt", &format!("cannot read the tree: {error}"));
+            return;
+        }
+    };
+    let files = tree.files.iter().filter(|file| file.kind() == "rs").map(|file| &file.path);
+    let mut command = Command::new("rustfmt");
+    command.current_dir(repository).args(["--check", "--edition", "2024"]).args(files);
+    let passed = process::succeeds(&mut command);
     report.check("fmt", passed);
 }
 
@@ -18,19 +30,6 @@ pub(crate) fn clippy(repository: &Path, report: &mut Report) {
     let arguments = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
     let passed = process::succeeds(process::cargo(repository).args(arguments));
     report.check("clippy", passed);
-}
-
-/// Licences and advisories of the dependencies.
-pub(crate) fn deny(repository: &Path, report: &mut Report) {
-    if !repository.join("deny.toml").is_file() {
-        report.skip("deny", "there is no deny.toml");
-    } else if process::find_program("cargo-deny").is_none() {
-        report.skip("deny", "cargo-deny is not installed: cargo install cargo-deny");
-    } else {
-        let passed =
-            process::succeeds(process::cargo(repository).args(["deny", "check", "bans", "licenses", "sources"]));
-        report.check("deny", passed);
-    }
 }
 
 /// All tests of the workspace.

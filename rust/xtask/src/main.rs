@@ -7,6 +7,7 @@
 
 mod bless;
 mod counts;
+mod dependencies;
 mod evaluate;
 mod host;
 mod lf_tests;
@@ -102,7 +103,7 @@ const STEPS: &[(&str, Step)] = &[
     ("tidy", tidy::step),
     ("fmt", host::fmt),
     ("clippy", host::clippy),
-    ("deny", host::deny),
+    ("dependencies", dependencies::check),
     ("host", host::test),
     ("python", python::step),
     ("twister", twister::run),

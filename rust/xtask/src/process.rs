@@ -100,5 +100,10 @@ fn show(command: &Command) {
         line.push(' ');
         line.push_str(&argument.to_string_lossy());
     }
+    // A list of all files says nothing either.
+    if let Some((end, _)) = line.char_indices().nth(500) {
+        line.truncate(end);
+        line.push('…');
+    }
     println!("$ {line}");
 }

@@ -113,8 +113,7 @@ impl Descriptor {
         let (sender, length) = address.as_mut_ptrs();
         // SAFETY: pointers and lengths are those of a slice that may be written to, and of a local that has room for an
         // address.
-        let count =
-            unsafe { raw::zsock_recvfrom(self.0, buffer.as_mut_ptr().cast(), buffer.len(), 0, sender, length) };
+        let count = unsafe { raw::zsock_recvfrom(self.0, buffer.as_mut_ptr().cast(), buffer.len(), 0, sender, length) };
         match usize::try_from(count) {
             Ok(count) => Ok(Some((count, address.endpoint()))),
             Err(_) if matches!(last_class(), error::LF_NETWORK_WOULD_BLOCK | error::LF_NETWORK_INTERRUPTED) => Ok(None),
@@ -126,9 +125,8 @@ impl Descriptor {
     pub(crate) fn send_to(&self, to: Endpoint, bytes: &[u8]) -> Result<(), NetError> {
         let to = SystemAddress::for_any(to);
         // SAFETY: pointers and lengths are those of a slice, and of a local that holds an address.
-        let count = unsafe {
-            raw::zsock_sendto(self.0, bytes.as_ptr().cast(), bytes.len(), 0, to.as_ptr(), to.length())
-        };
+        let count =
+            unsafe { raw::zsock_sendto(self.0, bytes.as_ptr().cast(), bytes.len(), 0, to.as_ptr(), to.length()) };
         if count < 0 { Err(last_error()) } else { Ok(()) }
     }
 

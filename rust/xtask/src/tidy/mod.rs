@@ -9,7 +9,7 @@ mod finding;
 mod names;
 mod rules;
 mod sources;
-mod tree;
+pub(crate) mod tree;
 
 use std::path::Path;
 

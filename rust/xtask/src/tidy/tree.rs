@@ -9,26 +9,26 @@ use std::process::Command;
 use crate::process;
 
 /// Every file of the repository, with its text.
-pub(super) struct Tree {
+pub(crate) struct Tree {
     /// The repository.
-    pub(super) root: PathBuf,
+    pub(crate) root: PathBuf,
     /// The files, sorted by path.
-    pub(super) files: Vec<File>,
+    pub(crate) files: Vec<File>,
 }
 
 /// One file.
-pub(super) struct File {
+pub(crate) struct File {
     /// Relative to the repository, with `/`.
-    pub(super) path: String,
+    pub(crate) path: String,
     /// In bytes.
-    pub(super) size: u64,
+    pub(crate) size: u64,
     /// `None` when it is no UTF-8 text.
-    pub(super) text: Option<String>,
+    pub(crate) text: Option<String>,
 }
 
 impl File {
     /// What follows the last dot of the name, or the whole name when it has none.
-    pub(super) fn kind(&self) -> &str {
+    pub(crate) fn kind(&self) -> &str {
         let name = self.path.rsplit('/').next().unwrap_or(&self.path);
         name.rsplit('.').next().unwrap_or(name)
     }
@@ -36,7 +36,7 @@ impl File {
 
 impl Tree {
     /// Reads the tree; without git (an unpacked archive), all files but those in build folders.
-    pub(super) fn read(root: &Path) -> io::Result<Self> {
+    pub(crate) fn read(root: &Path) -> io::Result<Self> {
         let arguments = ["ls-files", "--cached", "--others", "--exclude-standard"];
         let mut paths: Vec<String> = match process::captured(Command::new("git").current_dir(root).args(arguments)) {
             Some(list) => list.lines().map(str::to_owned).collect(),

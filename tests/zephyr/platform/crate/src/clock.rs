@@ -3,11 +3,11 @@
 
 use core::cell::Cell;
 
-use lf_coordination::Deadline;
-use lf_model::Interval;
 use lf::clock::{self, Extension};
 use lf::kconfig::SYS_CLOCK_TICKS_PER_SEC;
 use lf::runtime::platform::Platform;
+use lf_coordination::Deadline;
+use lf_model::Interval;
 
 use crate::{Outcome, ensure, platform};
 

@@ -4,11 +4,11 @@
 use core::ffi::CStr;
 use core::net::Ipv4Addr;
 
-use lf_coordination::Deadline;
-use lf_model::Interval;
 use lf::ZephyrPlatform;
 use lf::kconfig::LF_SOCKETS;
 use lf::runtime::platform::{Endpoint, Interest, IpAddress, NetError, Platform, SocketId, Transfer};
+use lf_coordination::Deadline;
+use lf_model::Interval;
 
 use crate::{Outcome, ensure, platform};
 

@@ -4,11 +4,11 @@
 use core::ffi::CStr;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use lf_coordination::Deadline;
-use lf_model::ModelError;
 use lf::kconfig::{LF_LINE_SIZE, LF_USER_THREADS};
 use lf::runtime::platform::Platform;
 use lf::thread::spawn;
+use lf_coordination::Deadline;
+use lf_model::ModelError;
 
 use crate::{Outcome, ensure, platform};
 
