@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Runs cargo for one image and copies the library to the image's build folder. A script of lf_federate().
 #
+# With `LINT` on, clippy reads the crate `lf-zephyr` instead, with all its features. A warning is an error, but for code
+# of devices that the image does not have.
+#
 # All images call their library `librustapp.a`, and several of them may be built at once in one target folder. So the
 # copy is made before another image's cargo can start; and only when it differs, so that an unchanged crate does not
 # link the image anew.
@@ -16,7 +19,7 @@ if(NOT EXISTS ${crate}/Cargo.lock)
   file(COPY_FILE ${lock} ${crate}/Cargo.lock)
 endif()
 
-set(arguments build --target ${target} --target-dir ${target_dir})
+set(arguments --target ${target} --target-dir ${target_dir})
 set(folder debug)
 if(profile STREQUAL release)
   list(APPEND arguments --release)
@@ -32,10 +35,18 @@ if(profile STREQUAL release)
   endforeach()
 endif()
 list(APPEND arguments --config "build.rustflags=[${flags}]")
-# What Kconfig leaves out, such as messages of more detail than it lets through, is not even compiled.
-list(APPEND arguments --features ${features})
 set(redirection)
-if(messages)
+if(LINT)
+  set(crate ${repository}/rust/zephyr)
+  set(arguments clippy ${arguments} --features peers,datagrams,ipv6,texts,traces,postcard,c -- -D warnings -A dead_code)
+  # Cargo would look for clippy where rustup is before it looks beside itself.
+  list(APPEND environment CARGO=${cargo})
+  cmake_path(REPLACE_FILENAME cargo cargo-clippy)
+else()
+  # What Kconfig leaves out, such as messages of more detail than it lets through, is not even compiled.
+  set(arguments build ${arguments} --features ${features})
+endif()
+if(messages AND NOT LINT)
   list(APPEND arguments --message-format=json)
   set(redirection OUTPUT_FILE ${messages})
 endif()
@@ -53,6 +64,9 @@ execute_process(
 )
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "cargo could not build ${crate}")
+endif()
+if(LINT)
+  return()
 endif()
 
 cmake_path(GET target STEM target)

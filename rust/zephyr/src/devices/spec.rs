@@ -35,14 +35,14 @@ impl fmt::Debug for Spec {
 
 /// What a call of C's returns.
 pub(super) fn outcome(result: c_int) -> Result<c_int, Problem> {
-    // SAFETY: it has no precondition.
-    match result {
-        0.. => Ok(result),
-        error => Err(match unsafe { raw::lf_device_problem(error) } {
-            raw::lf_device_problem::LF_DEVICE_NO_DRIVER => Problem::NoDriver,
-            raw::lf_device_problem::LF_DEVICE_NOT_READY => Problem::NotReady,
-            raw::lf_device_problem::LF_DEVICE_NOT_SUPPORTED => Problem::NotSupported,
-            _ => Problem::Failed(-error),
-        }),
+    if result >= 0 {
+        return Ok(result);
     }
+    // SAFETY: it has no precondition.
+    Err(match unsafe { raw::lf_device_problem(result) } {
+        raw::lf_device_problem::LF_DEVICE_NO_DRIVER => Problem::NoDriver,
+        raw::lf_device_problem::LF_DEVICE_NOT_READY => Problem::NotReady,
+        raw::lf_device_problem::LF_DEVICE_NOT_SUPPORTED => Problem::NotSupported,
+        _ => Problem::Failed(-result),
+    })
 }
