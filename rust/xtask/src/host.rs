@@ -25,10 +25,19 @@ pub(crate) fn fmt(repository: &Path, report: &mut Report) {
     report.check("fmt", passed);
 }
 
-/// Lints, with warnings as errors.
+/// The features that an image has or has not, one by one.
+const IMAGE_FEATURES: [&str; 6] = ["", "datagrams", "ipv6", "peers", "texts", "traces"];
+
+/// Lints, with warnings as errors: of the workspace, and of what images are made of with each of their features alone.
 pub(crate) fn clippy(repository: &Path, report: &mut Report) {
-    let arguments = ["clippy", "--workspace", "--all-targets", "--quiet", "--", "-D", "warnings"];
-    let passed = process::succeeds(process::cargo(repository).args(arguments));
+    let is_clean = |arguments: &[&str]| {
+        let mut command = process::cargo(repository);
+        process::succeeds(command.args(["clippy", "--quiet"]).args(arguments).args(["--", "-D", "warnings"]))
+    };
+    let mut passed = is_clean(&["--workspace", "--all-targets"]);
+    for feature in IMAGE_FEATURES {
+        passed &= is_clean(&["--package", "lf-embedded", "--no-default-features", "--features", feature]);
+    }
     report.check("clippy", passed);
 }
 

@@ -29,6 +29,7 @@ const NO_ADDRESS: Message<'static> = Message::AddressQueryReply { port: ADDRESS_
 
 /// Where a federate listens, for one that has connected from the address `asking`; `None` if that cannot be told it. Of
 /// IPv6 only those hear that have come over it, so none of the stock programs does.
+#[cfg_attr(not(feature = "ipv6"), expect(clippy::unnecessary_wraps, reason = "an IPv4 address can always be told"))]
 fn address_reply(slot: &Slot, asking: IpAddress) -> Option<Message<'static>> {
     let port = slot.port;
     Some(match (slot.address, asking) {
