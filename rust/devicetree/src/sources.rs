@@ -26,7 +26,7 @@ impl Devicetree {
         let mut constants = BTreeMap::new();
         for meaning in names.values() {
             let Meaning::Usable(Device { node, kind }) = meaning else { continue };
-            constants.extend(constants_of(node, kind).into_iter().map(|Constant { symbol, c }| (symbol, c)));
+            constants.extend(constants_of(node, kind).into_iter().map(|Constant { symbol, c, .. }| (symbol, c)));
         }
         for c in constants.values() {
             let _ = write!(source, "\n{c}");
@@ -57,10 +57,11 @@ impl Devicetree {
     }
 
     /// Rust of the crate that has the macro: a module `found` with a function for each device that gives what
-    /// `Gpio::new`, for example, makes of a name and of constants of C's type `Spec`, and the macro `__device!`.
+    /// `Gpio::new`, for example, makes of a name and of constants of C, each a `Spec` of its type, and the macro
+    /// `__device!`.
     pub fn rust_source(&self, is_set: impl Fn(&str) -> bool) -> String {
         let names = names::of(self, &is_set);
-        let (mut symbols, mut functions, mut arms) = (BTreeSet::new(), String::new(), String::new());
+        let (mut statics, mut functions, mut arms) = (BTreeSet::new(), String::new(), String::new());
         let mut known = Vec::new();
         for (name, meaning) in &names {
             let message = match meaning {
@@ -70,7 +71,10 @@ impl Devicetree {
                     let mut arguments = format!("{name:?}");
                     for constant in constants_of(node, kind) {
                         let _ = write!(arguments, ", &{}", constant.symbol);
-                        symbols.insert(constant.symbol);
+                        statics.insert(format!(
+                            "        safe static {}: Spec<{}>;\n",
+                            constant.symbol, constant.rust_type
+                        ));
                     }
                     let _ = writeln!(
                         functions,
@@ -95,10 +99,7 @@ impl Devicetree {
             let _ = writeln!(arms, "    ({name}) => {{ compile_error!({message:?}) }};");
         }
         let known = if known.is_empty() { "none at all".to_owned() } else { known.join(", ") };
-        let statics = symbols.iter().fold(String::new(), |mut statics, symbol| {
-            let _ = writeln!(statics, "        safe static {symbol}: Spec;");
-            statics
-        });
+        let statics = String::from_iter(statics);
         format!(
             "/// Devices by their names.\n#[doc(hidden)]\npub mod found {{\n    \
              #[allow(clippy::wildcard_imports)]\n    use super::*;\n    \
@@ -129,44 +130,49 @@ impl Kind {
 /// Something that C has of a device.
 struct Constant {
     symbol: String,
+    /// Its type, as bindings of Zephyr have it.
+    rust_type: &'static str,
     /// Its declaration and definition.
     c: String,
 }
 
 impl Constant {
-    /// One of this type and value, which points to this device, or to none where that has no driver.
-    fn new(symbol: String, c_type: &str, device: &str, value: &str) -> Self {
+    /// One of this type, in C and in Rust, and of this value, which points to this device, or to none where that has
+    /// no driver.
+    fn new(symbol: String, (c_type, rust_type): (&str, &'static str), device: &str, value: &str) -> Self {
         let c = format!(
             "extern const struct device DEVICE_DT_NAME_GET({device}) __weak;\n\
              extern const {c_type} {symbol};\n\
              const {c_type} {symbol} = {value};\n"
         );
-        Self { symbol, c }
+        Self { symbol, rust_type, c }
     }
 }
 
 /// What C has of a device, in the order in which the function `new` of its type takes it.
 fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
     let short = node.trim_start_matches("DT_N_");
-    let own =
-        || Constant::new(format!("lf_device_{short}"), "struct device *const", node, &format!("DEVICE_DT_GET({node})"));
+    let own = || {
+        let types = ("struct device *const", "*const crate::raw::device");
+        Constant::new(format!("lf_device_{short}"), types, node, &format!("DEVICE_DT_GET({node})"))
+    };
     match kind {
         Kind::Gpio { property, index } => vec![Constant::new(
             format!("lf_pin_{short}_{property}_{index}"),
-            "struct gpio_dt_spec",
+            ("struct gpio_dt_spec", "crate::raw::gpio_dt_spec"),
             &format!("DT_GPIO_CTLR_BY_IDX({node}, {property}, {index})"),
             &format!("GPIO_DT_SPEC_GET_BY_IDX({node}, {property}, {index})"),
         )],
         Kind::Pwm { index } => vec![Constant::new(
             format!("lf_pwm_{short}_{index}"),
-            "struct pwm_dt_spec",
+            ("struct pwm_dt_spec", "crate::raw::pwm_dt_spec"),
             &format!("DT_PWMS_CTLR_BY_IDX({node}, {index})"),
             &format!("PWM_DT_SPEC_GET_BY_IDX({node}, {index})"),
         )],
         Kind::Adc { index } => vec![
             Constant::new(
                 format!("lf_adc_{short}_{index}"),
-                "struct adc_dt_spec",
+                ("struct adc_dt_spec", "crate::raw::adc_dt_spec"),
                 &format!("DT_IO_CHANNELS_CTLR_BY_IDX({node}, {index})"),
                 &format!("ADC_DT_SPEC_GET_BY_IDX({node}, {index})"),
             ),
@@ -175,7 +181,7 @@ fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
         Kind::I2c => vec![
             Constant::new(
                 format!("lf_i2c_{short}"),
-                "struct i2c_dt_spec",
+                ("struct i2c_dt_spec", "crate::raw::i2c_dt_spec"),
                 &format!("DT_BUS({node})"),
                 &format!("I2C_DT_SPEC_GET({node})"),
             ),
@@ -184,7 +190,7 @@ fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
         Kind::I2cBus => vec![
             Constant::new(
                 format!("lf_i2c_{short}"),
-                "struct i2c_dt_spec",
+                ("struct i2c_dt_spec", "crate::raw::i2c_dt_spec"),
                 node,
                 &format!("{{.bus = DEVICE_DT_GET({node}), .addr = UINT16_MAX}}"),
             ),
@@ -194,13 +200,13 @@ fn constants_of(node: &str, kind: &Kind) -> Vec<Constant> {
         Kind::Spi => vec![
             Constant::new(
                 format!("lf_spi_{short}"),
-                "struct spi_dt_spec",
+                ("struct spi_dt_spec", "crate::raw::spi_dt_spec"),
                 &format!("DT_BUS({node})"),
                 &format!("SPI_DT_SPEC_GET({node}, SPI_OP_MODE_MASTER | SPI_WORD_SET(8))"),
             ),
             Constant::new(
                 format!("lf_spi_held_{short}"),
-                "struct spi_dt_spec",
+                ("struct spi_dt_spec", "crate::raw::spi_dt_spec"),
                 &format!("DT_BUS({node})"),
                 &format!(
                     "SPI_DT_SPEC_GET({node}, SPI_OP_MODE_MASTER | SPI_WORD_SET(8) | SPI_HOLD_ON_CS | SPI_LOCK_ON)"

@@ -14,12 +14,16 @@ pub type Adc = lf_devices::Adc<AdcNode>;
 #[derive(Clone, Copy, Debug)]
 pub struct AdcNode {
     name: &'static str,
-    spec: &'static Spec,
-    device: &'static Spec,
+    spec: &'static Spec<raw::adc_dt_spec>,
+    device: &'static Spec<*const raw::device>,
 }
 
 impl AdcNode {
-    pub(crate) const fn new(name: &'static str, spec: &'static Spec, device: &'static Spec) -> Self {
+    pub(crate) const fn new(
+        name: &'static str,
+        spec: &'static Spec<raw::adc_dt_spec>,
+        device: &'static Spec<*const raw::device>,
+    ) -> Self {
         Self { name, spec, device }
     }
 

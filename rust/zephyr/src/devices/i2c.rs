@@ -18,12 +18,16 @@ pub type I2c = lf_devices::I2c<I2cNode>;
 #[derive(Clone, Copy, Debug)]
 pub struct I2cNode {
     name: &'static str,
-    spec: &'static Spec,
-    device: &'static Spec,
+    spec: &'static Spec<raw::i2c_dt_spec>,
+    device: &'static Spec<*const raw::device>,
 }
 
 impl I2cNode {
-    pub(crate) const fn new(name: &'static str, spec: &'static Spec, device: &'static Spec) -> Self {
+    pub(crate) const fn new(
+        name: &'static str,
+        spec: &'static Spec<raw::i2c_dt_spec>,
+        device: &'static Spec<*const raw::device>,
+    ) -> Self {
         Self { name, spec, device }
     }
 

@@ -19,11 +19,11 @@ pub type Input = lf_devices::Input<Gpio>;
 #[derive(Clone, Copy, Debug)]
 pub struct Gpio {
     name: &'static str,
-    spec: &'static Spec,
+    spec: &'static Spec<raw::gpio_dt_spec>,
 }
 
 impl Gpio {
-    pub(crate) const fn new(name: &'static str, spec: &'static Spec) -> Self {
+    pub(crate) const fn new(name: &'static str, spec: &'static Spec<raw::gpio_dt_spec>) -> Self {
         Self { name, spec }
     }
 
@@ -98,7 +98,7 @@ impl Pin for Gpio {
 /// The edges of a pin.
 #[derive(Debug)]
 pub struct Edges {
-    pin: &'static Spec,
+    pin: &'static Spec<raw::gpio_dt_spec>,
     edge: Edge,
 }
 

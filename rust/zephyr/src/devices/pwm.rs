@@ -13,11 +13,11 @@ pub type Pwm = lf_devices::Pwm<PwmNode>;
 #[derive(Clone, Copy, Debug)]
 pub struct PwmNode {
     name: &'static str,
-    spec: &'static Spec,
+    spec: &'static Spec<raw::pwm_dt_spec>,
 }
 
 impl PwmNode {
-    pub(crate) const fn new(name: &'static str, spec: &'static Spec) -> Self {
+    pub(crate) const fn new(name: &'static str, spec: &'static Spec<raw::pwm_dt_spec>) -> Self {
         Self { name, spec }
     }
 

@@ -5,6 +5,7 @@ use lf_devices::{Channel, Device, DeviceError, EventPoster, Problem, SensorDevic
 use lf_model::PhysicalLink;
 
 use super::spec::Spec;
+use crate::raw;
 
 /// A sensor: see [`lf_devices::Sensor`].
 pub type Sensor = lf_devices::Sensor<SensorNode>;
@@ -13,11 +14,11 @@ pub type Sensor = lf_devices::Sensor<SensorNode>;
 #[derive(Clone, Copy, Debug)]
 pub struct SensorNode {
     name: &'static str,
-    device: &'static Spec,
+    device: &'static Spec<*const raw::device>,
 }
 
 impl SensorNode {
-    pub(crate) const fn new(name: &'static str, device: &'static Spec) -> Self {
+    pub(crate) const fn new(name: &'static str, device: &'static Spec<*const raw::device>) -> Self {
         Self { name, device }
     }
 
@@ -44,7 +45,6 @@ mod driver {
     use super::super::spec::outcome;
     #[allow(clippy::wildcard_imports)]
     use super::*;
-    use crate::raw;
 
     macro_rules! define_number {
         ($($name:ident $c:ident $script:literal $what:literal,)*) => {
@@ -88,7 +88,7 @@ mod driver {
 
     /// The samples of a sensor.
     #[derive(Debug)]
-    pub struct Samples(&'static Spec);
+    pub struct Samples(&'static Spec<*const raw::device>);
 
     impl Source for Samples {
         fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {

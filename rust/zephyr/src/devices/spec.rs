@@ -3,31 +3,38 @@
 
 use core::ffi::c_int;
 use core::fmt;
+use core::marker::PhantomData;
 
 use lf_devices::Problem;
 
 use crate::raw;
 
-/// What C has of a device: a constant of a type that its kind says. Only C looks into it.
+/// A constant of C of type `T`: what it has of a device. Only C looks into it.
 #[repr(C)]
-pub struct Spec {
+pub struct Spec<T> {
     _opaque: [u8; 0],
+    _type: PhantomData<T>,
 }
 
-impl Spec {
-    /// As the type that it is.
-    pub(super) fn raw<T>(&'static self) -> *const T {
+// SAFETY: nobody changes a constant, and what C does with the device that one leads to can be done in any thread.
+unsafe impl<T> Sync for Spec<T> {}
+
+impl<T> Spec<T> {
+    /// The constant.
+    pub(super) fn raw(&'static self) -> *const T {
         core::ptr::from_ref(self).cast()
     }
+}
 
-    /// The device of a constant that is a pointer to one; null without a driver.
+impl Spec<*const raw::device> {
+    /// The device that it leads to; null without a driver.
     pub(super) fn device(&'static self) -> *const raw::device {
-        // SAFETY: the caller has a constant of C of this type, which does not change.
-        unsafe { *self.raw::<*const raw::device>() }
+        // SAFETY: declarations of constants of C have their types, and a constant does not change.
+        unsafe { *self.raw() }
     }
 }
 
-impl fmt::Debug for Spec {
+impl<T> fmt::Debug for Spec<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("Spec")
     }

@@ -20,18 +20,18 @@ pub type Spi = lf_devices::Spi<SpiNode>;
 pub struct SpiNode {
     name: &'static str,
     /// Keeps it selected during a transfer.
-    spec: &'static Spec,
+    spec: &'static Spec<raw::spi_dt_spec>,
     /// Keeps it selected after one, too.
-    held: &'static Spec,
-    device: &'static Spec,
+    held: &'static Spec<raw::spi_dt_spec>,
+    device: &'static Spec<*const raw::device>,
 }
 
 impl SpiNode {
     pub(crate) const fn new(
         name: &'static str,
-        spec: &'static Spec,
-        held: &'static Spec,
-        device: &'static Spec,
+        spec: &'static Spec<raw::spi_dt_spec>,
+        held: &'static Spec<raw::spi_dt_spec>,
+        device: &'static Spec<*const raw::device>,
     ) -> Self {
         Self { name, spec, held, device }
     }
@@ -91,7 +91,7 @@ const NOTHING: raw::lf_spi_part = raw::lf_spi_part { sent: null(), received: nul
 
 /// Parts of a transaction that go to the driver together. What they point to is borrowed by the transaction.
 struct Transfer {
-    spec: &'static Spec,
+    spec: &'static Spec<raw::spi_dt_spec>,
     parts: [raw::lf_spi_part; PARTS],
     count: usize,
 }

@@ -17,11 +17,11 @@ pub type Uart = lf_devices::Uart<UartNode>;
 #[derive(Clone, Copy, Debug)]
 pub struct UartNode {
     name: &'static str,
-    device: &'static Spec,
+    device: &'static Spec<*const raw::device>,
 }
 
 impl UartNode {
-    pub(crate) const fn new(name: &'static str, device: &'static Spec) -> Self {
+    pub(crate) const fn new(name: &'static str, device: &'static Spec<*const raw::device>) -> Self {
         Self { name, device }
     }
 
@@ -75,7 +75,7 @@ impl SerialLine for UartNode {
 
 /// The bytes that come on a line.
 #[derive(Debug)]
-pub struct Bytes(&'static Spec);
+pub struct Bytes(&'static Spec<*const raw::device>);
 
 impl Source for Bytes {
     fn begin(&self, place: usize, handler: raw::lf_device_handler) -> c_int {
