@@ -4,7 +4,7 @@
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::syntax::ast::{ReactionKeyword, Reactor, ReactorKind};
 
-/// Declares the features, each with what to do instead; the README's table is made of them.
+/// Declares the features, each with what to do instead; the README has a table of them.
 macro_rules! features {
     ($($feature:ident: $name:literal $verb:ident, $instead:literal;)*) => {
         /// A feature that is refused.
