@@ -6,11 +6,16 @@ use std::process::ExitCode;
 
 use crate::process;
 
-/// Runs all tests of the workspace with every snapshot accepted, then says which files changed.
-pub(crate) fn run(repository: &Path) -> ExitCode {
+/// Runs the tests of a crate, or of the workspace, whose names contain `filter`, with every snapshot accepted; then
+/// says which files changed.
+pub(crate) fn run(repository: &Path, package: Option<&str>, filter: Option<&str>) -> ExitCode {
     let mut cargo = process::cargo(repository);
-    cargo.args(["test", "--workspace", "--no-fail-fast", "--quiet"]);
-    cargo.env("INSTA_UPDATE", "always");
+    cargo.args(["test", "--no-fail-fast", "--quiet"]).env("INSTA_UPDATE", "always");
+    match package {
+        Some(package) => cargo.args(["--package", package]),
+        None => cargo.arg("--workspace"),
+    };
+    cargo.args(filter);
     let passed = process::succeeds(&mut cargo);
     let mut git = std::process::Command::new("git");
     git.current_dir(repository).args(["status", "--short", "--", "*.snap", "tests", "README.md", "docs"]);

@@ -65,7 +65,13 @@ enum Command {
     },
     /// Rewrite the expected outputs (snapshots) with what the programs print now; read the diff before committing.
     #[command(alias = "golden")]
-    Bless,
+    Bless {
+        /// Run the tests of this crate only.
+        #[arg(long, short, value_name = "CRATE")]
+        package: Option<String>,
+        /// Run tests only whose names contain this.
+        filter: Option<String>,
+    },
     /// Run all LF programs below a folder, such as LF's own tests, and say of each whether it passes.
     LfTests {
         /// The folder.
@@ -131,7 +137,7 @@ fn main() -> ExitCode {
         }
         Command::ModelCheck { arguments } => model_check(&repository, &arguments),
         Command::Simulate { arguments } => simulate(&repository, &arguments),
-        Command::Bless => bless::run(&repository),
+        Command::Bless { package, filter } => bless::run(&repository, package.as_deref(), filter.as_deref()),
         Command::LfTests { folder, only, empty_bodies, board, rti } => {
             let way = match &board {
                 Some(board) => lf_tests::Way::Image(board),
