@@ -52,7 +52,7 @@ fn a_build_neither_waits_for_that_of_another_program_nor_compiles_the_runtime_ag
     assert_eq!(text(&output.stdout), "it runs\n", "{errors}");
     assert!(!errors.contains("runtime crates") && !errors.contains("Waiting"), "{errors}");
     let size = own_size(&of_program(store.path(), &other.path().join("out")));
-    assert!(size < 20_000_000, "{size} bytes for a program of a few lines");
+    assert!(size < 5_000_000, "{size} bytes for a program of a few lines");
 
     // What is used is left, and said.
     let clean = |words: &[&str]| {

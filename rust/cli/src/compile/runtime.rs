@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 use std::fs::{self, FileTimes};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{MetadataExt, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 
 use lf_compiler::emit::Participant;
@@ -164,8 +164,9 @@ fn take_over_file(from: &Path, to: &Path) -> io::Result<()> {
     if present.is_ok() {
         fs::remove_file(to)?;
     }
-    let is_replaced = from.extension().is_some_and(|kind| kind == "rlib" || kind == "rmeta" || kind == "so");
-    if is_replaced && fs::hard_link(from, to).is_ok() {
+    let is_library = from.extension().is_some_and(|kind| kind == "rlib" || kind == "rmeta" || kind == "so");
+    let is_build_script = origin.permissions().mode() & 0o111 != 0;
+    if (is_library || is_build_script) && fs::hard_link(from, to).is_ok() {
         return Ok(());
     }
     match fs::copy(from, to) {

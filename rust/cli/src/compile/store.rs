@@ -24,7 +24,7 @@ use crate::terminal;
 /// about 200 MB.
 const RUNTIMES_MAX: usize = 8;
 
-/// How many programs' intermediate results are kept, at some 20 MB each.
+/// How many programs' intermediate results are kept, at some 5 MB each, beside what they share.
 const PROGRAMS_MAX: usize = 64;
 
 /// Says whose intermediate results a folder has: the folder of the generated crates.
