@@ -15,7 +15,7 @@ use serde::{Deserialize, Deserializer};
 use crate::commands::listening_port;
 use crate::compile::Console;
 use crate::failure::Failure;
-use crate::guard;
+use crate::guard::{self, Descendants};
 use crate::oscilloscope::Oscilloscope;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
@@ -213,11 +213,13 @@ impl Federation {
     fn run_processes(&self, interrupts: Interrupts) -> Result<Ending, Failure> {
         let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
         let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
+        // It is dropped last, when nobody is left who would start more.
+        let descendants = Descendants::of_this_run()?;
         let mut supervisor = Supervisor::new(self.limits(), interrupts, output);
         let id = self.id.of_this_run();
         let mut port = self.rti_port;
         if let Some(rti) = &self.rti {
-            rti.start(&mut supervisor, Role::Rti, &id, port)?;
+            rti.start(&mut supervisor, &descendants, Role::Rti, &id, port)?;
             if port.is_none() {
                 port = supervisor.wait_for_line(listening_port)?;
             }
@@ -226,7 +228,7 @@ impl Federation {
             }
         }
         for federate in &self.federates {
-            federate.start(&mut supervisor, Role::Federate, &id, port)?;
+            federate.start(&mut supervisor, &descendants, Role::Federate, &id, port)?;
         }
         Ok(supervisor.finish()?)
     }
@@ -253,10 +255,18 @@ impl Federation {
 }
 
 impl Process {
-    fn start(&self, supervisor: &mut Supervisor, role: Role, id: &str, port: Option<u16>) -> Result<(), Failure> {
+    fn start(
+        &self,
+        supervisor: &mut Supervisor,
+        descendants: &Descendants,
+        role: Role,
+        id: &str,
+        port: Option<u16>,
+    ) -> Result<(), Failure> {
         let mut words = self.words.iter().map(|word| word.text(id, port));
         let mut command: Command = guard::command(words.next().unwrap_or_default());
         command.args(words).envs(&self.environment);
+        descendants.mark(&mut command);
         if let Some(folder) = &self.folder {
             command.current_dir(folder);
         }

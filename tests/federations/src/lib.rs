@@ -5,12 +5,14 @@
 //! blocking a test run for ever.
 #![forbid(unsafe_code)]
 
+mod guide;
 mod lfz;
 mod processes;
 mod run;
 
 use std::time::Duration;
 
+pub use guide::table;
 pub use lfz::{Lfz, TIME_LIMIT, programs};
 pub use processes::{Participant, wait_for_ends};
 pub use run::{Finished, Run, is_of_build};

@@ -103,6 +103,30 @@ fn a_killed_participant_of_a_decentralized_federation_ends_all() {
     }
 }
 
+/// `keepalive` and an RTI that goes on hold nobody for whom the only one that could make an event is lost.
+#[test]
+fn nobody_stays_for_a_lost_federate_that_alone_could_make_an_event() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for coordination in ["centralized", "decentralized"] {
+        let properties = format!("keepalive: true, coordination: {coordination}");
+        let file = with_target(folder.path(), "KeptAfterLoss.lf", &properties);
+        let programs = Lfz::build(&format!("kept_after_loss_{coordination}"), &file);
+        let (rti, port) = Lfz::rti(&["-n", "2", "-i", "kept", "--go-on-after-loss"]);
+        let start = |name: &str| {
+            let mut command = Command::new(&programs[name]);
+            command.args(["--rti", &format!("127.0.0.1:{port}"), "--id", "kept"]);
+            Run::start(command)
+        };
+        let [source, sink] = ["source", "sink"].map(start);
+        let (source, sink, rti) = (source.finish(), sink.finish(), rti.finish());
+        assert_eq!(source.code(), 7, "{coordination}: {source}");
+        assert_eq!(sink.code(), 0, "{coordination}: {sink}\n{rti}");
+        sink.line(&["the sink has had 4 values"]);
+        assert_eq!(rti.code(), 1, "{coordination}: {rti}");
+        rti.line(&["error:", "federate 0 is lost"]);
+    }
+}
+
 /// A federate that is stopped for a while is waited for, by name, and nothing is lost.
 #[test]
 fn a_federate_that_stands_still_is_named_and_waited_for() {

@@ -72,17 +72,11 @@ impl Way {
 
 /// The rows of the guide's table.
 fn table() -> Vec<(String, Statuses)> {
-    let guide = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/guide/src/errors.md");
-    let guide = std::fs::read_to_string(guide).expect("the guide is there");
-    let rows = guide.lines().skip_while(|line| !line.starts_with("| how a federate ends |")).skip(2);
-    let rows = rows.map_while(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
-    let row = |row: &str| {
-        let mut cells = row.split(" | ");
-        let way = cells.next().expect("a row has cells").to_owned();
-        let statuses: Vec<_> = cells.map(|cell| cell.parse().ok()).collect();
-        (way, statuses.try_into().expect("a row has four statuses"))
+    let row = |row: Vec<String>| {
+        let statuses: Vec<_> = row[1..].iter().map(|cell| cell.parse().ok()).collect();
+        (row[0].clone(), statuses.try_into().expect("a row has four statuses"))
     };
-    rows.map(row).collect()
+    lf_federations::table("errors.md", "how a federate ends").into_iter().map(row).collect()
 }
 
 /// The program of these tests, with this coordination.

@@ -195,6 +195,13 @@ that nobody of --readers can carry out are errors."
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         program: Vec<OsString>,
     },
+    /// Wait for the end of the process that holds standard input, and end what its run has left; what runs are watched
+    /// over by.
+    #[command(hide = true)]
+    EndDescendants {
+        /// What marks the processes of the run.
+        mark: String,
+    },
 }
 
 /// `lfz check`

@@ -63,5 +63,8 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
             let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             Err(Failure::message(format!("cannot run {name}: {error}")))
         }
+        Command::EndDescendants { mark } => {
+            guard::end_descendants(&mark).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
+        }
     }
 }

@@ -5,28 +5,45 @@ use std::io::{self, Read};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 
-/// The signals that ask this program to stop.
+/// The signals that are about all participants, too.
 pub(crate) struct Interrupts {
     sources: Vec<(u8, UnixStream)>,
 }
 
 impl Interrupts {
-    /// Takes over SIGINT (^C), SIGTERM and SIGHUP from now on; the last one not under `nohup`.
+    /// Takes over SIGINT (^C), SIGTERM, SIGQUIT (^\\), SIGHUP and SIGTSTP (^Z) from now on; of the last three those that
+    /// are not ignored, as SIGHUP is under `nohup`.
     ///
     /// # Errors
     /// When the system has no descriptors left.
     pub(crate) fn of_this_process() -> io::Result<Self> {
         let mut sources = Vec::new();
-        for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| *signal != SIGHUP || !ignores_hangups()) {
+        let ignored = ignored();
+        let may_be_ignored = |signal| [SIGQUIT, SIGHUP, SIGTSTP].contains(&signal);
+        for signal in [SIGINT, SIGTERM, SIGQUIT, SIGHUP, SIGTSTP] {
+            if may_be_ignored(signal) && ignored >> (signal - 1) & 1 == 1 {
+                continue;
+            }
             let (read, write) = UnixStream::pair()?;
             read.set_nonblocking(true)?;
             signal_hook::low_level::pipe::register(signal, write)?;
-            // The three are below 16 on every system.
+            // All of them are below 32 on every system.
             sources.push((u8::try_from(signal).unwrap_or(u8::MAX), read));
         }
         Ok(Self { sources })
+    }
+
+    /// Whether a signal asks to stop for a while.
+    pub(super) fn is_suspension(signal: u8) -> bool {
+        i32::from(signal) == SIGTSTP
+    }
+
+    /// Stops this process, and returns when somebody lets it go on, as the shell's `fg` does.
+    pub(super) fn suspend() {
+        // An error means that it goes on at once.
+        let _ = signal_hook::low_level::emulate_default_handler(SIGTSTP);
     }
 
     /// No signals but those that a test makes: each byte written to the other end is one.
@@ -54,9 +71,9 @@ impl Interrupts {
     }
 }
 
-/// Whether this program was started with SIGHUP ignored, as the kernel tells it: one bit per signal, the lowest is 1.
-fn ignores_hangups() -> bool {
+/// The signals that this program was started to ignore, as the kernel tells it: one bit per signal, the lowest is 1.
+fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (SIGHUP - 1) & 1 == 1)
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default()
 }

@@ -111,6 +111,10 @@ impl Supervisor {
         }
         if ready.signals {
             for signal in self.interrupts.take() {
+                if Interrupts::is_suspension(signal) {
+                    self.suspend();
+                    continue;
+                }
                 if !self.plan.is_stopping() {
                     self.output.note("interrupted; stopping all participants");
                 }
@@ -224,6 +228,14 @@ impl Supervisor {
             // The RTI and the last federates end at the same time, in any order; who stays much longer hangs.
             self.plan.federation_over(Instant::now());
         }
+    }
+
+    /// Stops all until this process may go on: those in groups of their own do not get what the terminal sends.
+    fn suspend(&self) {
+        let there = || self.children.iter().filter(|child| child.is_there());
+        there().for_each(|child| child.signal(Signal::STOP));
+        Interrupts::suspend();
+        there().for_each(|child| child.signal(Signal::CONT));
     }
 
     /// Signals the process groups of all participants that still run.

@@ -6,6 +6,10 @@ use lf_linux::runtime::trace::{Event, Record};
 /// Corrections that change faster than one part in so many are steps: time is never slewed as fast.
 const STEP: i64 = 10;
 
+/// Corrections that are kept, in 1 MiB. Of more, every second one is dropped: between its neighbors a clock drifts
+/// evenly, so that little is lost.
+const POINTS_MAX: usize = 64 * 1024;
+
 /// What a participant's clock was corrected by, and when.
 #[derive(Debug, Default)]
 pub(crate) struct Clock {
@@ -22,6 +26,13 @@ impl Clock {
         let is_step = |&(last, before): &(i64, i64)| (offset - before).abs() > (at - last).max(1_000_000) / STEP;
         if self.points.last().is_some_and(is_step) {
             self.points.clear();
+        }
+        if self.points.len() == POINTS_MAX {
+            let mut index = 0;
+            self.points.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
         }
         self.points.push((at, offset));
     }
@@ -61,5 +72,20 @@ mod tests {
         assert_eq!(clock.time(second / 2), 5 * second + second / 2 + 499);
         assert_eq!(clock.time(2 * second), 7 * second + 1_000);
         assert_eq!(Clock::default().time(7), 7);
+    }
+
+    /// A long recording has any number of corrections, and its memory has a limit.
+    #[test]
+    fn corrections_without_end_take_limited_memory_and_keep_their_course() {
+        let mut clock = Clock::default();
+        let drift = |at: i64| at + at / 10_000;
+        let count = 5 * i64::try_from(POINTS_MAX).expect("it is small");
+        for at in (0..count).map(|number| number * 1_000_000) {
+            clock.take(&Record { at: Instant::from_nanos(at), event: Event::Clock(Instant::from_nanos(drift(at))) });
+            assert!(clock.points.len() <= POINTS_MAX);
+        }
+        for at in [0, 1_000_500, count * 500_000, (count - 1) * 1_000_000] {
+            assert!((clock.time(at) - drift(at)).abs() <= 1, "{at}");
+        }
     }
 }
