@@ -53,8 +53,8 @@ mod tests {
     #[test]
     fn codes_in_a_line_become_sentences_and_all_else_stays() {
         let line = "[00:00:12.3] <err> lf: lf#0.2.8.\"a.out -> b.in\" lf#3.1\r\n";
-        let sentence = "the queue of a.out -> b.in and the receive buffer are full, and the grant that would empty \
-                        them lies behind still more messages: raise the capacity of that connection with \
+        let sentence = "the queue of a.out -> b.in and the receive buffer are full, and what would empty them \
+                        cannot come before they have room: raise the capacity of that connection with \
                         `@capacity(n)`, or slow its sender";
         let key = "the federation id is the key of `auth`, and others can guess this one: choose another with --id, or \
                    CONFIG_LF_FEDERATION_ID";

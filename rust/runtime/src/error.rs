@@ -138,8 +138,8 @@ impl fmt::Display for RunError {
             Self::Interrupted => say!(f, "interrupted"),
             Self::InputFull { input } => say!(
                 f,
-                "the queue of {input} and the receive buffer are full, and the grant that would empty them lies behind \
-                 still more messages: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
+                "the queue of {input} and the receive buffer are full, and what would empty them cannot come before \
+                 they have room: raise the capacity of that connection with `@capacity(n)`, or slow its sender",
             ),
             Self::Late { input, tag, current } => late(f, input, *tag, *current),
             Self::BeforeStart { input, by } => before_start(f, input, *by),

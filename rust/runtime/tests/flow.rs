@@ -120,4 +120,29 @@ proptest! {
             error => prop_assert_eq!(error, &Err(RunError::InputFull { input: "node.in" })),
         }
     }
+
+    /// Where queues are smaller than what delays keep on their way, federates can wait in a circle, for room and for
+    /// each other's tags. Then one of them ends with an error that names the input, and nobody waits for ever.
+    #[test]
+    fn a_circle_that_waits_for_room_ends_with_an_error(
+        seed: u64,
+        delays in prop::array::uniform6(prop_oneof![Just(1i64), 1..30i64]),
+        pipe_bytes in 12usize..60,
+        capacity in any_capacity(),
+        fast: bool,
+    ) {
+        let relay = Behavior { relay: true, ..timer(1) };
+        let pairs = [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)];
+        let edges = pairs.iter().zip(delays).map(|((from, to), ms)| Edge { delay: Some(MS(ms)), ..edge(*from, *to) });
+        let plan = Plan {
+            capacity,
+            fast,
+            timeout: Some(MS(80)),
+            ..Plan::new(vec![relay, relay, timer(1)], edges.collect())
+        };
+        let report = run(&plan, Conditions { pipe_bytes, ..Conditions::seeded(seed) });
+        prop_assert_eq!(report.trouble, None, "{:?}", report.results);
+        let full = Err(RunError::InputFull { input: "node.in" });
+        prop_assert!(report.results.iter().all(|result| result.is_ok() || *result == full), "{:?}", report.results);
+    }
 }

@@ -131,6 +131,14 @@ fn who_waits_for_a_lost_federate_of_its_cycle_goes_on() {
     hold(Coordination::Centralized, &[65362]);
 }
 
+/// A queue too small for what was sent closed a circle of federates that waited for room and for each other's tags.
+/// One of them ended with an error after a minute, but the check had taken the rounds of clock synchronization
+/// meanwhile for a federation that does not get on.
+#[test]
+fn a_circle_of_no_room_and_held_messages_ends_with_an_error() {
+    hold(Coordination::Centralized, &[4_505_077_301]);
+}
+
 /// A federate was lost on which another one waited at a tag, and others on that: they were still in a cycle without the
 /// lost one, so that no grant could say that nothing comes from there.
 #[test]

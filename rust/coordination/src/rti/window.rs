@@ -11,12 +11,21 @@
 //! tag at which u has sent what is now at the front of its connection. What it has announced alone could be, as it may
 //! leave out what nobody needs.
 //!
-//! **Nobody waits for ever.** Whoever is held has its next event after that of its receiver. So the federate with the
+//! **Nobody is held for ever.** Whoever is held has its next event after that of its receiver. So the federate with the
 //! earliest next event is never held. All that it waits for is known, since the next events of those that are held are
 //! later; so it gets on, as long as it has something to do at what counts as its next event, for which see
 //! `in_transit`. A next event cannot come to be earlier than the tag of what is held, for that tag has been granted.
 //! `PORT_ABSENT`, announcements and stops of a federate that is held wait with its message, which is harmless for the
 //! same reason.
+//!
+//! **Room** is the other thing that a message waits for, on its receiver's connection. A receiver reads on as long as
+//! its receive buffer is not full of messages for queues that are full, so this wait ends, too, where no queue is
+//! smaller than the bound below. Where one is, federates can wait in a circle: the first for room at the second, which
+//! can empty its queue only after a tag whose output is held, because a third is behind, which waits for the first.
+//! The RTI does not let such output go. It cannot tell a receiver that is full from one that is slow, and in a circle
+//! with a slow one, which goes on by itself, the output would break the bound for queues that are large enough. The
+//! second federate can tell, and ends with an error that names the input: at once where it waits for a grant, and
+//! after a minute where its tag waits for room for output.
 //!
 //! **Stopping** is the exception. Who has named a stop tag does not go beyond it, and leaves messages from there on
 //! where they are, until all have named theirs; but the answer of a federate that is held lies behind its messages. So

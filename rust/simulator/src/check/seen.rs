@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the bytes on a federate's connection to the RTI tell of the federate.
 
+use std::collections::BTreeSet;
+
 use lf_model::time::Tag;
 
 /// What is known of one federate from its connection.
@@ -10,8 +12,8 @@ pub(crate) struct Seen {
     pub(super) provisional: Tag,
     /// Before this tag all is complete, and all that was sent has come to the RTI.
     pub(crate) announced: Tag,
-    /// Messages that were sent to it, and that it has not completed.
-    pub(super) in_transit: Vec<Tag>,
+    /// The tags of messages that were sent to it, and that it has not completed: a long `after` can keep very many.
+    pub(super) in_transit: BTreeSet<Tag>,
     /// By port number: the tag of the last message, how many there were for it, and the most for any.
     pub(super) bursts: Vec<(Tag, usize, usize)>,
     /// The stop that it has named, while the RTI has not decided.
@@ -41,7 +43,7 @@ impl Seen {
         granted: Tag::NEVER,
         provisional: Tag::NEVER,
         announced: Tag::NEVER,
-        in_transit: Vec::new(),
+        in_transit: BTreeSet::new(),
         bursts: Vec::new(),
         named: None,
         has_named: false,
@@ -64,7 +66,7 @@ impl Seen {
     pub(super) fn announce(&mut self, tag: Tag) {
         let stop = self.stop.or(self.named).filter(|_| tag != Tag::FOREVER).unwrap_or(Tag::FOREVER);
         let tag = tag.min(stop);
-        self.announced = self.in_transit.iter().copied().min().unwrap_or(Tag::FOREVER).min(tag);
+        self.announced = self.in_transit.first().copied().unwrap_or(Tag::FOREVER).min(tag);
     }
 
     pub(super) fn count(&mut self, port: usize, tag: Tag) {

@@ -196,14 +196,16 @@ impl Watch {
         if let Message::TaggedMessage { federate: to, tag: wire, .. } = *message
             && let Some(receiver) = self.seen.get_mut(usize::from(to))
         {
-            receiver.in_transit.push(from_wire(wire));
+            receiver.in_transit.insert(from_wire(wire));
             receiver.announce(receiver.announced);
         }
         let Some(seen) = self.seen.get_mut(federate) else { return };
         match *message {
             Message::NextEventTag(next) => seen.announce(from_wire(next)),
             Message::LatestTagComplete(last) => {
-                seen.in_transit.retain(|message| *message > from_wire(last));
+                while seen.in_transit.first().is_some_and(|message| *message <= from_wire(last)) {
+                    seen.in_transit.pop_first();
+                }
                 seen.announce(seen.announced.max(from_wire(last).next_microstep()));
             }
             Message::StopRequest(named) => {

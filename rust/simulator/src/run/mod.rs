@@ -27,6 +27,7 @@ use federate::{FederateMemory, Member};
 use rti::{Centre, RtiBuffers, RtiMemory};
 
 /// So many turns in which no reaction runs, or without one of the RTI, are a sign that a federation does not get on.
+/// Turns that exchange the time do not count, since they go on whatever a federation does.
 const IDLE_TURNS_MAX: u64 = 200_000;
 /// So much virtual time in which no reaction runs is, too.
 const IDLE_TIME_MAX_NS: u64 = 200_000_000_000;
@@ -386,12 +387,13 @@ impl Stage<'_> {
                 return (!waiting.is_empty()).then_some(Violation::Deadlock { waiting, now_ns });
             };
             self.turns += 1;
-            self.progress.note(world.reactions(), participant == 0, self.turns, world.now);
+            let counted = self.turns.saturating_sub(world.datagram_turns());
+            self.progress.note(world.reactions(), participant == 0, counted, world.now);
             self.cut_short = self.turns > TURNS_MAX || world.reactions() > REACTIONS_MAX;
             if self.cut_short {
                 return None;
             }
-            if self.progress.has_ceased(self.turns, world.now) {
+            if self.progress.has_ceased(counted, world.now) {
                 return Some(Violation::NoEnd { running: self.left(world), now_ns: world.now, turns: self.turns });
             }
             let step = self.participants[participant].turn();

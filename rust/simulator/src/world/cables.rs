@@ -28,6 +28,8 @@ pub(crate) struct Cables {
     pub(crate) watch: Watch,
     /// How often a write found no room.
     pub(crate) refused_writes: u64,
+    /// How many turns datagrams can account for: one that sends, and one at each arrival.
+    pub(super) datagram_turns: u64,
 }
 
 impl Cables {
@@ -41,6 +43,7 @@ impl Cables {
             ends: Vec::new(),
             watch: Watch::new(conditions.hosts.len() - 1),
             refused_writes: 0,
+            datagram_turns: 0,
         }
     }
 
@@ -68,7 +71,10 @@ impl Medium for Cables {
     }
 
     fn copies(&mut self) -> usize {
-        if self.random.percent(LOST_PERCENT) { 0 } else { 1 + usize::from(self.random.percent(DOUBLE_PERCENT)) }
+        let is_lost = self.random.percent(LOST_PERCENT);
+        let copies = if is_lost { 0 } else { 1 + u8::from(self.random.percent(DOUBLE_PERCENT)) };
+        self.datagram_turns += 1 + u64::from(copies);
+        copies.into()
     }
 
     fn wake(&mut self, participant: usize, at: u64) {

@@ -70,6 +70,11 @@ impl World {
         self.sides.iter().map(|side| side.reactions()).sum()
     }
 
+    /// How many turns datagrams can account for.
+    pub(crate) fn datagram_turns(&self) -> u64 {
+        self.network.borrow().medium().datagram_turns
+    }
+
     /// The participant has something to do at this time, or when it is through with what it does.
     pub(crate) fn schedule(&mut self, participant: usize, at: u64) {
         if self.ended[participant] {
