@@ -11,7 +11,7 @@
 //! tag at which u has sent what is now at the front of its connection. What it has announced alone could be, as it may
 //! leave out what nobody needs.
 //!
-//! **Nobody is held for ever.** Whoever is held has its next event after that of its receiver. So the federate with the
+//! **Nobody is held forever.** Whoever is held has its next event after that of its receiver. So the federate with the
 //! earliest next event is never held. All that it waits for is known, since the next events of those that are held are
 //! later; so it gets on, as long as it has something to do at what counts as its next event, for which see
 //! `in_transit`. A next event cannot come to be earlier than the tag of what is held, for that tag has been granted.
