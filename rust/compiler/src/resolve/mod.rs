@@ -20,6 +20,7 @@ mod model;
 mod modes;
 mod names;
 mod native;
+mod paths;
 mod properties;
 mod reaction;
 mod reactors;
