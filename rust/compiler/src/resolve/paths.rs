@@ -99,7 +99,6 @@ mod tests {
 
     use super::{SourceProvider, beside, in_package, join};
 
-
     fn none() -> BTreeMap<String, String> {
         BTreeMap::new()
     }
