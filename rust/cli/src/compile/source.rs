@@ -9,6 +9,7 @@ use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use lf_compiler::plan::Plan;
 use lf_compiler::{Diagnostics, SourceProvider};
 
+use super::places::{from_root, text_of};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -70,9 +71,8 @@ impl Program {
     /// # Errors
     /// When there is no plan for it; the user has been told why.
     pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
-        let Some(path) = file.to_str() else {
-            return Err(Failure::message(format!("the path {} is no UTF-8 text", file.display())));
-        };
+        let path = text_of(file)?;
+        from_root(file)?;
         let compilation = lf_compiler::compile(path, &Files);
         let diagnostics = compilation.diagnostics;
         terminal::remark(diagnostics.render(terminal::style()));

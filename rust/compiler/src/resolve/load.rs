@@ -109,7 +109,14 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
         Err(reason) => {
             let file = loader.diagnostics.sources_mut().add(path.clone(), String::new());
             let message = format!("cannot read `{path}`: {reason}");
-            loader.diagnostics.push(Diagnostic::new(Code::MissingFile, Span::new(file, 0, 0), message));
+            let longer = format!("{path}.lf");
+            let hint = if sources.read(&longer).is_ok() {
+                format!("did you mean `{longer}`?")
+            } else {
+                "name the file of LF that has the main reactor".to_owned()
+            };
+            let diagnostic = Diagnostic::new(Code::MissingFile, Span::new(file, 0, 0), message);
+            loader.diagnostics.push(diagnostic.hint(hint));
             None
         }
     }

@@ -75,7 +75,11 @@ pub(super) fn normalize(sources: &dyn SourceProvider, path: &str) -> String {
             _ => parts.push(part),
         }
     }
-    parts.join("/")
+    match &parts[..] {
+        [] if !path.is_empty() => ".".to_owned(),
+        [""] => "/".to_owned(),
+        parts => parts.join("/"),
+    }
 }
 
 /// Whether `..` behind these parts is the folder that their last one is in.
@@ -97,7 +101,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::path::PathBuf;
 
-    use super::{SourceProvider, beside, in_package, join};
+    use super::{SourceProvider, beside, in_package, join, normalize};
 
     fn none() -> BTreeMap<String, String> {
         BTreeMap::new()
@@ -151,5 +155,6 @@ mod tests {
         assert_eq!(join(&none(), "A.lf", "../B.lf"), "../B.lf");
         assert_eq!(join(&none(), "/a/A.lf", "../../../B.lf"), "/../../B.lf");
         assert_eq!(join(&none(), "a/A.lf", "/b//B.lf"), "/b/B.lf");
+        assert_eq!([".", "a/..", "/", "/a/.."].map(|folder| normalize(&none(), folder)), [".", ".", "/", "/"]);
     }
 }

@@ -81,11 +81,8 @@ impl Parser<'_> {
                 self.nested(Self::skip_type)?;
             }
             TokenKind::Other if self.text_of(self.peek(0)).starts_with('&') => {
-                // A lifetime is a sign and a word.
-                let token = self.advance();
-                if self.text_of(token).ends_with('\'') || self.eat(TokenKind::Other) {
-                    self.advance();
-                }
+                self.advance();
+                self.eat(TokenKind::Lifetime);
                 self.eat_word("mut");
                 self.nested(Self::skip_type)?;
             }
@@ -103,7 +100,9 @@ impl Parser<'_> {
                     if !self.eat(TokenKind::Plus) {
                         break;
                     }
-                    self.path_type()?;
+                    if !self.eat(TokenKind::Lifetime) {
+                        self.path_type()?;
+                    }
                 }
             }
         }
