@@ -9,6 +9,7 @@ use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf, absolute};
 
+use super::files::reason;
 use super::store::{Store, hash_of};
 use crate::args::{Places, Platform};
 
@@ -141,7 +142,10 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
         match fs::canonicalize(&found) {
             Ok(real) => found = real,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(io::Error::new(error.kind(), format!("{}: {error}", found.display()))),
+            Err(error) => {
+                let message = format!("{}: {}", found.display(), reason(&error));
+                return Err(io::Error::new(error.kind(), message));
+            }
         }
     }
     Ok(found)

@@ -56,8 +56,8 @@ pub(crate) trait Language: Debug + Sync {
     /// The serializers that a program can name.
     fn serializers(&self) -> &'static [&'static str];
 
-    /// All reasons why values of a type cannot go to another federate, as far as the program's text tells; what only the language's
-    /// own compiler knows, it says.
+    /// All reasons why values of a type cannot go to another federate, as far as the program's text tells; what only
+    /// the language's own compiler knows, it says.
     fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable>;
 
     /// What values of a type are in messages, as far as that is known here: for a federate in another language.

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use super::cmake;
 use super::linking;
-use super::load::read;
 use super::paths::beside;
+use super::sources::read;
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};

@@ -6,7 +6,7 @@
 
 use std::path::PathBuf;
 
-use super::load::SourceProvider;
+use super::sources::SourceProvider;
 
 /// Where packages lie, from the project's folder.
 pub(super) const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];

@@ -16,7 +16,7 @@ pub(super) struct Declarations {
 }
 
 /// The declaration of a type.
-pub(super) struct Declared<'a> {
+pub(super) struct TypeDeclaration<'a> {
     pub(super) item: &'a Item,
     /// The position of its preamble among the visible ones.
     pub(super) preamble: usize,
@@ -30,13 +30,13 @@ impl Declarations {
     }
 
     /// The declaration of a name; of several, the last one.
-    pub(super) fn find(&self, name: &str) -> Option<Declared<'_>> {
+    pub(super) fn find(&self, name: &str) -> Option<TypeDeclaration<'_>> {
         let items = self
             .visible
             .iter()
             .enumerate()
-            .flat_map(|(preamble, file)| file.items.iter().map(move |item| Declared { item, preamble }));
-        let declares = |declared: &Declared<'_>| match declared.item {
+            .flat_map(|(preamble, file)| file.items.iter().map(move |item| TypeDeclaration { item, preamble }));
+        let declares = |declared: &TypeDeclaration<'_>| match declared.item {
             Item::Struct(item) => item.ident == name,
             Item::Enum(item) => item.ident == name,
             Item::Type(item) => item.ident == name,

@@ -6,7 +6,7 @@ use syn::spanned::Spanned as _;
 use syn::{GenericArgument, Generics, Item, PathArguments, Type, TypePath};
 
 use super::code_syntax::byte_of;
-use super::declared::{Declarations, Declared, derives, fields};
+use super::declared::{Declarations, TypeDeclaration, derives, fields};
 use crate::languages::{PlaceInPreamble, Preambles, Unsendable};
 use crate::plan::Serializer;
 
@@ -233,7 +233,14 @@ impl SendableCheck<'_> {
         self.refuse(ty, NO_BOUND, &hint);
     }
 
-    fn look_at_declared(&mut self, path: &TypePath, ty: &Type, name: &str, declared: &Declared<'_>, bounded: bool) {
+    fn look_at_declared(
+        &mut self,
+        path: &TypePath,
+        ty: &Type,
+        name: &str,
+        declared: &TypeDeclaration<'_>,
+        bounded: bool,
+    ) {
         let (attributes, generics, keyword) = match declared.item {
             Item::Struct(item) => (&item.attrs, &item.generics, "struct"),
             Item::Enum(item) => (&item.attrs, &item.generics, "enum"),
@@ -290,7 +297,7 @@ impl SendableCheck<'_> {
     }
 
     /// Looks at the fields of a declared type. What serde does with one that has an attribute is left to rustc.
-    fn look_at_fields(&mut self, owner: &str, generics: &Generics, declared: &Declared<'_>) {
+    fn look_at_fields(&mut self, owner: &str, generics: &Generics, declared: &TypeDeclaration<'_>) {
         self.parameters = generics.type_params().map(|parameter| parameter.ident.to_string()).collect();
         for (name, field) in fields(declared.item) {
             let is_special = field.attrs.iter().any(|attribute| attribute.path().is_ident("serde"));

@@ -3,7 +3,7 @@
 
 use syn::{Expr, ExprLit, Fields, GenericArgument, Item, Lit, Type, TypePath};
 
-use super::declared::{Declarations, Declared, derives};
+use super::declared::{Declarations, TypeDeclaration, derives};
 use super::sendable::{Growing, arguments, growing, text};
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::Shape;
@@ -119,7 +119,7 @@ impl ShapeReader {
         }
     }
 
-    fn declared(&self, declared: &Declared<'_>, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
+    fn declared(&self, declared: &TypeDeclaration<'_>, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
         const DERIVE: &str = "write `#[derive(Payload)]` before its declaration";
         let why = |reason: &str, hint| Err(vec![(format!("{} {reason}", named(ty)), hint)]);
         let derived = |attributes| derives(attributes).is_some_and(|all| all.iter().any(|one| one == "Payload"));
