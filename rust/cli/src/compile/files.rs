@@ -95,7 +95,17 @@ fn remove(out: &Path, path: &str) -> io::Result<()> {
 }
 
 fn named(error: &io::Error, path: &Path) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+    io::Error::new(error.kind(), format!("{}: {}", path.display(), reason(error)))
+}
+
+/// Why something cannot be written, as the end of a sentence.
+pub(super) fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "it is a file, and no folder".to_owned(),
+        ErrorKind::IsADirectory => "it is a folder, and no file".to_owned(),
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "it may not be written".to_owned(),
+        _ => error.to_string(),
+    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,8 @@ use super::scopes::{Kind, Scope, Thing};
 const SCHEDULING: [&str; 3] = [".schedule(", ".schedule_with_v(", ".schedule_physical("];
 
 /// What bodies in C call, and what does the same in Rust.
-const FUNCTIONS_OF_C: [(&str, &str); 16] = [
+const FUNCTIONS_OF_C: [(&str, &str); 17] = [
+    ("SET", "ctx.set(PORT, VALUE)"),
     ("lf_set", "ctx.set(PORT, VALUE)"),
     ("lf_set_array", "ctx.set(PORT, VALUE)"),
     ("lf_set_token", "ctx.set(PORT, VALUE)"),

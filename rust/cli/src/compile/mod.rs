@@ -40,7 +40,7 @@ use crate::terminal;
 use cargo::Job;
 use lock::Lock;
 use origin::LfOrigin;
-use places::{Folders, named_by};
+use places::{Folders, current, named_by, text_of};
 use progress::Progress;
 use runtime::Runtime;
 
@@ -239,11 +239,12 @@ fn is_on_host(name: &str, plan: &Plan, deployment: &Deployment) -> bool {
 fn generate(file: &Path, program: &Program, deployment: &Deployment, folders: &Folders) -> Result<Emitted, Failure> {
     let path = |folder: &str| {
         let path = folders.home.join("rust").join(folder);
-        path.to_str().map(str::to_owned).ok_or_else(|| Failure::message(format!("{} is no UTF-8 text", path.display())))
+        text_of(&path).map(str::to_owned)
     };
     let (lf_linux, lf_zephyr) = (path("linux")?, path("zephyr")?);
-    let (version, current) = (folders.version(), std::env::current_dir()?);
-    let current = current.to_str().ok_or_else(|| Failure::message("the current folder's path is no UTF-8 text"))?;
+    // Without one, no path of the program begins there.
+    let (version, current) = (folders.version(), current().unwrap_or_else(|_| PathBuf::from("/")));
+    let current = text_of(&current)?;
     let settings = Settings { lf_linux: &lf_linux, lf_zephyr: &lf_zephyr, version: &version, current, deployment };
     let emitted = emit(&program.plan, &settings).map_err(|errors| report(&errors))?;
     let images = || emitted.participants.iter().filter(|participant| participant.artifact != Artifact::Host);

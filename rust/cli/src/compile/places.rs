@@ -9,6 +9,7 @@ use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf, absolute};
 
+use super::files::reason;
 use super::store::{Store, hash_of};
 use crate::args::{Places, Platform};
 
@@ -30,6 +31,9 @@ impl Folders {
     /// When there is no current folder, the runtime crates are not where they should be, or cargo cannot work in a
     /// folder of this name.
     pub(crate) fn new(file: &Path, name: &str, platform: Platform, places: &Places) -> io::Result<Self> {
+        if let Ok(current) = current() {
+            text_of(&current)?;
+        }
         let home = home(places)?;
         let out = match &places.out {
             Some(out) => out.clone(),
@@ -80,7 +84,7 @@ pub(crate) fn images(places: &Places) -> io::Result<PathBuf> {
 /// # Errors
 /// When there is no current folder, or a folder that `..` leads out of.
 pub(crate) fn application(file: &Path) -> io::Result<PathBuf> {
-    let file = absolute(file)?;
+    let file = from_root(file)?;
     let folder = file.parent().unwrap_or(&file);
     // A folder is called what the user calls it, which of a symbolic link is the link's name; `..` is no name.
     let folder = if folder.file_name().is_some() { folder.to_owned() } else { fs::canonicalize(folder)? };
@@ -90,11 +94,47 @@ pub(crate) fn application(file: &Path) -> io::Result<PathBuf> {
     })
 }
 
+/// The folder in which this program was started.
+///
+/// # Errors
+/// When there is none any more.
+pub(crate) fn current() -> io::Result<PathBuf> {
+    std::env::current_dir().map_err(|error| {
+        let message = "the folder that this was started in is gone; change to another one by `cd`";
+        io::Error::new(error.kind(), message)
+    })
+}
+
+/// The path from the root on, with the names that the user gives its folders.
+///
+/// # Errors
+/// When it begins in the current folder and there is none.
+pub(crate) fn from_root(path: &Path) -> io::Result<PathBuf> {
+    if path.is_relative() {
+        current()?;
+    }
+    absolute(path)
+}
+
+/// The path as text, which is what compilers take.
+///
+/// # Errors
+/// When it is none; the error names the part that is to be renamed.
+pub(crate) fn text_of(path: &Path) -> io::Result<&str> {
+    path.to_str().ok_or_else(|| {
+        let part = path.iter().find(|part| part.to_str().is_none()).unwrap_or(path.as_os_str());
+        io::Error::other(format!(
+            "compilers take only paths that are UTF-8 text: rename {part:?} in {}",
+            path.display()
+        ))
+    })
+}
+
 /// The path as the system resolves it, without `..` and symbolic links. What does not exist yet has the name that it
 /// will be made with.
 fn resolved(path: &Path) -> io::Result<PathBuf> {
     let mut found = PathBuf::new();
-    for part in absolute(path)?.components() {
+    for part in from_root(path)?.components() {
         match part {
             Component::ParentDir => _ = found.pop(),
             part => found.push(part),
@@ -102,7 +142,10 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
         match fs::canonicalize(&found) {
             Ok(real) => found = real,
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(io::Error::new(error.kind(), format!("{}: {error}", found.display()))),
+            Err(error) => {
+                let message = format!("{}: {}", found.display(), reason(&error));
+                return Err(io::Error::new(error.kind(), message));
+            }
         }
     }
     Ok(found)

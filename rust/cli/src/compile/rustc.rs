@@ -358,7 +358,7 @@ pub(crate) struct Shown {
     pub(crate) warnings: usize,
 }
 
-/// All diagnostics as text in the order of the program. Those of one cause in one line come once: a reactor that
+/// All diagnostics as text in the order of the program. Those of one cause at one place come once: a reactor that
 /// several federates contain is compiled several times, and a type is written several times in what is generated for
 /// one declaration. Where there are errors in what the user wrote, those in what was generated from it only follow from
 /// them; warnings in it are shown only where the program does not show the same.
@@ -374,11 +374,12 @@ pub(crate) fn render_all(diagnostics: &[Diagnostic], origin: &dyn Origin, colour
     let shown: HashSet<String> =
         all.iter().filter(|one| one.is_shown_in_the_program()).map(|one| one.cause.clone()).collect();
     let mut seen = HashSet::new();
+    // A declaration has several places in generated code, and a body its own.
+    let place = |place: &LfPlace| (place.path.clone(), place.line, place.verbatim.then_some(place.column));
     let mut shown_all = Shown::default();
     for one in &all {
-        let line = one.place.as_ref().map(|place| (place.path.as_str(), place.line));
         let is_told = !one.is_shown_in_the_program() && shown.contains(&one.cause);
-        if !is_told && seen.insert((one.cause.as_str(), line)) {
+        if !is_told && seen.insert((one.cause.as_str(), one.place.as_ref().map(place))) {
             shown_all.text.push_str(&one.text);
             shown_all.text.push('\n');
             *(if one.is_error { &mut shown_all.errors } else { &mut shown_all.warnings }) += 1;

@@ -9,6 +9,7 @@ use lf_compiler::characters::{SOURCE_BYTES_MAX, check_size, decode};
 use lf_compiler::plan::Plan;
 use lf_compiler::{Diagnostics, SourceProvider};
 
+use super::places::{from_root, text_of};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -22,6 +23,10 @@ impl SourceProvider for Files {
 
     fn exists(&self, path: &str) -> bool {
         fs::metadata(path).is_ok_and(|found| found.is_file() || found.is_dir())
+    }
+
+    fn real_path(&self, path: &str) -> Option<PathBuf> {
+        fs::canonicalize(path).ok()
     }
 }
 
@@ -66,10 +71,8 @@ impl Program {
     /// # Errors
     /// When there is no plan for it; the user has been told why.
     pub(crate) fn load(file: &Path) -> Result<Self, Failure> {
-        let file = &in_real_folder(file);
-        let Some(path) = file.to_str() else {
-            return Err(Failure::message(format!("the path {} is no UTF-8 text", file.display())));
-        };
+        let path = text_of(file)?;
+        from_root(file)?;
         let compilation = lf_compiler::compile(path, &Files);
         let diagnostics = compilation.diagnostics;
         terminal::remark(diagnostics.render(terminal::style()));
@@ -81,17 +84,6 @@ impl Program {
                 Err(Failure::Reported)
             }
         }
-    }
-}
-
-/// The file in the folder to which the links on the way to it lead, if there are any. The compiler works out the paths
-/// of other files as text, where `..` behind a link would lead elsewhere.
-fn in_real_folder(file: &Path) -> PathBuf {
-    let link = |path: &Path| fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
-    let folder = file.parent().filter(|folder| folder.ancestors().any(link));
-    match (folder.map(Path::canonicalize), file.file_name()) {
-        (Some(Ok(folder)), Some(name)) => folder.join(name),
-        _ => file.to_owned(),
     }
 }
 

@@ -139,8 +139,8 @@ fn lock_of(folder: &Path) -> PathBuf {
 }
 
 fn not_written(path: &Path, error: &io::Error) -> io::Error {
-    let path = path.display();
-    io::Error::new(error.kind(), format!("cannot write {path}: {error}; name another folder with --target-dir"))
+    let (path, reason) = (path.display(), files::reason(error));
+    io::Error::new(error.kind(), format!("cannot write {path}: {reason}; name another folder with --target-dir"))
 }
 
 /// Whether the program of a folder is not there any more.

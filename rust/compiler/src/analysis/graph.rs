@@ -345,12 +345,9 @@ impl Graph {
             while let Some(link) = self.into[root].map(|link| &self.links[link]).filter(|link| link.is_alias()) {
                 if passed.contains(&link.from) {
                     let start = passed.iter().position(|node| *node == link.from).unwrap_or_default();
-                    let mut names: Vec<_> = passed[start..].iter().map(|n| self.path(*n, tree, classes)).collect();
-                    names.reverse();
-                    names.push(names[0].clone());
-                    let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
-                    let diagnostic = Diagnostic::new(Code::CausalityLoop, link.span, message);
-                    diagnostics.push(diagnostic.hint("remove one of the connections"));
+                    let mut cycle = passed.split_off(start);
+                    cycle.reverse();
+                    diagnostics.push(self.endless(&cycle, tree, classes));
                     return None;
                 }
                 root = link.from;
@@ -359,6 +356,43 @@ impl Graph {
             self.root.push(root);
         }
         Some(())
+    }
+
+    /// What is said of ports that are connected in a circle, each to the next one.
+    fn endless(&self, cycle: &[Node], tree: &Tree, classes: &[Class<'_>]) -> Diagnostic {
+        let around = cycle.iter().chain(cycle.first());
+        let names: Vec<_> = around.map(|node| self.path(*node, tree, classes)).collect();
+        let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
+        let links = cycle.iter().cycle().skip(1).zip(&names);
+        let mut links = links.filter_map(|(to, from)| Some((self.links[self.into[*to]?].span, from)));
+        let (first, from) = links.next().unwrap_or((tree.instances[0].span, &names[0]));
+        let label = |from: &String, to: &String| format!("`{from}` sets `{to}`");
+        let mut diagnostic = Diagnostic::new(Code::CausalityLoop, first, message).label(label(from, &names[1]));
+        for ((span, from), to) in links.zip(&names[2..]) {
+            diagnostic = diagnostic.also(span, label(from, to));
+        }
+        diagnostic.hint("remove one of the connections")
+    }
+
+    /// The port by the name of which a reaction reads what another one stores.
+    pub(super) fn node_read(&self, step: usize, root: Node, tree: &Tree, classes: &[Class<'_>]) -> Option<Node> {
+        let read = self.reaction(step, tree, classes)?.parameters.iter().filter(|parameter| !parameter.effect);
+        let nodes = read.filter_map(|parameter| match parameter.variable {
+            Variable::Port(port) => Some(self.nodes(tree, self.steps[step].instance, port)),
+            _ => None,
+        });
+        nodes.flatten().find(|node| self.root[*node] == root)
+    }
+
+    /// The connections over which a port has the value of the port that stores it, from there on.
+    pub(super) fn connections_to(&self, mut node: Node) -> Vec<usize> {
+        let mut found = Vec::new();
+        while let Some(link) = self.into[node].filter(|link| self.links[*link].is_alias()) {
+            found.push(link);
+            node = self.links[link].from;
+        }
+        found.reverse();
+        found
     }
 
     fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants) {

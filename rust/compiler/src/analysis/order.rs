@@ -199,36 +199,62 @@ struct CycleNames<'a> {
 impl CycleNames<'_> {
     fn report(&self, cycle: &[(Vertex, Reason)]) -> Diagnostic {
         let mut text = String::new();
-        for (vertex, reason) in cycle {
+        for (index, (vertex, reason)) in cycle.iter().enumerate() {
             text.push_str(&self.name(*vertex));
             text.push_str(" -> ");
-            if let Reason::Port(node) = reason
-                && !self.is_end(*vertex, *node)
-            {
-                text.push_str(&self.path(*node));
+            let Reason::Port(node) = reason else { continue };
+            let next = cycle[(index + 1) % cycle.len()].0;
+            let connected = self.connections(*node, next).into_iter().map(|link| self.graph.links[link].to);
+            let own = Some(*node).filter(|node| !self.is_end(*vertex, *node));
+            for node in own.into_iter().chain(connected) {
+                text.push_str(&self.path(node));
                 text.push_str(" -> ");
             }
         }
         text.push_str(&self.name(cycle[0].0));
-        let reactions = cycle.iter().any(|(vertex, _)| *vertex < self.graph.steps.len());
+        let reactions = cycle.iter().any(|(vertex, _)| self.link(*vertex).is_none());
         let message = if reactions {
             format!("these reactions wait for each other at the same time: {text}")
         } else {
             format!("these connections form a loop without a source: {text}")
         };
+        let mut connected = cycle.iter().any(|(vertex, _)| self.link(*vertex).is_some());
         let mut diagnostic = Diagnostic::new(Code::CausalityLoop, self.span(cycle[0].0), message);
         for (index, (vertex, reason)) in cycle.iter().enumerate() {
-            let label = self.label(*vertex, *reason, cycle[(index + 1) % cycle.len()].0);
+            let next = cycle[(index + 1) % cycle.len()].0;
+            let label = self.label(*vertex, *reason, next);
             diagnostic = if index == 0 { diagnostic.label(label) } else { diagnostic.also(self.span(*vertex), label) };
+            let Reason::Port(node) = reason else { continue };
+            for link in self.connections(*node, next) {
+                connected = true;
+                let link = &self.graph.links[link];
+                let label = format!("without `after`, this connection sets `{}` at once", self.path(link.to));
+                diagnostic = diagnostic.also(link.span, label);
+            }
         }
         let declared = cycle.iter().any(|(_, reason)| matches!(reason, Reason::Declared));
-        diagnostic.hint(if !reactions {
-            "remove one of the connections"
-        } else if declared {
-            "delay one of the connections by `after` (`after 0` is one microstep), or change the order of the reactions"
-        } else {
-            "delay one of the connections by `after` (`after 0` is one microstep)"
+        diagnostic.hint(match (reactions, connected, declared) {
+            (false, ..) => "remove one of the connections",
+            (true, true, false) => "delay one of the connections by `after` (`after 0` is one microstep)",
+            (true, true, true) => {
+                "delay one of the connections by `after` (`after 0` is one microstep), or change the order of the \
+                 reactions"
+            }
+            (true, false, true) => {
+                "change the order of the reactions, or have one of them schedule a logical action in place of writing \
+                 a port"
+            }
+            (true, false, false) => "have one of them schedule a logical action in place of writing a port",
         })
+    }
+
+    /// The connections inside a federate over which what is written to a port is there, too, where a vertex reads it.
+    fn connections(&self, root: Node, reader: Vertex) -> Vec<usize> {
+        let end = match self.link(reader) {
+            Some(link) => Some(self.graph.links[link].from),
+            None => self.graph.node_read(reader, root, self.tree, self.classes),
+        };
+        end.map_or(Vec::new(), |end| self.graph.connections_to(end))
     }
 
     fn label(&self, vertex: Vertex, reason: Reason, next: Vertex) -> String {
@@ -236,7 +262,8 @@ impl CycleNames<'_> {
             return format!("`{}` comes before `{}`, which is declared later", self.name(vertex), self.name(next));
         };
         let follows = match self.link(next) {
-            Some(_) => format!("which is sent to `{}`", self.name(next)),
+            Some(link) if self.graph.links[link].network => format!("which is sent to `{}`", self.name(next)),
+            Some(_) => format!("which is copied to `{}`", self.name(next)),
             None => format!("which `{}` reads", self.name(next)),
         };
         match self.link(vertex) {
@@ -247,7 +274,11 @@ impl CycleNames<'_> {
 
     /// The position of the connection that a vertex stands for, if it is one.
     fn link(&self, vertex: Vertex) -> Option<usize> {
-        vertex.checked_sub(self.graph.steps.len())
+        match self.graph.steps.get(vertex).map(|step| step.work) {
+            Some(Work::Copy(link)) => Some(link),
+            Some(Work::Reaction(_)) => None,
+            None => vertex.checked_sub(self.graph.steps.len()),
+        }
     }
 
     /// Whether a connection ends at this port, so that its name is the port's.
@@ -272,12 +303,8 @@ impl CycleNames<'_> {
             return self.graph.links[link].span;
         }
         let step = self.graph.steps[vertex];
-        match step.work {
-            Work::Copy(link) => self.graph.links[link].span,
-            Work::Reaction(reaction) => {
-                self.classes[self.tree.instances[step.instance].class.0].reactions[reaction].ast.keyword
-            }
-        }
+        let class = &self.classes[self.tree.instances[step.instance].class.0];
+        self.graph.reaction(vertex, self.tree, self.classes).map_or(class.ast.span(), |reaction| reaction.ast.keyword)
     }
 }
 

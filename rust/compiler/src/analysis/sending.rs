@@ -4,15 +4,18 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::instances::Tree;
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::{Serializer, Shape};
 use crate::resolve::{CheckedPort, Class, ClassId, Program};
-use crate::syntax::ast::Preamble;
+use crate::syntax::ast::{CodeBlock, Preamble};
 
 /// The serializer that both languages have: a value goes as it lies in memory.
 const NATIVE: &str = "native";
+
+/// What is said of a connection between federates.
+const GOES: &str = "it goes to another federate here";
 
 /// Reports ports whose values cannot go to another federate, and connections that cannot copy them, as far as that is
 /// known without the target languages' own compilers; each declaration of a port once. Connections between federates in
@@ -28,18 +31,16 @@ pub(super) fn check(
         let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
         texts(&unit.ast.preambles).into_iter().chain(inner)
     });
-    let mut ends = Ends { program, classes, tree, all: all.collect(), seen: BTreeSet::new(), diagnostics };
+    let mut ends =
+        Ends { program, classes, tree, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
     let mut shapes = Vec::new();
     for link in &graph.links {
         let mut between = None;
         if link.network {
-            let serializer = link.serializer.as_ref();
-            ends.check(graph, link.from, link, |end| end.class.language.unsendable(&end.port.ty, serializer, end.of()));
+            ends.check(graph, link.from, link);
             let is_other = ends.end(graph, link.from).language_differs(&ends.end(graph, link.to));
             if is_other {
-                ends.check(graph, link.to, link, |end| {
-                    end.class.language.unsendable(&end.port.ty, serializer, end.of())
-                });
+                ends.check(graph, link.to, link);
                 between = ends.shapes(graph, link);
             }
         } else if link.copies || link.is_delayed() {
@@ -61,13 +62,23 @@ struct TypedEnd<'a> {
     id: (ClassId, usize),
     class: &'a Class<'a>,
     port: &'a CheckedPort<'a>,
-    visible: Vec<String>,
+    visible: Vec<&'a CodeBlock>,
+    visible_texts: Vec<String>,
     all: &'a [String],
 }
 
 impl TypedEnd<'_> {
     fn of(&self) -> Preambles<'_> {
-        Preambles { visible: &self.visible, all: self.all }
+        Preambles { visible: &self.visible_texts, all: self.all }
+    }
+
+    /// Where a type cannot be sent: at the port, or where a part of it is declared.
+    fn span_of(&self, why: &Unsendable) -> Span {
+        let declared =
+            why.place.as_ref().and_then(|place| Some((self.visible.get(place.preamble)?.span, &place.range)));
+        declared.map_or(self.port.ty_span, |(code, range)| {
+            Span::new(code.file, code.start + range.start, code.start + range.end)
+        })
     }
 
     fn language_differs(&self, other: &Self) -> bool {
@@ -81,8 +92,10 @@ struct Ends<'a> {
     tree: &'a Tree,
     /// All preambles.
     all: Vec<String>,
-    /// The ports of classes that have been reported.
-    seen: BTreeSet<(ClassId, usize)>,
+    /// The ports of classes that have been looked at, with what says how their values become bytes.
+    seen: BTreeSet<(ClassId, usize, Option<Serializer>)>,
+    /// What has been reported in preambles: several ports can have a type.
+    told: BTreeSet<(Span, String)>,
     diagnostics: &'a mut Diagnostics,
 }
 
@@ -90,34 +103,45 @@ impl Ends<'_> {
     fn end(&self, graph: &Graph, node: Node) -> TypedEnd<'_> {
         let id = self.tree.instances[graph.instance[node]].class;
         let class = &self.classes[id.0];
-        let of_file = texts(&self.program.units[class.id.unit].ast.preambles);
-        let visible = [of_file, texts(&class.ast.body.preambles)].concat();
+        let of_file = &self.program.units[class.id.unit].ast.preambles;
+        let visible: Vec<_> = of_file.iter().chain(&class.ast.body.preambles).map(|it| &it.code).collect();
         TypedEnd {
             id: (id, graph.port_of(node)),
             class,
             port: &class.ports[graph.port_of(node)],
+            visible_texts: visible.iter().map(|code| code.text.clone()).collect(),
             visible,
             all: &self.all,
         }
     }
 
     /// Reports a port whose values cannot go over a connection to another federate.
-    fn check(&mut self, graph: &Graph, node: Node, link: &Link, why: impl FnOnce(&TypedEnd<'_>) -> Option<Unsendable>) {
+    fn check(&mut self, graph: &Graph, node: Node, link: &Link) {
         let end = self.end(graph, node);
-        let (id, span, found) = (end.id, end.port.ty_span, why(&end));
-        let Some(why) = found else { return };
-        if self.seen.insert(id) {
-            let diagnostic = Diagnostic::new(Code::Unsendable, span, why.message).hint(why.hint);
-            self.diagnostics.push(diagnostic.also(link.span, "it goes to another federate here"));
+        let id = (end.id.0, end.id.1, link.serializer.clone());
+        if self.seen.contains(&id) {
+            return;
+        }
+        let port = end.port.ty_span;
+        let found = end.class.language.unsendable(&end.port.ty, link.serializer.as_ref(), end.of());
+        let found: Vec<_> = found.into_iter().map(|why| (end.span_of(&why), why)).collect();
+        self.seen.insert(id);
+        for (span, why) in found {
+            let diagnostic = Diagnostic::new(Code::Unsendable, span, why.message.as_str()).hint(why.hint);
+            if span == port {
+                self.diagnostics.push(diagnostic.also(link.span, GOES));
+            } else if self.told.insert((span, why.message)) {
+                self.diagnostics.push(diagnostic.also(port, "a port has such values").also(link.span, GOES));
+            }
         }
     }
 
     /// Reports a connection that cannot copy its values.
     fn check_copies(&mut self, graph: &Graph, link: &Link) {
         let end = self.end(graph, link.from);
-        let (id, span) = (end.id, end.port.ty_span);
+        let span = end.port.ty_span;
         let Some(why) = end.class.language.uncopyable(&end.port.ty, end.of()) else { return };
-        if self.seen.insert(id) {
+        if self.told.insert((span, why.message.clone())) {
             let diagnostic = Diagnostic::new(Code::Uncopyable, link.span, why.message).hint(why.hint);
             self.diagnostics.push(diagnostic.also(span, "the type of the source"));
         }
@@ -135,7 +159,7 @@ impl Ends<'_> {
                     .also(link.span, "it goes to a federate in another language here")
                     .hint(why.hint)
             };
-            shape.map_err(|why| found.push(refused(why))).ok()
+            shape.map_err(|all| found.extend(all.into_iter().map(refused))).ok()
         };
         let shapes = shape(&from).zip(shape(&to));
         if let Some((one, other)) = shapes.as_ref().filter(|(one, other)| !one.fits(other)) {

@@ -56,15 +56,15 @@ pub(crate) trait Language: Debug + Sync {
     /// The serializers that a program can name.
     fn serializers(&self) -> &'static [&'static str];
 
-    /// Why values of a type cannot go to another federate, as far as the program's text tells; what only the language's
-    /// own compiler knows, it says.
-    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable>;
+    /// All reasons why values of a type cannot go to another federate, as far as the program's text tells; what only
+    /// the language's own compiler knows, it says.
+    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable>;
 
     /// What values of a type are in messages, as far as that is known here: for a federate in another language.
     ///
     /// # Errors
-    /// Why no other language can know it.
-    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable>;
+    /// All reasons why no other language can know it.
+    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Vec<Unsendable>>;
 
     /// Why a connection cannot copy values of a type, as far as the program's text tells.
     fn uncopyable(&self, ty: &str, preambles: Preambles<'_>) -> Option<Unsendable>;
@@ -121,6 +121,17 @@ pub(crate) struct Preambles<'a> {
 pub(crate) struct Unsendable {
     pub(crate) message: String,
     pub(crate) hint: String,
+    /// Where the reason is, unless it is the type itself.
+    pub(crate) place: Option<PlaceInPreamble>,
+}
+
+/// A place in the declaration of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct PlaceInPreamble {
+    /// The position of the preamble among the visible ones.
+    pub(crate) preamble: usize,
+    /// The bytes of its text.
+    pub(crate) range: core::ops::Range<usize>,
 }
 
 /// The end of a code block.

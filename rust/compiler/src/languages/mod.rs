@@ -9,7 +9,9 @@ mod language;
 mod lexical;
 mod rust;
 
-pub(crate) use language::{BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, Preambles, Unsendable};
+pub(crate) use language::{
+    BlockEnd, CodeKind, CodeProblem, Language, LiteralKind, PlaceInPreamble, Preambles, Unsendable,
+};
 
 /// Those that there are. The first is the one that texts without a target are read in.
 const ALL: [&dyn Language; 2] = [&rust::Rust, &c::C];

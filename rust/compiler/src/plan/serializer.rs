@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 /// How the values of a connection become bytes, where their type alone does not say it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Serializer {
     /// The serializer, as the target language knows it; `None` for the layout of the type itself.
     pub name: Option<String>,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target properties that are about cargo: crates and modules that bodies use, and how all is compiled.
 
-use super::load::join;
+use super::paths::beside;
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{BuildType, Dependency, FileIndex, Location, Module};
@@ -86,8 +86,8 @@ impl TargetReader<'_> {
     /// The folder of a crate, which has to be one.
     fn crate_folder(&mut self, key: &Name, value: &PropertyValue) -> Option<String> {
         let written = self.text(key, value, "a folder in quotes")?;
-        let folder = join(self.path_of(key.span), &written);
-        let manifest = join("", &format!("{folder}/Cargo.toml"));
+        let folder = beside(self.sources, self.path_of(key.span), &written);
+        let manifest = beside(self.sources, "", &format!("{folder}/Cargo.toml"));
         match self.sources.read(&manifest) {
             Ok(_) => Some(folder),
             Err(reason) => {
@@ -117,11 +117,11 @@ impl TargetReader<'_> {
 
     pub(super) fn modules(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
-            let path = join(self.path_of(span), &written);
+            let path = beside(self.sources, self.path_of(span), &written);
             let name = path.rsplit('/').next().unwrap_or(&path);
             let (name, file) = match name.strip_suffix(".rs") {
                 Some(stem) => (stem.to_owned(), path.clone()),
-                None => (name.to_owned(), join("", &format!("{path}/mod.rs"))),
+                None => (name.to_owned(), beside(self.sources, "", &format!("{path}/mod.rs"))),
             };
             let is_name = name.chars().all(|one| one.is_ascii_alphanumeric() || one == '_');
             if !is_name || name.starts_with(|first: char| first.is_ascii_digit()) || name.is_empty() {

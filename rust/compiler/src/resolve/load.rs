@@ -1,55 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The files of a program: the main one and those that it imports.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::characters::{check_size, cleaned};
+use super::paths::{PACKAGE_FOLDERS, identity, in_package, join, normalize};
+use super::sources::{SourceProvider, read};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::languages::{self, Language};
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
 use crate::syntax::parse;
 
-/// Gives the texts of files, so that the compiler itself reads none.
-pub trait SourceProvider: Sync {
-    /// The text of the file at `path`.
-    ///
-    /// Paths are the main path as it was given, and imports relative to the importing file's folder, with `/` between
-    /// the parts.
-    ///
-    /// # Errors
-    /// Why there is no such text, as the end of a sentence: `it does not exist`.
-    fn read(&self, path: &str) -> Result<String, String>;
-
-    /// Whether there is a file or a folder at `path`, text or not.
-    fn exists(&self, path: &str) -> bool {
-        self.read(path).is_ok()
-    }
-}
-
-/// The text of a file, without what some editors add.
-///
-/// # Errors
-/// Why there is none, as the end of a sentence.
-pub(super) fn read(sources: &dyn SourceProvider, path: &str) -> Result<String, String> {
-    let text = sources.read(path)?;
-    check_size(text.len() as u64)?;
-    Ok(match cleaned(&text) {
-        Cow::Borrowed(same) if same.len() == text.len() => text,
-        other => other.into_owned(),
-    })
-}
-
 /// How deeply files may import each other.
 const DEPTH_MAX: usize = 200;
-
-/// Texts by path.
-impl SourceProvider for BTreeMap<String, String> {
-    fn read(&self, path: &str) -> Result<String, String> {
-        self.get(path).cloned().ok_or_else(|| "it does not exist".to_owned())
-    }
-}
 
 /// The number of a reactor in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -92,8 +55,8 @@ impl Program {
 
 /// Reads the main file and all imports. Nothing if the main file cannot be read.
 pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Program> {
-    let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_path: BTreeMap::new(), open: Vec::new() };
-    let path = normalize(path);
+    let mut loader = Loader { sources, diagnostics, units: Vec::new(), by_identity: BTreeMap::new(), open: Vec::new() };
+    let path = normalize(sources, path);
     match read(sources, &path) {
         Ok(text) => {
             loader.add(&path, &text);
@@ -102,7 +65,14 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
         Err(reason) => {
             let file = loader.diagnostics.sources_mut().add(path.clone(), String::new());
             let message = format!("cannot read `{path}`: {reason}");
-            loader.diagnostics.push(Diagnostic::new(Code::MissingFile, Span::new(file, 0, 0), message));
+            let longer = format!("{path}.lf");
+            let hint = if sources.read(&longer).is_ok() {
+                format!("did you mean `{longer}`?")
+            } else {
+                "name the file of LF that has the main reactor".to_owned()
+            };
+            let diagnostic = Diagnostic::new(Code::MissingFile, Span::new(file, 0, 0), message);
+            loader.diagnostics.push(diagnostic.hint(hint));
             None
         }
     }
@@ -112,7 +82,8 @@ struct Loader<'a> {
     sources: &'a dyn SourceProvider,
     diagnostics: &'a mut Diagnostics,
     units: Vec<Unit>,
-    by_path: BTreeMap<String, usize>,
+    /// Files by what tells them apart, as one file can have several names.
+    by_identity: BTreeMap<PathBuf, usize>,
     /// The files whose imports are being followed, outermost first.
     open: Vec<usize>,
 }
@@ -127,7 +98,7 @@ impl Loader<'_> {
         let scope = self.own_reactors(unit, &ast);
         let imports = ast.imports.clone();
         self.units.push(Unit { path: path.to_owned(), ast, scope });
-        self.by_path.insert(path.to_owned(), unit);
+        self.by_identity.insert(identity(self.sources, path), unit);
         self.open.push(unit);
         for import in &imports {
             self.import(unit, import);
@@ -163,18 +134,19 @@ impl Loader<'_> {
         let own = &self.units[unit].path;
         match &import.source {
             ImportSource::File(name) => {
-                let path = join(own, &name.text);
+                let path = join(self.sources, own, &name.text);
                 self.import_from(unit, &[path], name, &import.reactors, import.span);
             }
             // Without a file, each reactor is in one of its name.
             ImportSource::Package(name) if Path::new(&name.text).extension().is_none() => {
                 for imported in &import.reactors {
-                    let paths = in_package(&self.units[unit].path, &format!("{}/{}.lf", name.text, imported.name.text));
+                    let file = format!("{}/{}.lf", name.text, imported.name.text);
+                    let paths = in_package(self.sources, &self.units[unit].path, &file);
                     self.import_from(unit, &paths, name, std::slice::from_ref(imported), import.span);
                 }
             }
             ImportSource::Package(name) => {
-                let paths = in_package(own, &name.text);
+                let paths = in_package(self.sources, own, &name.text);
                 self.import_from(unit, &paths, name, &import.reactors, import.span);
             }
         }
@@ -182,7 +154,8 @@ impl Loader<'_> {
 
     /// Imports reactors from the first of these files that there is.
     fn import_from(&mut self, unit: usize, paths: &[String], name: &Name, reactors: &[ImportedReactor], span: Span) {
-        let there = |path: &&String| self.by_path.contains_key(*path) || self.sources.read(path).is_ok();
+        let known = |path: &String| self.by_identity.contains_key(&identity(self.sources, path));
+        let there = |path: &&String| known(path) || self.sources.read(path).is_ok();
         let Some(path) = paths.iter().find(there).or(paths.first()) else { return };
         let Some(from) = self.imported_unit(path, name, span) else { return };
         for imported in reactors {
@@ -214,7 +187,7 @@ impl Loader<'_> {
     }
 
     fn imported_unit(&mut self, path: &str, name: &Name, span: Span) -> Option<usize> {
-        if let Some(known) = self.by_path.get(path).copied() {
+        if let Some(known) = self.by_identity.get(&identity(self.sources, path)).copied() {
             if let Some(start) = self.open.iter().position(|open| *open == known) {
                 let mut files: Vec<_> = self.open[start..].iter().map(|unit| self.units[*unit].path.as_str()).collect();
                 files.push(path);
@@ -245,70 +218,5 @@ impl Loader<'_> {
                 None
             }
         }
-    }
-}
-
-/// Where packages lie, from the project's folder.
-const PACKAGE_FOLDERS: [&str; 2] = ["build/lfc_include", "lf-packages"];
-
-/// The paths that a file of a package can have: the project is the folder in which the importing file's `src` is.
-fn in_package(importing: &str, file: &str) -> Vec<String> {
-    let (package, file) = file.split_once('/').unwrap_or((file, ""));
-    let to_src = match importing.rfind("src/").filter(|at| *at == 0 || importing[..*at].ends_with('/')) {
-        Some(at) => importing[at..].matches('/').count(),
-        None => 1,
-    };
-    let up = "../".repeat(to_src);
-    PACKAGE_FOLDERS.map(|folder| join(importing, &format!("{up}{folder}/{package}/src/lib/{file}"))).to_vec()
-}
-
-/// The path of an import: relative to the folder of the importing file.
-pub(super) fn join(importing: &str, relative: &str) -> String {
-    if relative.starts_with('/') {
-        return normalize(relative);
-    }
-    let folder = importing.rsplit_once('/').map(|(folder, _)| folder);
-    match folder {
-        Some(folder) => normalize(&format!("{folder}/{relative}")),
-        None => normalize(relative),
-    }
-}
-
-/// Takes `.` and, where possible, `..` out of a path.
-fn normalize(path: &str) -> String {
-    let mut parts: Vec<&str> = Vec::new();
-    for (index, part) in path.split('/').enumerate() {
-        match part {
-            "." => {}
-            "" if index > 0 => {}
-            ".." if parts.last().is_some_and(|last| !matches!(*last, ".." | "")) => {
-                parts.pop();
-            }
-            _ => parts.push(part),
-        }
-    }
-    parts.join("/")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{in_package, join};
-
-    #[test]
-    fn packages_are_beside_the_folder_of_sources() {
-        let first = |importing| in_package(importing, "lib/a/B.lf").swap_remove(0);
-        assert_eq!(first("src/Main.lf"), "build/lfc_include/lib/src/lib/a/B.lf");
-        assert_eq!(first("/p/src/deep/Main.lf"), "/p/build/lfc_include/lib/src/lib/a/B.lf");
-        assert_eq!(first("Main.lf"), "../build/lfc_include/lib/src/lib/a/B.lf");
-    }
-
-    #[test]
-    fn imports_are_relative_to_the_importing_file() {
-        assert_eq!(join("src/Main.lf", "lib/A.lf"), "src/lib/A.lf");
-        assert_eq!(join("Main.lf", "./A.lf"), "A.lf");
-        assert_eq!(join("src/lib/A.lf", "../B.lf"), "src/B.lf");
-        assert_eq!(join("A.lf", "../B.lf"), "../B.lf");
-        assert_eq!(join("/a/A.lf", "../../../B.lf"), "/../../B.lf");
-        assert_eq!(join("a/A.lf", "/b//B.lf"), "/b/B.lf");
     }
 }

@@ -20,10 +20,12 @@ mod model;
 mod modes;
 mod names;
 mod native;
+mod paths;
 mod properties;
 mod reaction;
 mod reactors;
 mod sending;
+mod sources;
 mod supported;
 mod target;
 mod time_value;
@@ -36,7 +38,6 @@ pub(crate) use code::check as check_code;
 
 pub(crate) use connection::type_mismatch;
 pub(crate) use expand::expand;
-pub use load::SourceProvider;
 pub(crate) use load::{Program, Unit, load};
 pub(crate) use mains::program_name;
 pub(crate) use model::{
@@ -46,5 +47,6 @@ pub(crate) use model::{
 pub use properties::TargetProperty;
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
+pub use sources::SourceProvider;
 pub use supported::{Supported, supported};
 pub(crate) use target::check as check_target;

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::cmake;
 use super::linking;
-use super::load::{join, read};
+use super::paths::beside;
+use super::sources::read;
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
@@ -85,7 +86,7 @@ impl TargetReader<'_> {
     fn existing(&mut self, key: &Name, value: &PropertyValue, extension: Option<(&str, &str)>) -> Vec<IncludedFile> {
         let mut found: Vec<IncludedFile> = Vec::new();
         for (written, span) in self.items(key, value) {
-            let path = join(self.path_of(span), &written);
+            let path = beside(self.sources, self.path_of(span), &written);
             let end = Path::new(&path).extension().and_then(OsStr::to_str);
             if let Some((_, hint)) = extension.filter(|(expected, _)| end != Some(*expected)) {
                 let message = format!("`{}` does not take `{written}`", key.text);
@@ -102,7 +103,7 @@ impl TargetReader<'_> {
 
     pub(super) fn files(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
-            let path = join(self.path_of(span), &written);
+            let path = beside(self.sources, self.path_of(span), &written);
             if written.starts_with(OF_LFC) {
                 let message = format!("`{written}` is a file of another compiler, which is not here");
                 let hint = "remove it; what includes it is not found";
@@ -118,7 +119,7 @@ impl TargetReader<'_> {
 
     pub(super) fn cmake_include(&mut self, key: &Name, value: &PropertyValue) {
         for (written, span) in self.items(key, value) {
-            let path = join(self.path_of(span), &written);
+            let path = beside(self.sources, self.path_of(span), &written);
             if written.starts_with(OF_LFC) {
                 let message = format!("`{written}` is a file of another compiler, which is not here");
                 let hint = "copy it into the folder of this file, and name it from there";
@@ -141,7 +142,7 @@ impl TargetReader<'_> {
         for CmakeFile { path, sources, folders, unread, .. } in &mut cmake {
             for named in sources.iter_mut().chain(folders) {
                 let around = self.target.c.files.iter().map(|file| &file.path).chain([&*path]);
-                let mut places = around.map(|beside| join(beside, named));
+                let mut places = around.map(|around| beside(self.sources, around, named));
                 match places.find(|place| self.sources.exists(place)) {
                     Some(place) => *named = place,
                     None => _ = unread.get_or_insert_with(|| format!("`{named}`, which is not found")),

@@ -203,9 +203,10 @@ impl<'p> Checker<'p> {
         let text = reference.text();
         let readable_hint = "a reaction reads inputs of its reactor, outputs of contained reactors, actions and timers";
         let writable_hint = "a reaction writes outputs of its reactor, inputs of contained reactors, and actions";
+        let timer_hint = "a timer has its own times; a reaction schedules a logical action";
         let problem = match (variable, role) {
             (Variable::Timer(_), DependencyKind::Effect) => {
-                Some((Code::NotWritable, format!("timer `{text}` cannot be an effect"), writable_hint))
+                Some((Code::NotWritable, format!("timer `{text}` cannot be an effect"), timer_hint))
             }
             (Variable::Port(port), _) => {
                 let input = class.port(port, classes).is_some_and(|port| port.direction == Direction::Input);

@@ -3,8 +3,9 @@
 
 use lf_model::units::UNITS;
 
-use super::load::{Program, SourceProvider};
+use super::load::Program;
 use super::properties::{REFUSED, honoured, language_of};
+use super::sources::SourceProvider;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceTexts, Span, did_you_mean};
 use crate::languages::{self, Language};
 use crate::plan;

@@ -30,6 +30,9 @@ pub(super) enum TokenKind {
     #[token("\"\"\"", long_string)]
     #[token("\"", string)]
     Text,
+    /// `'a` of Rust, which is no part of LF.
+    #[regex("'[A-Za-z_][A-Za-z0-9_]*")]
+    Lifetime,
     /// `'x'`
     #[regex(r"'(\\.|[^\\'\t\r\n])'")]
     Character,

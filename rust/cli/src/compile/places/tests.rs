@@ -9,6 +9,7 @@ use proptest::prelude::*;
 
 use super::{Folders, application, resolved};
 use crate::args::{Places, Platform};
+use crate::compile::source::Files;
 
 #[test]
 fn crates_are_generated_beside_the_source_folder() {
@@ -46,20 +47,28 @@ enum Step {
     Link(usize),
 }
 
-const NAMES: [&str; 9] = ["src", "lib", "a b", "é", "a#b", "a%20", "a'\"b", "a\nb", "-o"];
+const NAMES: [&str; 9] = ["src", "lib", "a b", "é", "a#b", "a%20", "-o", "a'\"b", "a\nb"];
+
+/// The first of these, which can stand in a text of LF.
+const NAMES_IN_TEXTS: usize = 7;
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
+    steps_through(NAMES.len())
+}
+
+fn steps_through(names: usize) -> impl Strategy<Value = Vec<Step>> {
     let step = prop_oneof![
-        3 => (0..NAMES.len()).prop_map(Step::Into),
+        3 => (0..names).prop_map(Step::Into),
         2 => Just(Step::Out),
         1 => Just(Step::Stay),
-        2 => (0..NAMES.len()).prop_map(Step::Link),
+        2 => (0..names).prop_map(Step::Link),
     ];
     proptest::collection::vec(step, 0..8)
 }
 
 /// Writes a path that does these steps, in folders that are made for it; links lead to folders elsewhere in the tree.
 fn written(root: &Path, steps: &[Step]) -> PathBuf {
+    let real = |path: &Path| fs::canonicalize(path).expect("it is there");
     let mut path = root.join("begin");
     fs::create_dir_all(&path).expect("it can be made");
     for (number, step) in steps.iter().enumerate() {
@@ -67,7 +76,7 @@ fn written(root: &Path, steps: &[Step]) -> PathBuf {
             Step::Into(name) => path.push(NAMES[*name]),
             Step::Stay => path.push("."),
             // Not out of what the test has made.
-            Step::Out if fs::canonicalize(&path).expect("it is there") == root => path.push("."),
+            Step::Out if real(&path) == real(root) => path.push("."),
             Step::Out => path.push(".."),
             Step::Link(name) => {
                 let target = root.join("elsewhere").join(number.to_string()).join(NAMES[*name]);
@@ -111,5 +120,52 @@ proptest! {
         let file = (0..below).fold(from, |from, _| from.join("..")).join("P.lf");
         let expected = fs::canonicalize(path.join("app")).expect("it is there");
         prop_assert_eq!(resolved(&application(&file).expect("it is there")).expect("it is there"), expected);
+    }
+}
+
+/// The files of a program by their names, as the compiler is told them, and what it says.
+fn compiled(main: &Path) -> (Vec<String>, String) {
+    let diagnostics = lf_compiler::compile(main.to_str().expect("it is a text"), &Files).diagnostics;
+    let files = diagnostics.sources().iter().map(|(_, file)| file.path().to_owned()).collect();
+    (files, diagnostics.render(lf_compiler::Style::Plain))
+}
+
+proptest! {
+    /// An import opens what the system finds at its path, and a file is one file by all its names: a reactor that is
+    /// imported by two of them is no second one. The first of its names is shown.
+    #[test]
+    fn imports_lead_where_the_system_says(
+        steps in steps_through(NAMES_IN_TEXTS),
+        further in steps_through(NAMES_IN_TEXTS),
+    ) {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let root = fs::canonicalize(folder.path()).expect("it is there");
+        let library = written(&root.join("one"), &steps);
+        let behind = written(&library, &further).join("Behind.lf");
+        let inside = behind.strip_prefix(&library).expect("it begins there").display().to_string();
+        let library = library.join("Library.lf");
+        let relative = library.strip_prefix(&root).expect("it begins there").display().to_string();
+        let real = fs::canonicalize(&behind).unwrap_or_else(|_| {
+            fs::write(&behind, "target Rust\nreactor Behind {}\n").expect("it can be written");
+            fs::canonicalize(&behind).expect("it is there")
+        });
+        let text = format!("target Rust\nimport Behind from \"{inside}\"\nreactor Library {{ b = new Behind() }}\n");
+        fs::write(&library, text).expect("it can be written");
+        let main = root.join("Main.lf");
+        let text = format!(
+            "target Rust\nimport Library from \"{relative}\"\nimport Behind from \"{}\"\nmain reactor {{ a = new \
+             Library(); b = new Behind() }}\n",
+            real.display()
+        );
+        fs::write(&main, text).expect("it can be written");
+        let (files, said) = compiled(&main);
+        prop_assert_eq!(&said, "");
+        prop_assert_eq!(files.len(), 3);
+        prop_assert_eq!(fs::canonicalize(&files[2]).expect("it is there"), real);
+        // The name has no other folders in it than the user's.
+        let shown = files[2].strip_prefix(root.to_str().expect("it is a text")).expect("it begins there");
+        let written = format!("/{relative}/../{inside}");
+        let mut parts = written.split('/').filter(|part| *part != ".");
+        prop_assert!(shown.split('/').all(|part| parts.any(|written| written == part)), "{} {}", shown, written);
     }
 }

@@ -63,6 +63,15 @@ fn an_error_in_a_body_is_shown_in_the_lf_file() {
 }
 
 #[test]
+fn errors_of_one_kind_in_one_line_are_all_shown() {
+    let [one, other] = [(21, 24), (16, 18)]
+        .map(|columns| diagnostic("error", &[span("a/src/main.rs", 7, columns, r#""expansion":null"#)], ""));
+    let shown = render_all(&[one.clone(), other.clone(), one], &Program, false);
+    assert_eq!(shown.errors, 2, "{}", shown.text);
+    assert!(shown.text.contains("2:12: error") && shown.text.contains("2:17: error"), "{}", shown.text);
+}
+
+#[test]
 fn a_suggestion_is_repeated() {
     let replaced = span("a/src/main.rs", 7, (21, 24), r#""expansion":null"#)
         .replace(r#""suggested_replacement":null"#, r#""suggested_replacement":"b'x'""#);

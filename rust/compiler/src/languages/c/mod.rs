@@ -90,12 +90,12 @@ impl Language for C {
         &["native"]
     }
 
-    fn unsendable(&self, ty: &str, _: Option<&Serializer>, _: Preambles<'_>) -> Option<Unsendable> {
-        types::unsendable(ty)
+    fn unsendable(&self, ty: &str, _: Option<&Serializer>, _: Preambles<'_>) -> Vec<Unsendable> {
+        types::unsendable(ty).into_iter().collect()
     }
 
-    fn shape(&self, ty: &str, _: Preambles<'_>) -> Result<Shape, Unsendable> {
-        shape::shape(ty)
+    fn shape(&self, ty: &str, _: Preambles<'_>) -> Result<Shape, Vec<Unsendable>> {
+        shape::shape(ty).map_err(|why| vec![why])
     }
 
     // Values are copied as they lie, and those behind pointers are counted.

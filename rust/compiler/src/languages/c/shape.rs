@@ -64,7 +64,8 @@ pub(super) fn shape(ty: &str) -> Result<Shape, Unsendable> {
     let ty = ty.as_str();
     if let Some((_, instead)) = VARYING.iter().find(|(name, _)| *name == ty) {
         let message = format!("`{ty}` has not the same size everywhere, so another language cannot read it");
-        return Err(Unsendable { message, hint: format!("write `{instead}` at both ends, by their languages' names") });
+        let hint = format!("write `{instead}` at both ends, by their languages' names");
+        return Err(Unsendable { message, hint, place: None });
     }
     if let Some((_, shape)) = KNOWN.iter().find(|(name, _)| *name == ty) {
         return Ok(shape.clone());

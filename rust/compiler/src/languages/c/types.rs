@@ -104,7 +104,7 @@ pub(super) fn unsendable(ty: &str) -> Option<Unsendable> {
         _ if element.ends_with('*') => format!("`{ty}` points to pointers, which mean nothing to another federate"),
         _ => return None,
     };
-    Some(Unsendable { message, hint: "send an array of values, or a struct without pointers".into() })
+    Some(Unsendable { message, hint: "send an array of values, or a struct without pointers".into(), place: None })
 }
 
 #[cfg(test)]

@@ -81,7 +81,7 @@ fn end_before(text: &str, byte: usize) -> Option<usize> {
     last
 }
 
-fn byte_of(text: &str, place: LineColumn) -> usize {
+pub(super) fn byte_of(text: &str, place: LineColumn) -> usize {
     let start: usize = text.split_inclusive('\n').take(place.line.saturating_sub(1)).map(str::len).sum();
     let rest = &text[start..];
     start + rest.char_indices().nth(place.column).map_or(rest.len(), |(offset, _)| offset)

@@ -4,6 +4,7 @@
 mod code_block;
 mod code_syntax;
 pub(in crate::languages) mod crates;
+mod declared;
 pub(in crate::languages) mod federate;
 mod integer;
 mod items;
@@ -94,11 +95,11 @@ impl Language for Rust {
         sending::SERIALIZERS
     }
 
-    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable> {
+    fn unsendable(&self, ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable> {
         sendable::unsendable(ty, serializer, preambles)
     }
 
-    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable> {
+    fn shape(&self, ty: &str, preambles: Preambles<'_>) -> Result<Shape, Vec<Unsendable>> {
         shape::shape(ty, preambles)
     }
 

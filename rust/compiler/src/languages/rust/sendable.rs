@@ -2,58 +2,79 @@
 //! Types that cannot go to another federate, as far as their text and the preambles tell. What is not known here is
 //! left to rustc, so nothing that can be sent is refused.
 
-use proc_macro2::{TokenStream, TokenTree};
-use syn::{Attribute, GenericArgument, Item, PathArguments, Type, TypePath};
+use syn::spanned::Spanned as _;
+use syn::{GenericArgument, Generics, Item, PathArguments, Type, TypePath};
 
-use crate::languages::{Preambles, Unsendable};
+use super::code_syntax::byte_of;
+use super::declared::{Declarations, TypeDeclaration, derives, fields};
+use crate::languages::{PlaceInPreamble, Preambles, Unsendable};
 use crate::plan::Serializer;
+
+const NO_BOUND: &str = "has no bound, by which buffers could be sized";
 
 /// What is written in place of a type with a bound that is not known, where it is a port's own type.
 const BOUND: &str = "write `@max_length(1000)` before the port, or ";
 
-/// Why values of a type cannot be sent, if that is known.
-pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Option<Unsendable> {
-    let parsed: Type = syn::parse_str(ty).ok()?;
+/// Why values of a type cannot be sent, as far as that is known: all reasons.
+pub(super) fn unsendable(ty: &str, serializer: Option<&Serializer>, preambles: Preambles<'_>) -> Vec<Unsendable> {
+    let Ok(parsed) = syn::parse_str::<Type>(ty) else { return Vec::new() };
     let max_length = serializer.and_then(|serializer| serializer.max_length);
-    let look = SendableCheck { preambles, by_serde: serializer.is_some_and(|serializer| serializer.name.is_some()) };
-    let found = match growing(&parsed) {
-        _ if look.by_serde => look.look(&parsed, max_length.is_some()),
+    let by_serde = serializer.is_some_and(|serializer| serializer.name.is_some());
+    let declarations = &Declarations::of(preambles);
+    let mut look = SendableCheck {
+        preambles,
+        declarations,
+        by_serde,
+        inside: None,
+        parameters: Vec::new(),
+        open: Vec::new(),
+        found: Vec::new(),
+    };
+    let mut whole = |reason: &str, hint: &str| look.refuse(&parsed, reason, hint);
+    match growing(&parsed) {
+        _ if by_serde => look.look(&parsed, max_length.is_some()),
         Some(Growing::List(element)) if max_length.is_some() => look.look(element, false),
-        Some(Growing::Text) if max_length.is_some() => None,
-        _ if max_length.is_some() => {
-            let hint = "remove `@max_length`, which is for `String`, `Vec<T>` and `@serializer(\"postcard\")`";
-            Some(UnsendablePart::new(ty, "has a bound of its own, or none that a number could say", hint))
-        }
+        Some(Growing::Text) if max_length.is_some() => {}
+        _ if max_length.is_some() => whole(
+            "has a bound of its own, or none that a number could say",
+            "remove `@max_length`, which is for `String`, `Vec<T>` and `@serializer(\"postcard\")`",
+        ),
         Some(Growing::Text) => {
-            let instead = format!("{BOUND}the type `heapless::String<N>`, which boards have, too");
-            Some(UnsendablePart::new(ty, "has no bound, by which buffers could be sized", &instead))
+            whole(NO_BOUND, &format!("{BOUND}the type `heapless::String<N>`, which boards have, too"));
         }
-        Some(Growing::List(_)) => {
-            let instead = format!("{BOUND}the type `heapless::Vec<T, N>`, which boards have, too");
-            Some(UnsendablePart::new(ty, "has no bound, by which buffers could be sized", &instead))
+        Some(Growing::List(element)) => {
+            whole(NO_BOUND, &format!("{BOUND}the type `heapless::Vec<T, N>`, which boards have, too"));
+            look.look(element, false);
         }
         None => look.look(&parsed, false),
-    }?;
-    let part = if found.ty == ty { String::new() } else { format!(": `{}` in it", found.ty) };
-    let colon = if part.is_empty() { ": it" } else { "" };
-    let message = format!("`{ty}` cannot be sent to another federate{part}{colon} {}", found.reason);
-    Some(Unsendable { message, hint: found.hint })
+    }
+    let in_words = |part: UnsendablePart| {
+        let UnsendablePart { ty: part, inside, reason, hint } = part;
+        let (whole, which, place) = match inside {
+            Some(Inside { owner, name, place }) => (owner, format!(": `{part}` of its {name}"), Some(place)),
+            None if part == ty => (ty.to_owned(), ": it".to_owned(), None),
+            None => (ty.to_owned(), format!(": `{part}` in it"), None),
+        };
+        Unsendable { message: format!("`{whole}` cannot be sent to another federate{which} {reason}"), hint, place }
+    };
+    look.found.into_iter().map(in_words).collect()
 }
 
 /// Why a connection cannot copy values of a type, if that is known: the preambles declare it without `Clone`.
 pub(super) fn uncopyable(ty: &str, preambles: Preambles<'_>) -> Option<Unsendable> {
     let Type::Path(path) = syn::parse_str(ty).ok()? else { return None };
     let name = path.path.get_ident()?.to_string();
-    let look = SendableCheck { preambles, by_serde: false };
-    let (attributes, keyword) = match look.declared(&name)? {
-        Item::Struct(item) => (item.attrs, "struct"),
-        Item::Enum(item) => (item.attrs, "enum"),
+    let declarations = Declarations::of(preambles);
+    let (attributes, keyword) = match declarations.find(&name)?.item {
+        Item::Struct(item) => (&item.attrs, "struct"),
+        Item::Enum(item) => (&item.attrs, "enum"),
         _ => return None,
     };
-    let has_clone = derives(&attributes)?.iter().any(|derive| derive == "Clone") || look.implements(&name, &["Clone"]);
+    let has_clone =
+        derives(attributes)?.iter().any(|derive| derive == "Clone") || declarations.implements(&name, &["Clone"]);
     let message = format!("this connection has to copy values of `{ty}`, which is declared without `#[derive(Clone)]`");
     let hint = format!("write `#[derive(Clone)]` before `{keyword} {name}` in the preamble");
-    (!has_clone).then_some(Unsendable { message, hint })
+    (!has_clone).then_some(Unsendable { message, hint, place: None })
 }
 
 /// `String` or `Vec<T>`, which take as much memory as they need.
@@ -86,195 +107,212 @@ pub(super) fn arguments(path: &TypePath) -> Vec<&GenericArgument> {
 /// A part of a type that cannot be sent.
 struct UnsendablePart {
     ty: String,
+    /// The field that it belongs to; nothing in the port's own type.
+    inside: Option<Inside>,
     reason: String,
     hint: String,
 }
 
-impl UnsendablePart {
-    fn new(ty: &str, reason: &str, hint: &str) -> Self {
-        Self { ty: ty.to_owned(), reason: reason.to_owned(), hint: hint.to_owned() }
-    }
+/// A field of a type that the preambles declare.
+#[derive(Clone)]
+struct Inside {
+    owner: String,
+    /// ``field `x` `` or ``variant `A` ``.
+    name: String,
+    place: PlaceInPreamble,
 }
 
 struct SendableCheck<'a> {
     preambles: Preambles<'a>,
+    declarations: &'a Declarations,
     by_serde: bool,
+    /// The field that is looked at.
+    inside: Option<Inside>,
+    /// The type parameters of the type that the field is of, for which other types stand.
+    parameters: Vec<String>,
+    /// The declared types that are looked at, outermost first: a type may contain itself.
+    open: Vec<String>,
+    found: Vec<UnsendablePart>,
 }
 
 impl SendableCheck<'_> {
+    fn refuse(&mut self, ty: &Type, reason: &str, hint: &str) {
+        let (reason, hint) = (reason.to_owned(), hint.to_owned());
+        self.found.push(UnsendablePart { ty: text(ty), inside: self.inside.clone(), reason, hint });
+    }
+
     /// Looks at a type and what it is made of. A bound that is given is enough for types of serde.
-    fn look(&self, ty: &Type, bounded: bool) -> Option<UnsendablePart> {
-        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
-        match ty {
-            Type::Path(path) => self.look_at_path(path, ty, bounded),
-            Type::Array(array) => self.look(&array.elem, bounded),
-            Type::Group(group) => self.look(&group.elem, bounded),
-            Type::Paren(paren) => self.look(&paren.elem, bounded),
-            Type::Tuple(tuple) if tuple.elems.len() > 8 && !self.by_serde => {
-                why("has more than eight parts", "write a struct with `#[derive(Payload)]`")
+    fn look(&mut self, ty: &Type, bounded: bool) {
+        let (reason, hint) = match ty {
+            Type::Path(path) => return self.look_at_path(path, ty, bounded),
+            Type::Array(array) => return self.look(&array.elem, bounded),
+            Type::Group(group) => return self.look(&group.elem, bounded),
+            Type::Paren(paren) => return self.look(&paren.elem, bounded),
+            Type::Tuple(tuple) => {
+                if tuple.elems.len() > 8 && !self.by_serde {
+                    self.refuse(ty, "has more than eight parts", "write a struct with `#[derive(Payload)]`");
+                }
+                return tuple.elems.iter().for_each(|part| self.look(part, bounded));
             }
-            Type::Tuple(tuple) => tuple.elems.iter().find_map(|part| self.look(part, bounded)),
             Type::Reference(reference) => match &*reference.elem {
-                Type::Path(path) if path.path.is_ident("str") => why(
+                Type::Path(path) if path.path.is_ident("str") => (
                     "only borrows its text, and a receiver has nothing to borrow it from",
                     "write `heapless::String<N>`, or on Linux `String` with `@max_length(1000)` before the port",
                 ),
-                _ => why("only borrows its value, and a receiver has nothing to borrow it from", "send the value"),
+                _ => ("only borrows its value, and a receiver has nothing to borrow it from", "send the value"),
             },
-            Type::Slice(_) => why("has no size of its own", "write `heapless::Vec<T, N>`"),
-            Type::Ptr(_) => why("points to memory of this federate", "send the value that it points to"),
+            Type::Slice(_) => ("has no size of its own", "write `heapless::Vec<T, N>`"),
+            Type::Ptr(_) => ("points to memory of this federate", "send the value that it points to"),
             Type::BareFn(_) | Type::TraitObject(_) | Type::ImplTrait(_) => {
-                why("stands for code of this federate", "send a number or an enum that says what to do")
+                ("stands for code of this federate", "send a number or an enum that says what to do")
             }
-            _ => None,
-        }
+            _ => return,
+        };
+        self.refuse(ty, reason, hint);
     }
 
-    fn look_at_path(&self, path: &TypePath, ty: &Type, bounded: bool) -> Option<UnsendablePart> {
-        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
-        let name = path.path.segments.last()?.ident.to_string();
-        if path.path.get_ident().is_some()
-            && let Some(declared) = self.declared(&name)
+    fn look_at_path(&mut self, path: &TypePath, ty: &Type, bounded: bool) {
+        let Some(name) = path.path.segments.last().map(|last| last.ident.to_string()) else { return };
+        if self.parameters.contains(&name) {
+            return;
+        }
+        if path.qself.is_none()
+            && path.path.segments.len() == 1
+            && let Some(declared) = self.declarations.find(&name)
         {
-            return self.look_at_declared(ty, &name, &declared, bounded);
+            return self.look_at_declared(path, ty, &name, &declared, bounded);
         }
         let arguments = arguments(path);
-        let mut inner = arguments.iter().filter_map(|argument| match argument {
-            GenericArgument::Type(ty) => Some(ty),
-            _ => None,
-        });
         let has_number = arguments.iter().any(|argument| matches!(argument, GenericArgument::Const(_)));
-        let is_heapless = path.path.segments.first()?.ident == "heapless" || has_number;
-        let no_bound = "has no bound, by which buffers could be sized";
+        let is_heapless = path.path.segments.first().is_some_and(|first| first.ident == "heapless") || has_number;
         match name.as_str() {
             "usize" | "isize" if !self.by_serde => {
-                let instead = if name == "usize" { "`u32` or `u64`" } else { "`i32` or `i64`" };
-                why("has another size on a board than on a computer", &format!("write {instead}"))
+                let instead = if name == "usize" { "write `u32` or `u64`" } else { "write `i32` or `i64`" };
+                self.refuse(ty, "has another size on a board than on a computer", instead);
             }
-            "u128" | "i128" if !self.by_serde => why("is no type that C has everywhere", "write `[u64; 2]`"),
-            "Box" | "Rc" | "Arc" | "Cell" | "RefCell" | "Mutex" | "RwLock" | "Weak" if !self.by_serde => {
-                why("is for memory of this federate", "send the value that is in it")
+            "u128" | "i128" if !self.by_serde => {
+                self.refuse(ty, "is no type that C has everywhere", "write `[u64; 2]`")
             }
-            "String" if !arguments.is_empty() => None,
+            "Box" | "Rc" | "Arc" | "Cell" | "RefCell" | "Mutex" | "RwLock" | "Weak"
+                if !self.by_serde && !arguments.is_empty() =>
+            {
+                self.refuse(ty, "is for memory of this federate", "send the value that is in it");
+            }
+            "String" if !arguments.is_empty() => {}
+            "Vec" | "HashMap" | "BTreeMap" | "HashSet" | "BTreeSet" | "VecDeque" if arguments.is_empty() => {}
             "String" | "Vec" | "HashMap" | "BTreeMap" | "HashSet" | "BTreeSet" | "VecDeque" if !is_heapless => {
-                if self.by_serde {
-                    let hint = "write `@max_length(200)` before the port, in bytes as postcard writes them";
-                    return if bounded { None } else { why(no_bound, hint) };
+                if !self.by_serde || !bounded {
+                    self.refuse_growing(ty, &name);
                 }
-                let list = "write `heapless::Vec<T, N>`";
-                let instead = match name.as_str() {
-                    "String" => "write `heapless::String<N>`",
-                    "Vec" | "VecDeque" => list,
-                    _ => "send a list of its entries",
-                };
-                why(no_bound, &format!("{instead}, or `@serializer(\"postcard\") @max_length(200)` before the port"))
+                self.look_at_arguments(&arguments, true);
             }
-            _ if is_heapless || name == "Option" || name == "Vec" => inner.find_map(|ty| self.look(ty, bounded)),
-            _ => None,
+            _ if is_heapless || name == "Option" || name == "Vec" => self.look_at_arguments(&arguments, bounded),
+            _ => {}
         }
     }
 
-    fn look_at_declared(&self, ty: &Type, name: &str, declared: &Item, bounded: bool) -> Option<UnsendablePart> {
-        let why = |reason: &str, hint: &str| Some(UnsendablePart::new(&text(ty), reason, hint));
-        let (attributes, keyword) = match declared {
-            Item::Struct(item) => (&item.attrs, "struct"),
-            Item::Enum(item) => (&item.attrs, "enum"),
-            Item::Type(item) if item.generics.params.is_empty() => return self.look(&item.ty, bounded),
-            _ => return None,
+    fn look_at_arguments(&mut self, arguments: &[&GenericArgument], bounded: bool) {
+        for argument in arguments {
+            if let GenericArgument::Type(ty) = argument {
+                self.look(ty, bounded);
+            }
+        }
+    }
+
+    fn refuse_growing(&mut self, ty: &Type, name: &str) {
+        if self.by_serde {
+            let hint = "write `@max_length(200)` before the port, in bytes as postcard writes them";
+            return self.refuse(ty, NO_BOUND, hint);
+        }
+        let instead = match name {
+            "String" => "write `heapless::String<N>`",
+            "Vec" | "VecDeque" => "write `heapless::Vec<T, N>`",
+            _ => "send a list of its entries",
         };
-        let derives = derives(attributes)?;
-        let has = |names: &[&str]| names.iter().any(|name| derives.iter().any(|derive| derive == name));
+        let hint = format!("{instead}, or `@serializer(\"postcard\") @max_length(200)` before the port");
+        self.refuse(ty, NO_BOUND, &hint);
+    }
+
+    fn look_at_declared(
+        &mut self,
+        path: &TypePath,
+        ty: &Type,
+        name: &str,
+        declared: &TypeDeclaration<'_>,
+        bounded: bool,
+    ) {
+        let (attributes, generics, keyword) = match declared.item {
+            Item::Struct(item) => (&item.attrs, &item.generics, "struct"),
+            Item::Enum(item) => (&item.attrs, &item.generics, "enum"),
+            Item::Type(item) if item.generics.params.is_empty() => {
+                return self.within(name, |check| check.look(&item.ty, bounded));
+            }
+            _ => return,
+        };
+        // Another attribute may add implementations, of which nothing is known.
+        let Some(derives) = derives(attributes) else { return };
+        let declarations = self.declarations;
+        let derived = |names: &[&str]| names.iter().any(|name| derives.iter().any(|derive| derive == name));
+        let own = |names: &[&str]| declarations.implements(name, names);
         if !self.by_serde {
-            let known = has(&["Payload"]) || self.implements(name, &["Payload", "FixedPayload"]);
-            let hint = format!("write `#[derive(Payload)]` before `{keyword} {name}` in the preamble");
-            return if known { None } else { why("is declared without `#[derive(Payload)]`", &hint) };
-        }
-        for direction in ["Serialize", "Deserialize"] {
-            if !has(&[direction]) && !self.implements(name, &[direction]) {
-                let reason = format!("is declared without `#[derive({direction})]`");
+            if !derived(&["Payload"]) && own(&["Payload", "FixedPayload"]) {
+                return;
+            }
+            if !derived(&["Payload"]) {
+                let hint = format!("write `#[derive(Payload)]` before `{keyword} {name}` in the preamble");
+                self.refuse(ty, "is declared without `#[derive(Payload)]`", &hint);
+            }
+        } else {
+            let missing = ["Serialize", "Deserialize"].map(|one| (!derived(&[one]) && !own(&[one])).then_some(one));
+            let missing: Vec<_> = missing.into_iter().flatten().collect();
+            if !missing.is_empty() {
+                let reason = format!("is declared without `#[derive({})]`", missing.join(", "));
                 let hint = format!("write `#[derive(serde::Serialize, serde::Deserialize)]` before `{keyword} {name}`");
-                return why(&reason, &hint);
+                self.refuse(ty, &reason, &hint);
+            } else if !bounded && !derived(&["MaxSize"]) && !own(&["MaxSize"]) {
+                let hint = format!(
+                    "write `@max_length(200)` before the port, in bytes as postcard writes them, or \
+                     `#[derive(postcard::experimental::max_size::MaxSize)]` before `{keyword} {name}`"
+                );
+                self.refuse(ty, NO_BOUND, &hint);
+            }
+            if own(&["Serialize", "Deserialize"]) {
+                return;
             }
         }
-        if bounded || has(&["MaxSize"]) || self.implements(name, &["MaxSize"]) {
-            return None;
+        self.look_at_arguments(&arguments(path), true);
+        self.within(name, |check| check.look_at_fields(name, generics, declared));
+    }
+
+    /// Looks at what is in a declared type, unless that is what is being done.
+    fn within(&mut self, name: &str, look: impl FnOnce(&mut Self)) {
+        if self.open.iter().any(|open| open == name) {
+            return;
         }
-        let hint = format!(
-            "write `@max_length(200)` before the port, in bytes as postcard writes them, or \
-             `#[derive(postcard::experimental::max_size::MaxSize)]` before `{keyword} {name}`"
-        );
-        why("has no bound, by which buffers could be sized", &hint)
+        self.open.push(name.to_owned());
+        let outside = (self.inside.clone(), std::mem::take(&mut self.parameters));
+        look(self);
+        (self.inside, self.parameters) = outside;
+        self.open.pop();
     }
 
-    fn declared(&self, name: &str) -> Option<Item> {
-        declaration(self.preambles, name)
-    }
-
-    /// Whether a preamble implements one of these traits for a type, or may do it by a macro.
-    fn implements(&self, name: &str, traits: &[&str]) -> bool {
-        let in_item = |item: &Item| match item {
-            Item::Impl(item) => {
-                let of = item.trait_.as_ref().and_then(|(_, path, _)| path.segments.last());
-                let target = match &*item.self_ty {
-                    Type::Path(path) => path.path.segments.last(),
-                    _ => None,
-                };
-                of.is_some_and(|of| traits.iter().any(|name| of.ident == name))
-                    && target.is_some_and(|target| target.ident == name)
+    /// Looks at the fields of a declared type. What serde does with one that has an attribute is left to rustc.
+    fn look_at_fields(&mut self, owner: &str, generics: &Generics, declared: &TypeDeclaration<'_>) {
+        self.parameters = generics.type_params().map(|parameter| parameter.ident.to_string()).collect();
+        for (name, field) in fields(declared.item) {
+            let is_special = field.attrs.iter().any(|attribute| attribute.path().is_ident("serde"));
+            let Some(text) = self.preambles.visible.get(declared.preamble) else { continue };
+            if self.by_serde && is_special {
+                continue;
             }
-            Item::Macro(item) => mentions(item.mac.tokens.clone(), name),
-            _ => false,
-        };
-        let parsed = |preamble: &String| syn::parse_str::<syn::File>(preamble);
-        self.preambles.all.iter().any(|preamble| parsed(preamble).is_ok_and(|file| file.items.iter().any(in_item)))
-    }
-}
-
-/// The declaration of a name, if it is certain which one it is.
-pub(super) fn declaration(preambles: Preambles<'_>, name: &str) -> Option<Item> {
-    let mut found = None;
-    for preamble in preambles.visible {
-        for item in syn::parse_str::<syn::File>(preamble).ok()?.items {
-            let declared = match &item {
-                Item::Struct(item) => Some(&item.ident),
-                Item::Enum(item) => Some(&item.ident),
-                Item::Type(item) => Some(&item.ident),
-                _ => None,
-            };
-            if declared.is_some_and(|declared| declared == name) {
-                found = Some(item);
-            }
+            let span = field.ty.span();
+            let range = byte_of(text, span.start())..byte_of(text, span.end());
+            let place = PlaceInPreamble { preamble: declared.preamble, range };
+            self.inside = Some(Inside { owner: owner.to_owned(), name, place });
+            // The bound of the whole is enough for its parts.
+            self.look(&field.ty, true);
         }
     }
-    found
-}
-
-/// The last names in `#[derive(…)]`; nothing where an attribute may add some.
-pub(super) fn derives(attributes: &[Attribute]) -> Option<Vec<String>> {
-    let mut names = Vec::new();
-    for attribute in attributes {
-        if attribute.path().is_ident("derive") {
-            let listed = attribute.parse_nested_meta(|meta| {
-                names.extend(meta.path.segments.last().map(|last| last.ident.to_string()));
-                Ok(())
-            });
-            listed.ok()?;
-        } else if !["doc", "repr", "allow", "expect", "serde", "payload", "non_exhaustive"]
-            .iter()
-            .any(|known| attribute.path().is_ident(known))
-        {
-            return None;
-        }
-    }
-    Some(names)
-}
-
-fn mentions(tokens: TokenStream, name: &str) -> bool {
-    tokens.into_iter().any(|token| match token {
-        TokenTree::Ident(found) => found == name,
-        TokenTree::Group(group) => mentions(group.stream(), name),
-        TokenTree::Punct(_) | TokenTree::Literal(_) => false,
-    })
 }
 
 /// A type as people write it.
@@ -306,7 +344,8 @@ mod tests {
         let preambles = [PREAMBLE.to_owned()];
         let preambles = Preambles { visible: &preambles, all: &preambles };
         let serializer = Serializer { name: name.map(str::to_owned), max_length };
-        unsendable(ty, Some(&serializer), preambles).map(|why| why.message)
+        let all = unsendable(ty, Some(&serializer), preambles);
+        all.into_iter().map(|why| why.message).reduce(|all, one| format!("{all}\n{one}"))
     }
 
     #[test]

@@ -3,7 +3,8 @@
 
 use syn::{Expr, ExprLit, Fields, GenericArgument, Item, Lit, Type, TypePath};
 
-use super::sendable::{Growing, arguments, declaration, derives, growing, text};
+use super::declared::{Declarations, TypeDeclaration, derives};
+use super::sendable::{Growing, arguments, growing, text};
 use crate::languages::{Preambles, Unsendable};
 use crate::plan::Shape;
 
@@ -30,15 +31,17 @@ const KNOWN: [(&str, Shape); 15] = [
 const DEPTH_MAX: usize = 32;
 
 /// What values of a type are in messages.
-pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Unsendable> {
+pub(super) fn shape(ty: &str, preambles: Preambles<'_>) -> Result<Shape, Vec<Unsendable>> {
     let refused = |reason: &str, hint: &str| Unsendable {
         message: format!("another language cannot read `{ty}`: {reason}"),
         hint: hint.to_owned(),
+        place: None,
     };
-    let parsed: Type = syn::parse_str(ty).map_err(|error| refused(&error.to_string(), "write a type of Rust"))?;
+    let parsed: Type = syn::parse_str(ty).map_err(|error| vec![refused(&error.to_string(), "write a type of Rust")])?;
+    let reader = ShapeReader { declarations: Declarations::of(preambles) };
     let look = |ty: &Type| {
-        let shape = ShapeReader { preambles }.shape(ty, 0);
-        shape.map_err(|(reason, hint)| refused(&reason, hint))
+        let shape = reader.shape(ty, 0);
+        shape.map_err(|all| all.into_iter().map(|(reason, hint)| refused(&reason, hint)).collect::<Vec<_>>())
     };
     match growing(&parsed) {
         Some(Growing::Text) => Ok(Shape::Text),
@@ -62,16 +65,16 @@ fn bounded(ty: &Type) -> Option<Growing<'_>> {
     }
 }
 
-/// Why a type has no shape that others know, and what to write.
-type NoShape = (String, &'static str);
+/// Why a type has no shape that others know, and what to write: all reasons.
+type NoShape = Vec<(String, &'static str)>;
 
-struct ShapeReader<'a> {
-    preambles: Preambles<'a>,
+struct ShapeReader {
+    declarations: Declarations,
 }
 
-impl ShapeReader<'_> {
+impl ShapeReader {
     fn shape(&self, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
-        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        let why = |reason: &str, hint| Err(vec![(format!("{} {reason}", named(ty)), hint)]);
         match ty {
             _ if depth > DEPTH_MAX => why("contains itself", "send something smaller"),
             Type::Paren(paren) => self.shape(&paren.elem, depth),
@@ -93,11 +96,11 @@ impl ShapeReader<'_> {
     }
 
     fn path(&self, path: &TypePath, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
-        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        let why = |reason: &str, hint| Err(vec![(format!("{} {reason}", named(ty)), hint)]);
         let Some(last) = path.path.segments.last() else { return why("has no name", "write a type") };
         let name = last.ident.to_string();
         if path.path.get_ident().is_some()
-            && let Some(declared) = declaration(self.preambles, &name)
+            && let Some(declared) = self.declarations.find(&name)
         {
             return self.declared(&declared, ty, depth);
         }
@@ -116,22 +119,26 @@ impl ShapeReader<'_> {
         }
     }
 
-    fn declared(&self, declared: &Item, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
+    fn declared(&self, declared: &TypeDeclaration<'_>, ty: &Type, depth: usize) -> Result<Shape, NoShape> {
         const DERIVE: &str = "write `#[derive(Payload)]` before its declaration";
-        let why = |reason: &str, hint| Err((format!("{} {reason}", named(ty)), hint));
+        let why = |reason: &str, hint| Err(vec![(format!("{} {reason}", named(ty)), hint)]);
         let derived = |attributes| derives(attributes).is_some_and(|all| all.iter().any(|one| one == "Payload"));
-        match declared {
+        match declared.item {
             Item::Type(alias) if alias.generics.params.is_empty() => self.shape(&alias.ty, depth + 1),
             Item::Struct(item) if !derived(&item.attrs) => why("has a layout of its own", DERIVE),
             Item::Enum(item) if !derived(&item.attrs) => why("has a layout of its own", DERIVE),
             Item::Struct(item) => match &item.fields {
                 Fields::Named(fields) => {
-                    let mut shapes = Vec::new();
+                    let (mut shapes, mut wrong) = (Vec::new(), Vec::new());
                     for field in &fields.named {
                         let name = field.ident.as_ref().map(ToString::to_string).unwrap_or_default();
-                        shapes.push((name, self.shape(&field.ty, depth + 1)?));
+                        let at = |(reason, hint)| (format!("in field `{name}` of {}, {reason}", named(ty)), hint);
+                        match self.shape(&field.ty, depth + 1) {
+                            Ok(shape) => shapes.push((name, shape)),
+                            Err(all) => wrong.extend(all.into_iter().map(at)),
+                        }
                     }
-                    Ok(Shape::Struct(shapes))
+                    if wrong.is_empty() { Ok(Shape::Struct(shapes)) } else { Err(wrong) }
                 }
                 _ => why("has fields without names", "give them names"),
             },

@@ -34,34 +34,30 @@ impl Parser<'_> {
                 self.advance();
                 TypeKind::Time
             }
-            Some(_) => self.path_type()?,
-            None => match self.foreign_type(start) {
-                Some(kind) => kind,
-                None => return self.unexpected("a type"),
-            },
+            Some(_) if !self.at_foreign_word() => self.path_type()?,
+            _ => self.foreign_type(start)?,
         };
         Ok(TypeSyntax { kind, span: start.to(self.before()) })
     }
 
-    /// Takes a type of the target language that begins with a sign, and reports that it is code.
-    fn foreign_type(&mut self, start: Span) -> Option<TypeKind> {
-        match self.kind() {
-            TokenKind::OpenBracket | TokenKind::OpenParenthesis => self.skip_brackets(),
-            TokenKind::Other if self.text_of(self.peek(0)).starts_with('&') => {
-                // A lifetime is a sign and a word.
-                let token = self.advance();
-                if self.text_of(token).ends_with('\'') || self.eat(TokenKind::Other) {
-                    self.advance();
-                }
-                self.eat_word("mut");
-                if matches!(self.kind(), TokenKind::OpenBracket | TokenKind::OpenParenthesis) {
-                    self.skip_brackets();
-                } else {
-                    self.path_type().ok()?;
-                }
-            }
-            _ => return None,
+    /// Whether a word is here that begins a type of the target language, and more of it behind.
+    fn at_foreign_word(&self) -> bool {
+        let behind = self.peek(1);
+        match self.word_ahead(0) {
+            Some("fn") => behind.kind == TokenKind::OpenParenthesis,
+            Some("dyn" | "impl") => self.word_ahead(1).is_some() && !behind.first_of_line,
+            _ => false,
         }
+    }
+
+    /// Takes a type of the target language that is none of LF, and reports that it is code.
+    fn foreign_type(&mut self, start: Span) -> Parsed<TypeKind> {
+        let is_sign = matches!(self.kind(), TokenKind::OpenBracket | TokenKind::OpenParenthesis | TokenKind::Star)
+            || self.text_of(self.peek(0)).starts_with('&');
+        if !is_sign && !self.at_foreign_word() {
+            return self.unexpected("a type");
+        }
+        self.skip_type()?;
         let written = self.slice(start.to(self.before())).to_owned();
         let (message, hint) = if written.chars().filter(|c| !c.is_whitespace()).eq("()".chars()) {
             ("what has no value has no type".to_owned(), "leave the type and its `:` out".to_owned())
@@ -70,7 +66,53 @@ impl Parser<'_> {
         };
         let span = start.to(self.before());
         self.report(Diagnostic::new(Code::Syntax, span, message).label("expected a type").hint(hint));
-        Some(TypeKind::Code(written))
+        Ok(TypeKind::Code(written))
+    }
+
+    /// Takes a type as the target language writes it.
+    fn skip_type(&mut self) -> Parsed<()> {
+        match self.kind() {
+            TokenKind::OpenBracket | TokenKind::OpenParenthesis => self.skip_brackets(),
+            TokenKind::Star => {
+                self.advance();
+                if self.eat_word("const").or_else(|| self.eat_word("mut")).is_none() {
+                    return self.unexpected("`const` or `mut`");
+                }
+                self.nested(Self::skip_type)?;
+            }
+            TokenKind::Other if self.text_of(self.peek(0)).starts_with('&') => {
+                self.advance();
+                self.eat(TokenKind::Lifetime);
+                self.eat_word("mut");
+                self.nested(Self::skip_type)?;
+            }
+            _ if self.eat_word("fn").is_some() => self.nested(Self::skip_signature)?,
+            _ => {
+                let is_trait = self.at_foreign_word();
+                if is_trait {
+                    self.advance();
+                }
+                self.path_type()?;
+                while is_trait {
+                    if self.at(TokenKind::OpenParenthesis) {
+                        self.nested(Self::skip_signature)?;
+                    }
+                    if !self.eat(TokenKind::Plus) {
+                        break;
+                    }
+                    if !self.eat(TokenKind::Lifetime) {
+                        self.path_type()?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes `(…)` and `-> T` of a function's type.
+    fn skip_signature(&mut self) -> Parsed<()> {
+        self.skip_brackets();
+        if self.eat(TokenKind::Arrow) { self.skip_type() } else { Ok(()) }
     }
 
     fn path_type(&mut self) -> Parsed<TypeKind> {
