@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use crate::characters::{check_size, cleaned};
 
-/// Gives the texts of files, so that the compiler itself reads none.
+/// Reads the files of a program for the compiler, which itself reads none.
 pub trait SourceProvider: Sync {
     /// The text of the file at `path`.
     ///
