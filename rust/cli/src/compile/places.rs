@@ -120,6 +120,7 @@ pub(crate) fn from_root(path: &Path) -> io::Result<PathBuf> {
 ///
 /// # Errors
 /// When it is none; the error names the part that is to be renamed.
+#[expect(clippy::unnecessary_debug_formatting, reason = "it shows the bytes that are no text")]
 pub(crate) fn text_of(path: &Path) -> io::Result<&str> {
     path.to_str().ok_or_else(|| {
         let part = path.iter().find(|part| part.to_str().is_none()).unwrap_or(path.as_os_str());

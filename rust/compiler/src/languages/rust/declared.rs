@@ -42,7 +42,7 @@ impl Declarations {
             Item::Type(item) => item.ident == name,
             _ => false,
         };
-        items.filter(declares).last()
+        items.rev().find(declares)
     }
 
     /// Whether a preamble implements one of these traits for a type, or may do it by a macro.
@@ -78,10 +78,8 @@ pub(super) fn fields(item: &Item) -> Vec<(String, &Field)> {
         Item::Enum(item) => {
             let of_variant = |variant: &'_ syn::Variant| -> Vec<String> {
                 let several = variant.fields.len() > 1 || matches!(variant.fields, Fields::Named(_));
-                let whole = |field: String| match several {
-                    true => format!("{field} of variant `{}`", variant.ident),
-                    false => format!("variant `{}`", variant.ident),
-                };
+                let of = format!("variant `{}`", variant.ident);
+                let whole = |field: String| if several { format!("{field} of {of}") } else { of.clone() };
                 named(&variant.fields).into_iter().map(whole).collect()
             };
             item.variants.iter().flat_map(|variant| of_variant(variant).into_iter().zip(&variant.fields)).collect()

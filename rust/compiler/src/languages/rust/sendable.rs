@@ -191,7 +191,7 @@ impl SendableCheck<'_> {
                 self.refuse(ty, "has another size on a board than on a computer", instead);
             }
             "u128" | "i128" if !self.by_serde => {
-                self.refuse(ty, "is no type that C has everywhere", "write `[u64; 2]`")
+                self.refuse(ty, "is no type that C has everywhere", "write `[u64; 2]`");
             }
             "Box" | "Rc" | "Arc" | "Cell" | "RefCell" | "Mutex" | "RwLock" | "Weak"
                 if !self.by_serde && !arguments.is_empty() =>
@@ -250,19 +250,11 @@ impl SendableCheck<'_> {
             _ => return,
         };
         // Another attribute may add implementations, of which nothing is known.
-        let Some(derives) = derives(attributes) else { return };
+        let Some(known) = derives(attributes) else { return };
         let declarations = self.declarations;
-        let derived = |names: &[&str]| names.iter().any(|name| derives.iter().any(|derive| derive == name));
+        let derived = |names: &[&str]| names.iter().any(|name| known.iter().any(|derive| derive == name));
         let own = |names: &[&str]| declarations.implements(name, names);
-        if !self.by_serde {
-            if !derived(&["Payload"]) && own(&["Payload", "FixedPayload"]) {
-                return;
-            }
-            if !derived(&["Payload"]) {
-                let hint = format!("write `#[derive(Payload)]` before `{keyword} {name}` in the preamble");
-                self.refuse(ty, "is declared without `#[derive(Payload)]`", &hint);
-            }
-        } else {
+        if self.by_serde {
             let missing = ["Serialize", "Deserialize"].map(|one| (!derived(&[one]) && !own(&[one])).then_some(one));
             let missing: Vec<_> = missing.into_iter().flatten().collect();
             if !missing.is_empty() {
@@ -278,6 +270,14 @@ impl SendableCheck<'_> {
             }
             if own(&["Serialize", "Deserialize"]) {
                 return;
+            }
+        } else {
+            if !derived(&["Payload"]) && own(&["Payload", "FixedPayload"]) {
+                return;
+            }
+            if !derived(&["Payload"]) {
+                let hint = format!("write `#[derive(Payload)]` before `{keyword} {name}` in the preamble");
+                self.refuse(ty, "is declared without `#[derive(Payload)]`", &hint);
             }
         }
         self.look_at_arguments(&arguments(path), true);

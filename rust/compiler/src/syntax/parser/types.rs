@@ -93,7 +93,10 @@ impl Parser<'_> {
                     self.advance();
                 }
                 self.path_type()?;
-                while is_trait {
+                if !is_trait {
+                    return Ok(());
+                }
+                loop {
                     if self.at(TokenKind::OpenParenthesis) {
                         self.nested(Self::skip_signature)?;
                     }
