@@ -165,7 +165,8 @@ mod tests {
 
     #[test]
     fn moves_are_in_order_and_those_of_others_are_left_out() {
-        let script = "2 ms b.sw0 1 every 2 ms until 4 ms\n3 ms b.sw0 0\n1 ms b.sw1 1\n1 ms a.sw1 1\n5 ms line \"text\"\n";
+        let script =
+            "2 ms b.sw0 1 every 2 ms until 4 ms\n3 ms b.sw0 0\n1 ms b.sw1 1\n1 ms a.sw1 1\n5 ms line \"text\"\n";
         let readers = readers(&[("a", Takes::Pins), ("b", Takes::Pins), ("c", Takes::All)]);
         let told = |federate: &str| {
             let moves = moves(script, federate, &readers).expect("it makes sense");
@@ -188,7 +189,11 @@ mod tests {
             let takes: Vec<_> = readers.iter().filter(|reader| reader.takes != Takes::Nothing).collect();
             let images = takes.iter().filter(|reader| reader.takes == Takes::Pins).count();
             let result = check("1 ms sw0 1", &readers);
-            assert_eq!(result.is_ok(), takes.len() == 1 || (images == 0 && !takes.is_empty()), "{readers:?}: {result:?}");
+            assert_eq!(
+                result.is_ok(),
+                takes.len() == 1 || (images == 0 && !takes.is_empty()),
+                "{readers:?}: {result:?}"
+            );
             for reader in takes {
                 let own = moves(&format!("1 ms {}.sw0 1", reader.name), &reader.name, &readers);
                 assert!(own.is_ok_and(|moves| moves[0].to_string() == "1000000 sw0 1 1"), "{readers:?}");
@@ -197,7 +202,10 @@ mod tests {
         }
         let error = check("1 ms x 1\n1 ms sw0 1", &readers(&[("a", Takes::All), ("b", Takes::Pins)]));
         let says = error.expect_err("nobody knows whose pins these are");
-        assert!(says.ends_with("line 2: sw0: a, b can take this, and an image is among them; say who: a.sw0"), "{says}");
+        assert!(
+            says.ends_with("line 2: sw0: a, b can take this, and an image is among them; say who: a.sw0"),
+            "{says}"
+        );
     }
 
     /// Whatever the kind of device: a line is taken by somebody for whom it is, or refused with its number.
