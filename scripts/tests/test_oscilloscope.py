@@ -21,7 +21,7 @@ CLOCKS = "clock_sync/src/ClockSyncPins.lf"
 def grid(grid: World) -> World:
     """A program and an image with pins, which print their arguments."""
     grid.set("STAND_IN_CONFIG", "CONFIG_LF_OSCILLOSCOPE=y")
-    grid.set("STAND_IN_MOVES", "1000 any sw0 1")
+    grid.set("STAND_IN_MOVES", "1000 sw0 1 1")
     return grid
 
 
@@ -37,12 +37,12 @@ def test_each_participant_records_into_a_file_of_its_own(grid: World, tmp_path: 
 
 def test_a_program_reads_the_script_and_an_image_a_list_of_moves(grid: World, tmp_path: Path) -> None:
     script = tmp_path / "script.txt"
-    script.write_text("1 us sw0 1\n")
+    script.write_text("1 us b.sw0 1\n")
     result = grid.run("--devices", str(script), "--timeout", "10min")
     assert result.returncode == 0, result.stderr
     assert f"--devices {script}\n" in result.stdout
     (image,) = [line for line in result.stdout.splitlines() if "-lf-devices=" in line]
-    assert Path(image.rpartition("=")[2]).read_text() == "1000 any sw0 1\n"
+    assert Path(image.rpartition("=")[2]).read_text() == "1000 sw0 1 1\n"
 
 
 def test_only_images_on_native_sim_drift(grid: World) -> None:

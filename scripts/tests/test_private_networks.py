@@ -205,19 +205,21 @@ def words(*arguments):
     return [line.split() for line in subprocess.check_output(["ip", "-brief", *arguments], text=True).splitlines()]
 print("namespace", pathlib.Path("/proc/self/ns/net").readlink())
 print("devices", *sorted(line[0] for line in words("link")))
-print("addresses", *words("-4", "address", "show", "lfbridge")[0][2:])
+print("addresses", *words("address", "show", "lfbridge")[0][2:])
 """
 
 
 @pytest.mark.usefixtures("_allowed")
-def test_a_run_has_a_network_that_is_gone_with_it(grid: World) -> None:
+@pytest.mark.parametrize(("prefix", "length"), [("10.0.0.", 24), ("fd00::", 64)])
+def test_a_run_has_a_network_that_is_gone_with_it(prefix: str, length: int, grid: World) -> None:
+    grid.attach(f"{prefix}1", b=f"{prefix}2/{length}", c=f"{prefix}3/{length}")
     grid.program("grid-a", SHOW_NETWORK)
     before = own_networks()
     result = grid.run()
     assert result.returncode == 0, result.stderr
     assert "a    | devices lf0 lf1 lfbridge lo\n" in result.stdout
-    assert "a    | addresses 10.0.0.1/24\n" in result.stdout
-    assert "b    | -lf-federation-id=Grid -lf-rti-address=10.0.0.1 -lf-rti-port=15045 -eth-if=lf0\n" in result.stdout
+    assert f"a    | addresses {prefix}1/{length}\n" in result.stdout
+    assert f"b    | -lf-federation-id=Grid -lf-rti-address={prefix}1 -lf-rti-port=15045 -eth-if=lf0\n" in result.stdout
     assert "c    | lf: the program ended with status 0\n" in result.stdout
     namespace = result.stdout.split("a    | namespace ")[1].split("\n")[0]
     assert namespace != str(Path("/proc/self/ns/net").readlink())

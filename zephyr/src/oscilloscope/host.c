@@ -217,15 +217,14 @@ NSI_TASK(write_recording, ON_EXIT_POST, 10);
 void lf_oscilloscope_read_moves(const char *name)
 {
 	struct lf_oscilloscope_move move;
-	char owner[4], level;
+	char level;
 	FILE *file = fopen(name, "r");
 	int read;
 
 	if (file == NULL) {
 		nsi_print_error_and_exit("-lf-devices: cannot read %s: %s\n", name, strerror(errno));
 	}
-	while ((read = fscanf(file, "%" SCNd64 " %3s %63s %c %u", &move.at, owner, move.name, &level, &move.line)) == 5) {
-		move.is_own = strcmp(owner, "own") == 0;
+	while ((read = fscanf(file, "%" SCNd64 " %63s %c %u", &move.at, move.name, &level, &move.line)) == 4) {
 		move.active = level == '1';
 		moves = with_room(moves, move_count, sizeof(*moves));
 		moves[move_count++] = move;

@@ -29,8 +29,6 @@ void lf_oscilloscope_note(unsigned int pin, bool active);
 struct lf_oscilloscope_move {
 	/* Nanoseconds since the start. */
 	int64_t at;
-	/* Whether it is meant for this image alone, which has to have the pin then. */
-	bool is_own;
 	bool active;
 	/* Where the script says so. */
 	unsigned int line;

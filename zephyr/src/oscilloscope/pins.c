@@ -151,9 +151,6 @@ static void move(struct k_timer *timer)
 		const struct lf_oscilloscope_move *next = lf_oscilloscope_move(next_move);
 		int64_t left = next->at - lf_oscilloscope_elapsed();
 
-		if (named(next->name) == NULL) {
-			continue;
-		}
 		if (left > 0) {
 			k_timer_start(timer, K_NSEC(left), K_NO_WAIT);
 			return;
@@ -180,7 +177,7 @@ static int begin(void)
 		const struct lf_oscilloscope_move *item = lf_oscilloscope_move(index);
 		const struct lf_named_pin *pin = named(item->name);
 
-		if (item->is_own && (pin == NULL || port_of(pin->pin->port) == NULL)) {
+		if (pin == NULL || port_of(pin->pin->port) == NULL) {
 			lf_oscilloscope_refuse(item);
 		}
 	}

@@ -158,8 +158,8 @@ Exit status: that of the first participant that failed; 124 after the time limit
         hide = true,
         long_about = "\
 Print how a script for devices moves the pins of a federate, for native_sim's -lf-devices: a line for each move with
-nanoseconds since the start, `own` or `any`, whoever the script names, the pin, 0 or 1, and the script's line. Lines
-that nobody of --readers can carry out are errors."
+nanoseconds since the start, the pin, 0 or 1, and the script's line. Lines that nobody of --readers can carry out, or
+that do not say whose pin they mean although an image may have it, are errors."
     )]
     Moves {
         /// What inputs do: a file of lines such as `100 ms button0 1`.

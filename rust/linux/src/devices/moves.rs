@@ -13,9 +13,7 @@ use super::script::{Change, Script, ScriptError};
 pub struct Move {
     /// Since the start.
     pub at: Interval,
-    /// Whether the script means this federate alone, which has to have the pin then.
-    pub is_own: bool,
-    /// The input.
+    /// The input, which the federate has to have.
     pub pin: String,
     /// What it is from then on.
     pub active: bool,
@@ -25,9 +23,8 @@ pub struct Move {
 
 impl fmt::Display for Move {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { at, is_own, pin, active, line } = self;
-        let whose = if *is_own { "own" } else { "any" };
-        write!(f, "{} {whose} {pin} {} {line}", at.as_nanos(), u8::from(*active))
+        let Self { at, pin, active, line } = self;
+        write!(f, "{} {pin} {} {line}", at.as_nanos(), u8::from(*active))
     }
 }
 
@@ -51,7 +48,8 @@ pub enum Takes {
     Nothing,
 }
 
-/// Checks that each line of a script makes sense, and that a participant for which it is can carry it out.
+/// Checks that each line of a script makes sense, that a participant for which it is can carry it out, and that it says
+/// which one it is for where an image is among several.
 ///
 /// # Errors
 /// All lines of which that is not so, and why.
@@ -69,7 +67,8 @@ fn checked(script: &str, readers: &[Reader]) -> Result<Script, ScriptError> {
 /// All moves of pins that a script has for a federate, in order. Without readers, the federate is alone.
 ///
 /// # Errors
-/// All lines of the script that make no sense, or that no participant that they are for can carry out.
+/// All lines of the script that make no sense, that no participant that they are for can carry out, or that do not say
+/// which of several participants they are for although one of them is an image.
 pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Move>, String> {
     let alone = [Reader { name: federate.to_owned(), takes: Takes::Pins }];
     let readers = if readers.is_empty() { &alone } else { readers };
@@ -77,16 +76,14 @@ pub fn moves(script: &str, federate: &str, readers: &[Reader]) -> Result<Vec<Mov
     let own = format!("{federate}.");
     let mut moves = Vec::new();
     for (name, changes) in &script.devices {
-        let pin = name.strip_prefix(&own);
-        if pin.is_none() && script.devices.contains_key(&format!("{own}{name}")) {
+        let (owner, device) = owner_and_device(name);
+        let is_for_it = owner.is_none_or(|owner| owner == federate);
+        if !is_for_it || (owner.is_none() && script.devices.contains_key(&format!("{own}{name}"))) {
             continue;
         }
-        // Without others, it is this one that is meant.
-        let is_own = pin.is_some() || readers.len() == 1;
-        let pin = pin.unwrap_or(name);
         moves.extend(changes.iter().filter_map(|Change { at, value, line }| {
             let active = level(value)?;
-            Some(Move { at: *at, is_own, pin: pin.to_owned(), active, line: *line })
+            Some(Move { at: *at, pin: device.to_owned(), active, line: *line })
         }));
     }
     moves.sort_by_key(|change| change.at);
@@ -108,7 +105,7 @@ fn refused(script: &Script, readers: &[Reader]) -> Vec<(u32, String)> {
 
 /// Why nobody can take a value of a device, if it is so.
 fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
-    let (owner, device) = name.split_once('.').map_or((None, name), |(owner, device)| (Some(owner), device));
+    let (owner, device) = owner_and_device(name);
     let meant: Vec<_> = readers.iter().filter(|reader| owner.is_none_or(|owner| reader.name == owner)).collect();
     let is_level = is_level && !device.contains('@') && !is_part(device);
     let takes = |reader: &&Reader| match reader.takes {
@@ -116,8 +113,16 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
         Takes::Pins => is_level,
         Takes::Nothing => false,
     };
-    if meant.iter().any(takes) {
-        return None;
+    let takers: Vec<_> = meant.iter().copied().filter(takes).collect();
+    if let Some(first) = takers.first() {
+        // A program asks for its devices by name when it runs. What an image lacks is known only there, too, so that
+        // nobody would notice a name which none of them has, or which one too many has.
+        let is_clear = takers.len() == 1 || takers.iter().all(|reader| reader.takes == Takes::All);
+        return (owner.is_none() && !is_clear).then(|| {
+            let names: Vec<_> = takers.iter().map(|reader| reader.name.as_str()).collect();
+            let (names, first) = (names.join(", "), &first.name);
+            format!("{device}: {names} can take this, and an image is among them; say who: {first}.{device}")
+        });
     }
     let who = match (owner, &meant[..]) {
         (Some(owner), []) => return Some(format!("there is no federate {owner}")),
@@ -137,6 +142,11 @@ fn is_part(device: &str) -> bool {
     inside.is_some_and(|name| name.parse::<u8>().is_err())
 }
 
+/// The federate that a line names before its device, if it names one.
+fn owner_and_device(name: &str) -> (Option<&str>, &str) {
+    name.split_once('.').map_or((None, name), |(owner, device)| (Some(owner), device))
+}
+
 fn level(value: &Value) -> Option<bool> {
     match value {
         Value::Number(0.0) => Some(false),
@@ -154,21 +164,48 @@ mod tests {
     }
 
     #[test]
-    fn moves_are_in_order_and_those_for_one_federate_count_first() {
-        let script = "2 ms sw0 1 every 2 ms until 4 ms\n3 ms sw0 0\n1 ms b.sw1 1\n1 ms sw1 1\n5 ms line \"text\"\n";
+    fn moves_are_in_order_and_those_of_others_are_left_out() {
+        let script =
+            "2 ms b.sw0 1 every 2 ms until 4 ms\n3 ms b.sw0 0\n1 ms b.sw1 1\n1 ms a.sw1 1\n5 ms line \"text\"\n";
         let readers = readers(&[("a", Takes::Pins), ("b", Takes::Pins), ("c", Takes::All)]);
         let told = |federate: &str| {
             let moves = moves(script, federate, &readers).expect("it makes sense");
             moves.iter().map(Move::to_string).collect::<Vec<_>>()
         };
-        let sw0 = ["2000000 any sw0 1 1", "3000000 any sw0 0 2", "4000000 any sw0 1 1"];
-        assert_eq!(told("b"), [&["1000000 own sw1 1 3"], &sw0[..]].concat());
-        assert_eq!(told("a"), [&["1000000 any b.sw1 1 3", "1000000 any sw1 1 4"], &sw0[..]].concat());
+        assert_eq!(told("b"), ["1000000 sw1 1 3", "2000000 sw0 1 1", "3000000 sw0 0 2", "4000000 sw0 1 1"]);
+        assert_eq!(told("a"), ["1000000 sw1 1 4"]);
         assert_eq!(
             moves("1 ms", "a", &readers).err(),
             Some("line 1: after the time comes the name of a device, and its value".to_owned())
         );
-        assert!(moves("1 ms sw0 1", "a", &readers[..1]).is_ok_and(|moves| moves[0].is_own));
+    }
+
+    /// A pin without a federate before it is that of the one participant that can have it, whatever kinds there are.
+    #[test]
+    fn a_pin_that_may_be_of_an_image_or_of_another_participant_has_to_say_whose_it_is() {
+        let kinds = [Takes::All, Takes::Pins, Takes::Nothing];
+        for (a, b, c) in kinds.iter().flat_map(|a| kinds.iter().flat_map(move |b| kinds.map(|c| (*a, *b, c)))) {
+            let readers = readers(&[("a", a), ("b", b), ("c", c)]);
+            let takes: Vec<_> = readers.iter().filter(|reader| reader.takes != Takes::Nothing).collect();
+            let images = takes.iter().filter(|reader| reader.takes == Takes::Pins).count();
+            let result = check("1 ms sw0 1", &readers);
+            assert_eq!(
+                result.is_ok(),
+                takes.len() == 1 || (images == 0 && !takes.is_empty()),
+                "{readers:?}: {result:?}"
+            );
+            for reader in takes {
+                let own = moves(&format!("1 ms {}.sw0 1", reader.name), &reader.name, &readers);
+                assert!(own.is_ok_and(|moves| moves[0].to_string() == "1000000 sw0 1 1"), "{readers:?}");
+                assert!(check("1 ms sw0 1", std::slice::from_ref(reader)).is_ok());
+            }
+        }
+        let error = check("1 ms x 1\n1 ms sw0 1", &readers(&[("a", Takes::All), ("b", Takes::Pins)]));
+        let says = error.expect_err("nobody knows whose pins these are");
+        assert!(
+            says.ends_with("line 2: sw0: a, b can take this, and an image is among them; say who: a.sw0"),
+            "{says}"
+        );
     }
 
     /// Whatever the kind of device: a line is taken by somebody for whom it is, or refused with its number.
@@ -183,7 +220,7 @@ mod tests {
         };
         assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 9]);
         assert_eq!(lines(&[("a", Takes::Nothing), ("b", Takes::Nothing)]), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
-        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::All)]), [9]);
+        assert_eq!(lines(&[("a", Takes::Pins), ("b", Takes::All)]), [7, 8, 9]);
         let error = moves("\n0 s t[0x00] 7", "a", &readers(&[("a", Takes::Pins)])).expect_err("it has no registers");
         assert!(error.starts_with("line 2: t[0x00]: a is an image, which finds levels of pins"), "{error}");
     }
