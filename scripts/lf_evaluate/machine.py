@@ -18,16 +18,13 @@ def this(stock_rti: Path | None) -> dict[str, Any]:
     cpuinfo = _text("/proc/cpuinfo")
     model = re.search(r"^model name\s*: (.*)$", cpuinfo, re.MULTILINE)
     memory = re.search(r"^MemTotal:\s*(\d+)", _text("/proc/meminfo"), re.MULTILINE)
-    hypervisor = _said("systemd-detect-virt", "--vm")
-    if hypervisor in ("", "none"):
-        hypervisor = "a hypervisor" if re.search(r"^flags.*\bhypervisor\b", cpuinfo, re.MULTILINE) else ""
     return {
         "processor": model[1] if model else platform.machine(),
         "cores": len(os.sched_getaffinity(0)),
         "memory_gib": round(int(memory[1]) / 2**20, 1) if memory else 0.0,
         "kernel": platform.release(),
         "governor": _text("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor").strip() or None,
-        "virtualized_by": hypervisor or None,
+        "virtualized_by": _said("systemd-detect-virt", "--vm").replace("none", "") or None,
         "load": os.getloadavg()[0],
         "versions": [{"name": name, "version": version} for name, version in _versions(stock_rti).items() if version],
     }
@@ -37,13 +34,11 @@ def _versions(stock_rti: Path | None) -> dict[str, str]:
     versions = {"lf-zephyr-rs": _commit(REPOSITORY)}
     if stock_rti is not None:
         versions["stock RTI"] = _commit(stock_rti.parent) or "version unknown"
-    versions["Rust"] = _said("rustc", "--version")
-    for program in ("gcc", "arm-none-eabi-gcc", "qemu-system-arm"):
-        versions[program] = _said(program, "--version")
-    if base := os.environ.get("ZEPHYR_BASE"):
-        parts = dict(re.findall(r"^(\w+) = (\d+)$", _text(f"{base}/VERSION"), re.MULTILINE))
-        versions["Zephyr"] = ".".join(parts.get(key, "?") for key in ("VERSION_MAJOR", "VERSION_MINOR", "PATCHLEVEL"))
-    return versions
+    programs = ("rustc", "gcc", "arm-none-eabi-gcc", "qemu-system-arm")
+    zephyr = re.findall(
+        r"^(?:VERSION_M\w+|PATCHLEVEL) = (\d+)$", _text(f"{os.environ.get('ZEPHYR_BASE')}/VERSION"), re.M
+    )
+    return versions | {program: _said(program, "--version") for program in programs} | {"Zephyr": ".".join(zephyr)}
 
 
 def _commit(folder: Path) -> str:

@@ -59,7 +59,11 @@ def _run(arguments: Sequence[str]) -> int:
     if options.source is not None:
         _write(options.report, results.load(options.source))
         return 0
-    setting = _setting(options)
+    numbers = {name: getattr(options, name) or (quick if options.quick else usual)
+               for name, (_, usual, quick, _) in NUMBERS.items()}  # fmt: skip
+    # Images are built only where ZEPHYR_BASE names a workspace; `cargo xtask evaluate` sets it.
+    has_zephyr = "ZEPHYR_BASE" in os.environ
+    setting = Setting(options.built, options.stock_rti, options.quick, options.recording, has_zephyr, **numbers)
     names = [name for name in PARTS if not options.only or name in options.only]
     if setting.recording is None:
         names = [name for name in names if name != "pins"]
@@ -130,35 +134,17 @@ def _write(folder: Path, measured: dict[str, Any]) -> None:
             raise LfError(f"{folder / name}: {error.strerror}") from error
 
 
-def _setting(options: argparse.Namespace) -> Setting:
-    def chosen(name: str) -> int:
-        _, usual, quick, _, _ = NUMBERS[name]
-        value: int | None = getattr(options, name)
-        return value if value is not None else quick if options.quick else usual
-
-    return Setting(
-        built=options.built,
-        stock_rti=options.stock_rti,
-        quick=options.quick,
-        recording=options.recording,
-        # Images are built only where ZEPHYR_BASE names a workspace; `cargo xtask evaluate` sets it.
-        has_zephyr="ZEPHYR_BASE" in os.environ,
-        **{name: chosen(name) for name in NUMBERS},
-    )
-
-
-# Numbers of the command line: what they are, their defaults, those of a quick run, and the least and the greatest.
-NUMBERS: dict[str, tuple[str, int, int, int, int]] = {
-    "rounds": ("how often each measurement is made, in turns; the best one counts", 3, 2, 1, 2**31),
-    "exchanges": ("how many exchanges a measurement of latency has", 5000, 1000, 1, 2**31),
-    "seconds": ("how many seconds a measurement of throughput or growth takes", 2, 1, 0, 2**31),
-    "large": ("how many federates the large federation has", 500, 100, 2, 4096),
-    "large_seconds": ("how many seconds the large federation runs", 60, 5, 0, 2**31),
-    "iterations": ("how often the smart grid is run with each setting", 10, 3, 1, 1000),
-    "after_runs": ("how often the smart grid runs without a violation before a delay counts as long enough",
-                   100, 5, 1, 10_000),
-    "drift_seconds": ("how many seconds the application with the drifting clock runs", 600, 20, 2, 2**31),
-}  # fmt: skip
+# Numbers of the command line: what they are, their defaults, those of a quick run, and the least.
+NUMBERS = {
+    "rounds": ("how often each measurement is made, in turns; the best one counts", 3, 2, 1),
+    "exchanges": ("how many exchanges a measurement of latency has", 5000, 1000, 1),
+    "seconds": ("how many seconds a measurement of throughput or growth takes", 2, 1, 1),
+    "large": ("how many federates the large federation has", 500, 100, 2),
+    "large_seconds": ("how many seconds the large federation runs", 60, 5, 1),
+    "iterations": ("how often the smart grid is run with each setting", 10, 3, 1),
+    "after_runs": ("how often the smart grid runs without a violation before a delay is long enough", 100, 5, 1),
+    "drift_seconds": ("how many seconds the application with the drifting clock runs", 600, 20, 2),
+}
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -198,21 +184,16 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--only", action="append", choices=PARTS, metavar="PART", help="measure only this; may be repeated"
     )
-    for name, (text, default, quick, least, greatest) in NUMBERS.items():
-        parser.add_argument(
-            f"--{name.replace('_', '-')}",
-            type=_between(least, greatest),
-            metavar="N",
-            help=f"{text} ({default}; {quick} with --quick)",
-        )
+    for name, (text, usual, quick, least) in NUMBERS.items():
+        text = f"{text} ({usual}; {quick} with --quick)"
+        parser.add_argument(f"--{name.replace('_', '-')}", type=_from(least), metavar="N", help=text)
     return parser
 
 
-def _between(least: int, greatest: int) -> Callable[[str], int]:
+def _from(least: int) -> Callable[[str], int]:
     def parse(text: str) -> int:
-        value = int(text) if text.isdecimal() else -1
-        if not least <= value <= greatest:
-            raise argparse.ArgumentTypeError(f"{text!r} is no number from {least} to {greatest}")
-        return value
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f"{text!r} is no number from {least} on")
+        return int(text)
 
     return parse

@@ -32,6 +32,7 @@ class Setting:
     stock_rti: Path | None
     quick: bool
     recording: Path | None
+    has_zephyr: bool
     rounds: int
     exchanges: int
     seconds: int
@@ -40,7 +41,6 @@ class Setting:
     iterations: int
     after_runs: int
     drift_seconds: int
-    has_zephyr: bool
 
     @property
     def lfz(self) -> Path:

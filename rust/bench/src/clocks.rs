@@ -4,7 +4,7 @@
 use lf_bench::clock::{Network, Ours, Stock, offsets, run};
 use lf_bench::{InitialExchanges, Measured, Result, micros};
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 
 /// Federations of the exchanges before the start, for each round.
 const INITIAL_RUNS: u32 = 10;

@@ -8,7 +8,7 @@ use lf_bench::{
     program_latency,
 };
 
-use crate::Arguments;
+use crate::arguments::Arguments;
 
 /// In nanoseconds of logical time.
 const PERIOD_NS: i64 = 1_000_000;
