@@ -125,7 +125,7 @@ def drift(setting: Setting) -> Finding:
         {"computer": computer, "board": [image, f"-lf-rti-port={port}", f"-rt-drift={thesis.DRIFT:.0f}e-6"]}, file
     )
     numbers = [one for name, lines in said.items() for one in drift_in(name, lines)]
-    remarks = [line for lines in said.values() for line in lines.splitlines() if re.search("late|clock|rounds", line)]
+    remark = re.compile("^(?!.*heard).*(?:late|clock|rounds).*$", re.MULTILINE)
     return finding(
         "A drifting clock",
         "Do clocks stay together while one of them drifts as the thesis's board did?",
@@ -133,7 +133,7 @@ def drift(setting: Setting) -> Finding:
             "A program and a native_sim image, decentralized, clock synchronization on; the image's clock gains "
             f"{thesis.DRIFT:.0f} µs/s. Both send 100 messages a second for {setting.drift_seconds} s, and wait 10 ms "
             "for each.",
-            *remarks,
+            *(f"{name}: {line}" for name, lines in said.items() for line in remark.findall(lines)),
         ],
         numbers,
         limits=[
@@ -151,16 +151,13 @@ def _together(commands: dict[str, list[Word]], file: Path) -> dict[str, str]:
         for name, words in commands.items():
             with logs[name].open("wb") as log:
                 command = [str(word) for word in words]
-                running.append(
-                    subprocess.Popen(
-                        command, env=environment(), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
-                    )
-                )
+                nothing, same = subprocess.DEVNULL, subprocess.STDOUT
+                running.append(subprocess.Popen(command, env=environment(), stdin=nothing, stdout=log, stderr=same))
         # One that fails is the end of the others, too: they might wait for it.
         has_failed = any(process.wait() for process in running)
     finally:
         for process in running:
-            process.kill()
+            process.terminate()
             process.wait()
     said = {name: log.read_text(encoding="utf-8", errors="replace") for name, log in logs.items()}
     if has_failed:

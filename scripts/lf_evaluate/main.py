@@ -105,9 +105,11 @@ def _part(name: str, setting: Setting) -> dict[str, Any]:
             finding = PARTS[name][0](setting)
             print(results.finding_text(finding), flush=True)
             outcome = {"measured": finding}
-        except (LfError, OSError) as error:
-            print(f"error: {name}: {error}", file=sys.stderr)
-            outcome = {"failed": str(error)}
+        except Exception as error:
+            # Whatever it is, what was measured before is worth keeping, and so is what comes after.
+            reason = str(error) if isinstance(error, (LfError, OSError)) else repr(error)
+            print(f"error: {name}: {reason}", file=sys.stderr)
+            outcome = {"failed": reason}
     return {"name": name, "seconds": round(time.monotonic() - begin, 3), "outcome": outcome}
 
 

@@ -205,6 +205,16 @@ def test_a_report_has_what_was_measured_what_failed_and_what_was_left_out(
     assert "thesis, figure 6.3" in (again / "report.html").read_text()
 
 
+def test_a_part_that_fails_unexpectedly_is_not_the_end_of_the_others(
+    built: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (built / "lf-bench").write_text("#!/bin/sh\nexit 0\n")
+    assert main([str(built), "--only", "clock", "--only", "large"]) == 1
+    said = capfd.readouterr()
+    assert "error: clock: KeyError('init')" in said.err
+    assert "A large federation" in said.out
+
+
 def test_a_report_without_its_libraries_says_what_to_install_before_it_measures(
     built: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
