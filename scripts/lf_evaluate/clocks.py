@@ -5,16 +5,13 @@ from __future__ import annotations
 
 import json
 import re
-import socket
-import subprocess
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from lf_evaluate import figures, thesis
 from lf_evaluate.measured import Measured
 from lf_evaluate.results import Figure, Finding, finding
-from lf_evaluate.setting import Setting, Word, application, build_folder, environment, execute, variant
+from lf_evaluate.setting import Setting, Word, application, execute, variant
 from lf_west.errors import LfError
 
 
@@ -116,15 +113,8 @@ def drift(setting: Setting) -> Finding:
     file = variant("ClockSync", text.replace("timeout: 10 sec", f"timeout: {setting.drift_seconds} sec"))
     board = application("clock_sync/deployment/native_sim.yaml")
     setting.west("lf-fed-build", file, None, "--deployment", board)
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    image = build_folder(file) / "zephyr/ClockSync/board/zephyr/zephyr.exe"
-    computer = setting.west_words("lf-fed-run", file, None, "--no-build", "-f", "computer", "--rti-port", str(port))
-    said = _together(
-        {"computer": computer, "board": [image, f"-lf-rti-port={port}", f"-rt-drift={thesis.DRIFT:.0f}e-6"]}, file
-    )
-    numbers = [one for name, lines in said.items() for one in drift_in(name, lines)]
+    drift_of_board = f"board={thesis.DRIFT:.0f}e-6"
+    said = setting.west("lf-fed-run", file, None, "--no-build", "--drift", drift_of_board)
     remark = re.compile("^(?!.*heard).*(?:late|clock|rounds).*$", re.MULTILINE)
     return finding(
         "A drifting clock",
@@ -133,9 +123,9 @@ def drift(setting: Setting) -> Finding:
             "A program and a native_sim image, decentralized, clock synchronization on; the image's clock gains "
             f"{thesis.DRIFT:.0f} µs/s. Both send 100 messages a second for {setting.drift_seconds} s, and wait 10 ms "
             "for each.",
-            *(f"{name}: {line}" for name, lines in said.items() for line in remark.findall(lines)),
+            *remark.findall(said),
         ],
-        numbers,
+        drift_in(said),
         limits=[
             "In the thesis synchronization while the program runs (`on`) did not work, so there is nothing to compare "
             "with. The computer has to be idle otherwise: it holds the participants up for longer than they wait."
@@ -143,30 +133,15 @@ def drift(setting: Setting) -> Finding:
     )
 
 
-def _together(commands: dict[str, list[Word]], file: Path) -> dict[str, str]:
-    """What programs print that run at the same time. They write to files, so none waits for a reader."""
-    logs = {name: build_folder(file) / f"{name}.log" for name in commands}
-    running: list[subprocess.Popen[bytes]] = []
-    try:
-        for name, words in commands.items():
-            with logs[name].open("wb") as log:
-                command = [str(word) for word in words]
-                nothing, same = subprocess.DEVNULL, subprocess.STDOUT
-                running.append(subprocess.Popen(command, env=environment(), stdin=nothing, stdout=log, stderr=same))
-        # One that fails is the end of the others, too: they might wait for it.
-        has_failed = any(process.wait() for process in running)
-    finally:
-        for process in running:
-            process.terminate()
-            process.wait()
-    said = {name: log.read_text(encoding="utf-8", errors="replace") for name, log in logs.items()}
-    if has_failed:
-        raise LfError("a participant has failed:\n" + "\n".join(said.values()))
-    return said
-
-
-def drift_in(name: str, text: str) -> list[Measured]:
-    """The numbers in `sent 900, heard 900, 0 late, the slowest after 812 us`."""
-    found = re.findall(r"sent (\d+), heard (\d+), (\d+) late, the slowest after (\d+) us", text)
+def drift_in(output: str) -> list[Measured]:
+    """The numbers in `board | sent 900, heard 900, 0 late, the slowest after 812 us`."""
+    pattern = r"^(\S+) *\| .*sent (\d+), heard (\d+), (\d+) late, the slowest after (\d+) us"
+    found = re.findall(pattern, output, re.MULTILINE)
+    if not found:
+        raise LfError(f"there is no result in what was printed:\n{output}")
     units = ("sent", "heard", "late", "slowest µs")
-    return [Measured(name, "", unit, float(value)) for row in found for unit, value in zip(units, row, strict=True)]
+    return [
+        Measured(name, "", unit, float(value))
+        for name, *values in found
+        for unit, value in zip(units, values, strict=True)
+    ]

@@ -77,10 +77,10 @@ def best(unit: str) -> Pick:
 
 
 def number(value: float, all_rounds: Sequence[float] = (), digits: int | None = None) -> Number:
-    """A cell; three digits count unless their number is given, and of whole numbers all that are before the point."""
+    """A cell; three digits of the least round count unless their number is given, and none behind whole numbers."""
     if digits is None:
-        is_whole = all(it == int(it) for it in (value, *all_rounds))
-        digits = 0 if is_whole else max(0, 3 - len(str(int(abs(value)))))
+        sizes = [abs(it) for it in (value, *all_rounds)]
+        digits = 0 if all(map(float.is_integer, map(float, sizes))) else max(0, 3 - len(str(int(min(sizes)))))
     return Number(value=value, digits=digits, rounds=list(all_rounds))
 
 

@@ -74,29 +74,14 @@ class Setting:
         return self.west("lf-fed-run", file, None, "--no-build", "--timeout", TIME_LIMIT)
 
     def _host(self, command: str, file: Path) -> list[Word]:
-        folders: list[Word] = [
-            "--out",
-            FOLDER / file.stem / "host",
-            "--target-dir",
-            FOLDER / "cargo",
-            "--home",
-            REPOSITORY,
-        ]
+        folder = FOLDER / file.stem / "host"
+        folders: list[Word] = ["--out", folder, "--target-dir", FOLDER / "cargo", "--home", REPOSITORY]
         return [self.lfz, command, file, "--release", *folders]
 
     def west(self, command: str, file: Path, build: Path | None, *words: Word) -> str:
         """Runs a west command on a program, whose images are built in this folder; what it prints."""
-        return execute(self.west_words(command, file, build, *words), errors=True)
-
-    def west_words(self, command: str, file: Path, build: Path | None, *words: Word) -> list[Word]:
-        """The words of a west command."""
         folders: list[Word] = ["--lfc", self.lfz, "--build-dir", build or build_folder(file)]
-        return ["python3", REPOSITORY / "scripts/lf", command, file, *folders, *words]
-
-
-def environment() -> dict[str, str]:
-    """What images are built in: not in the target folder of this repository's own programs."""
-    return os.environ | {"CARGO_TARGET_DIR": str(FOLDER / "cargo-zephyr")}
+        return execute(["python3", REPOSITORY / "scripts/lf", command, file, *folders, *words], errors=True)
 
 
 def execute(words: Sequence[Word], errors: bool = False, folder: str | None = None) -> str:
@@ -106,7 +91,8 @@ def execute(words: Sequence[Word], errors: bool = False, folder: str | None = No
         done = subprocess.run(
             command,
             cwd=folder,
-            env=environment(),
+            # Images are not built in the target folder of this repository's own programs.
+            env=os.environ | {"CARGO_TARGET_DIR": str(FOLDER / "cargo-zephyr")},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT if errors else subprocess.PIPE,

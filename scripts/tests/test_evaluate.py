@@ -14,93 +14,45 @@ from lf_evaluate import page
 from lf_evaluate.main import PARTS, main
 
 # As the first version of the program wrote it.
-CURVE = {"label": "solid & whole", "who": "ours", "line": "solid", "points": [[1.0, 0.0], [10.0, 50.0], [100.0, 100.0]]}
-MARK = {"label": "thesis: 4 ms & more", "who": "thesis", "at": 40.0}
-PLOTS: dict[str, dict[str, Any]] = {
-    "Rows": {
-        "rows": {
-            "axis": {"label": "delay in µs", "is_logarithmic": True},
-            "rows": [
-                {"label": "ours <fast> $1$", "who": "ours", "values": [30.0, 40.0, 35.0]},
-                {"label": "nothing measured", "who": "stock", "values": []},
-            ],
-            "marks": [MARK],
-        }
-    },
-    "Curves": {
-        "curves": {
-            "x": {"label": "delay in µs", "is_logarithmic": True},
-            "y": {"label": "messages in %", "is_logarithmic": False},
-            "curves": [
-                CURVE,
-                {**CURVE, "label": "dashed", "line": "dashed"},
-                {**CURVE, "label": "empty", "line": "points", "points": []},
-            ],
-            "marks": [MARK],
-        }
-    },
-    "Stacked": {
-        "stacked": {
-            "axis": {"label": "KiB", "is_logarithmic": False},
-            "parts": ["Zephyr", "<ours>"],
-            "bars": [["sender", [61.3, 12.0]], ['unit "B"', [61.3, 0.0]]],
-        }
-    },
-}
-FIGURES = [
-    {"title": title, "thesis": "figure 6.6", "caption": "A <caption>.", "plot": plot} for title, plot in PLOTS.items()
+# fmt: off
+LINE = {"label": "solid & whole", "who": "ours", "line": "solid", "points": [[1.0, 0.0], [10.0, 50.0], [100.0, 100.0]]}
+DELAY = {"label": "delay in µs", "is_logarithmic": True}
+MARKS = [{"label": "thesis: 4 ms & more", "who": "thesis", "at": 40.0}]
+FIGURES: list[Any] = [
+    {"title": title, "thesis": "figure 6.6", "caption": "A <caption>.", "plot": {title: plot}} for title, plot in {
+        "rows": {"axis": DELAY, "marks": MARKS, "rows": [
+            {"label": "ours <fast> $1$", "who": "ours", "values": [30.0, 40.0, 35.0]},
+            {"label": "nothing measured", "who": "stock", "values": []},
+        ]},
+        "curves": {"x": DELAY, "y": {"label": "messages in %", "is_logarithmic": False}, "marks": MARKS, "curves": [
+            LINE, {**LINE, "label": "dashed", "line": "dashed"}, {**LINE, "label": "", "line": "points", "points": []},
+        ]},
+        "stacked": {"axis": {"label": "KiB", "is_logarithmic": False}, "parts": ["Zephyr", "<ours>"],
+                    "bars": [["sender", [61.3, 12.0]], ['unit "B"', [61.3, 0.0]]]},
+    }.items()
 ]
 NUMBER = {"value": 30.0, "digits": 1, "rounds": [30.0, 35.5]}
+FINDING = {
+    "title": "Latency & <more>", "question": "How long?", "method": ["In turns."], "figures": FIGURES,
+    "compared": [{"what": "median", "unit": "µs", "less_is_better": True, "ours": NUMBER, "with": "stock RTI",
+                  "theirs": {"value": 60.0, "digits": 1}}],
+    "tables": [{"title": "Numbers", "headings": ["", "ours", "stock RTI"],
+                "rows": [["median <µs>", NUMBER, "cannot be started"]]}],
+    "limits": ["Not the same boards."],
+}
 RESULTS = {
-    "format": 1,
-    "begun": "2026-01-02 03:04 UTC",
-    "quick": True,
+    "format": 1, "begun": "2026-01-02 03:04 UTC", "quick": True,
     "arguments": ["--repository", "/r", "--lfz", "/l", "--quick"],
-    "machine": {
-        "processor": "A processor",
-        "cores": 2,
-        "memory_gib": 23.5,
-        "kernel": "6.1",
-        "governor": None,
-        "virtualized_by": "kvm",
-        "load": 0.25,
-        "versions": [{"name": "lf-zephyr-rs", "version": "abc of 2026-01-01"}],
-    },
+    "machine": {"processor": "A processor", "cores": 2, "memory_gib": 23.5, "kernel": "6.1", "governor": None,
+                "virtualized_by": "kvm", "load": 0.25,
+                "versions": [{"name": "lf-zephyr-rs", "version": "abc of 2026-01-01"}]},
     "parts": [
-        {
-            "name": "latency",
-            "seconds": 1.5,
-            "outcome": {
-                "measured": {
-                    "title": "Latency & <more>",
-                    "question": "How long?",
-                    "method": ["In turns."],
-                    "compared": [
-                        {
-                            "what": "median",
-                            "unit": "µs",
-                            "less_is_better": True,
-                            "ours": NUMBER,
-                            "with": "stock RTI",
-                            "theirs": {"value": 60.0, "digits": 1},
-                        }
-                    ],
-                    "tables": [
-                        {
-                            "title": "Numbers",
-                            "headings": ["", "ours", "stock RTI"],
-                            "rows": [["median <µs>", NUMBER, "cannot be started"]],
-                        }
-                    ],
-                    "figures": FIGURES,
-                    "limits": ["Not the same boards."],
-                }
-            },
-        },
+        {"name": "latency", "seconds": 1.5, "outcome": {"measured": FINDING}},
         {"name": "rate", "seconds": 1.5, "outcome": {"failed": "<script>alert(1)</script> is not found"}},
         {"name": "sizes", "seconds": 1.5, "outcome": {"skipped": "there is no Zephyr workspace"}},
     ],
-}  # fmt: skip
+}
+# fmt: on
 
 
 @pytest.fixture

@@ -102,10 +102,10 @@ def test_results_are_read_from_what_federates_print() -> None:
     said = [f"asker | {who}: 5 messages, delay in us: median {it}, p99 9, max 9" for who, it in medians.items()]
     delays = message.board_delays_in("row", "\n".join(said))
     assert [(one.who, one.value) for one in delays[::2]] == [("federates", 120), ("raw TCP", 80)]
-    for reads in (message.delays_in, lambda text: message.rate_in("", "", text)):
+    for reads in (message.delays_in, clocks.drift_in, lambda text: message.rate_in("", "", text)):
         with pytest.raises(LfError, match="there is no result in what was printed:\nnothing"):
             reads("nothing")
-    drifted = clocks.drift_in("board", "board | sent 900, heard 899, 1 late, the slowest after 812 us")
+    drifted = clocks.drift_in("board    | sent 900, heard 899, 1 late, the slowest after 812 us")
     assert [one.value for one in drifted] == [900, 899, 1, 812]
 
 
