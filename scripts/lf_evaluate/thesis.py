@@ -43,4 +43,4 @@ def rates(row: str, coordination: str) -> list[Measured]:
 
 def delay_marks() -> list[dict[str, Any]]:
     """Where its delays are, in µs."""
-    return [figures.mark(f"thesis, boards, {how}", "thesis", delay) for how, delay in DELAYS.items()]
+    return [figures.mark(f"thesis, {how}: {delay / 1000:g} ms", "thesis", delay) for how, delay in DELAYS.items()]
