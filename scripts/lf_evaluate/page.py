@@ -60,7 +60,7 @@ def draw(figure: results.Figure) -> str:
     from matplotlib.figure import Figure
 
     ((kind, plot),) = figure["plot"].items()
-    lines = len(plot.get("rows") or plot.get("bars") or ()) + 1.5 * len(plot.get("marks", ()))
+    lines = max(len(plot.get(lines, ())) for lines in ("rows", "bars", "parts")) + 1.5 * len(plot.get("marks", ()))
     # Names of things are taken literally, and not as formulas.
     style = {"svg.fonttype": "none", "font.family": "sans-serif", "text.parse_math": False, "svg.hashsalt": "lf"}
     with matplotlib.rc_context(style):
@@ -73,7 +73,7 @@ def draw(figure: results.Figure) -> str:
         axes.set_axisbelow(True)
         axes.spines[["top", "right"]].set_visible(False)
         if axes.get_legend_handles_labels()[0]:
-            canvas.legend(loc="outside lower center" if kind != "curves" else "outside right center", frameon=False)
+            canvas.legend(loc=f"outside {'lower' if kind == 'rows' else 'right'} center", frameon=False)
         text = io.StringIO()
         canvas.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     drawing = text.getvalue()

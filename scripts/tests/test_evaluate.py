@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from lf_evaluate import page
+from lf_evaluate.figures import stacked
 from lf_evaluate.main import PARTS, main
 
 # As the first version of the program wrote it.
@@ -92,6 +93,14 @@ def built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_each_drawing_is_xml_with_all_of_its_labels(figure: Any, labels: list[str]) -> None:
     texts = {(text or "").strip() for text in ElementTree.fromstring(page.draw(figure)).itertext()}
     assert not set(labels) - texts
+
+
+@pytest.mark.usefixtures("libraries")
+def test_a_single_bar_leaves_room_for_the_names_of_its_parts() -> None:
+    names = [f"part {number}" for number in range(9)]
+    bar = stacked("Code", "", "KiB", names, {"one image": [1.0] * 9})
+    # matplotlib warns where there is no room, and warnings are errors here.
+    assert page.draw(bar).count("part ") == 9
 
 
 @pytest.mark.usefixtures("libraries")
