@@ -21,9 +21,6 @@ const TRIALS: u32 = 10;
 const TIME_BYTES: usize = 9;
 /// How long an RTI may be silent.
 const SILENCE_MAX: Duration = Duration::from_secs(10);
-/// From this spread on, a stock federate throws its exchanges away.
-pub const SPREAD_MAX: Duration = Duration::from_micros(100);
-
 /// What federates have seen.
 #[derive(Clone, Debug, Default)]
 pub struct InitialExchanges {
@@ -31,16 +28,14 @@ pub struct InitialExchanges {
     pub spreads: Samples,
     /// How long after each T3 its T4 came.
     pub answers: Samples,
-    /// How many federates have thrown their exchanges away.
-    pub thrown_away: u32,
 }
 
 impl InitialExchanges {
-    /// Lets so many federates join a new RTI at once, and adds what they see.
+    /// Lets so many federates join a new RTI at once, and returns what they see.
     ///
     /// # Errors
     /// When the RTI cannot be started, or does not answer as it should.
-    pub fn run(&mut self, program: &Program, federates: u16) -> Result<()> {
+    pub fn run(program: &Program, federates: u16) -> Result<Self> {
         let rti = program.start_with(federates, &["init", "exchanges-per-interval", &TRIALS.to_string()])?;
         let streams: Result<Vec<_>> = (0..federates).map(|_| connect(rti.port)).collect();
         let barrier = Barrier::new(federates.into());
@@ -55,15 +50,15 @@ impl InitialExchanges {
             let threads: Vec<_> = (0..federates).zip(streams?).map(join).collect();
             Ok::<_, crate::Error>(threads.into_iter().map(std::thread::ScopedJoinHandle::join).collect())
         })?;
+        let mut all = Self::default();
         for seen in seen {
             let (spread, answers, _) = seen.map_err(|_| "a federate has panicked")??;
-            self.thrown_away += u32::from(spread >= SPREAD_MAX);
-            self.spreads.push(spread);
+            all.spreads.push(spread);
             for answer in answers {
-                self.answers.push(answer);
+                all.answers.push(answer);
             }
         }
-        Ok(())
+        Ok(all)
     }
 }
 

@@ -80,9 +80,9 @@ pub fn program_latency(program: &Program, exchanges: u32) -> Result<Latency> {
 /// # Errors
 /// When the forwarder cannot be started.
 pub fn forwarder_latency(waiting: Waiting, exchanges: u32) -> Result<Latency> {
-    let role: &[&str] = match waiting {
-        Waiting::Asleep => &["forward"],
-        Waiting::Awake => &["forward", "--awake"],
+    let role = match waiting {
+        Waiting::Asleep => "forward-asleep",
+        Waiting::Awake => "forward-awake",
     };
     let (_child, port, _) = start_self(role)?;
     let from = connect(port)?;

@@ -1,34 +1,45 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `lf-bench`: measures RTIs and the applications of this repository on this computer; `cargo xtask evaluate` builds
-//! and runs it.
+//! `lf-bench`: measures RTIs and clock synchronization on this computer, and prints a line of JSON for each value.
+//! `cargo xtask evaluate` builds it and makes tables and a page of what it prints.
 #![forbid(unsafe_code)]
 
 mod arguments;
-mod suite;
+mod clocks;
+mod rti;
 
 use std::io::Write;
 use std::process::ExitCode;
+use std::time::Duration;
 
-use arguments::{Arguments, Command};
+use arguments::{Arguments, Part};
 use clap::Parser;
-use lf_bench::Waiting;
+use lf_bench::{Measured, Result, Waiting, ping};
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let result = match arguments.command {
-        Some(Command::Forward { awake }) => {
-            let waiting = if awake { Waiting::Awake } else { Waiting::Asleep };
-            lf_bench::forward(waiting, |port| tell(port.into()))
-        }
-        Some(Command::Ping) => lf_bench::applications::answer_pings(tell),
-        None => suite::run(&arguments),
-    };
-    match result {
+    match run(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
         }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<()> {
+    match arguments.part {
+        Part::Latency => rti::latency(arguments),
+        Part::Throughput => rti::throughput(arguments),
+        Part::Growth => rti::growth(arguments),
+        Part::Large => rti::large(arguments),
+        Part::Clock => clocks::clock(arguments.rounds),
+        Part::Initial => clocks::initial(arguments),
+        Part::Raw => {
+            let samples = ping(arguments.exchanges, Duration::from_millis(arguments.period_ms))?;
+            Measured::samples("raw", "delay", "raw TCP", "µs", &samples).print()
+        }
+        Part::ForwardAsleep => lf_bench::forward(Waiting::Asleep, |port| tell(port.into())),
+        Part::ForwardAwake => lf_bench::forward(Waiting::Awake, |port| tell(port.into())),
+        Part::Answer => lf_bench::answer_pings(tell),
     }
 }
 

@@ -8,7 +8,6 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::results::Who;
 use crate::{FEDERATION, Result};
 
 /// An RTI to measure.
@@ -21,19 +20,11 @@ pub enum Program {
 }
 
 impl Program {
-    /// What stands over its column.
+    /// What it is called in the rows.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Ours(_) => "lfz rti",
             Self::Stock(_) => "stock RTI",
-        }
-    }
-
-    /// Whose it is.
-    pub fn who(&self) -> Who {
-        match self {
-            Self::Ours(_) => Who::Ours,
-            Self::Stock(_) => Who::Stock,
         }
     }
 
@@ -98,7 +89,7 @@ impl RunningRti {
 
 /// A port on which nobody listens. Until its user does, somebody else could take it; then the measurement fails and
 /// says so.
-pub(crate) fn free_port() -> Result<u16> {
+fn free_port() -> Result<u16> {
     Ok(TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port())
 }
 
@@ -106,22 +97,17 @@ pub(crate) fn free_port() -> Result<u16> {
 pub(crate) type Output = Lines<BufReader<ChildStdout>>;
 
 /// This program in another role, which prints its port first. It is killed when this is dropped.
-pub(crate) fn start_self(role: &[&str]) -> Result<(ChildGuard, u16, Output)> {
-    let (child, mut output) = start(Command::new(std::env::current_exe()?).args(role))?;
+pub(crate) fn start_self(role: &str) -> Result<(ChildGuard, u16, Output)> {
+    let mut command = Command::new(std::env::current_exe()?);
+    let mut child = ChildGuard(command.arg(role).stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
+    let mut output = BufReader::new(child.0.stdout.take().ok_or("a program has no output")?).lines();
     let port = output.next().ok_or_else(|| format!("{role:?} does not say its port"))??.trim().parse()?;
     Ok((child, port, output))
 }
 
-/// Starts a program whose output is read.
-pub(crate) fn start(command: &mut Command) -> Result<(ChildGuard, Output)> {
-    let mut child = ChildGuard(command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?);
-    let output = child.0.stdout.take().ok_or("a program has no output")?;
-    Ok((child, BufReader::new(output).lines()))
-}
-
 /// A child process that does not outlive its owner.
 #[derive(Debug)]
-pub(crate) struct ChildGuard(pub(crate) Child);
+pub(crate) struct ChildGuard(Child);
 
 impl Drop for ChildGuard {
     fn drop(&mut self) {

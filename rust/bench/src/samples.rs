@@ -18,11 +18,6 @@ impl Samples {
         self.0.push(sample);
     }
 
-    /// How many there are.
-    pub fn count(&self) -> u32 {
-        u32::try_from(self.0.len()).unwrap_or(u32::MAX)
-    }
-
     /// The value that `percent` of the samples do not exceed; zero if there are none.
     pub fn percentile(&self, percent: usize) -> Duration {
         let mut sorted = self.0.clone();
@@ -31,33 +26,15 @@ impl Samples {
         sorted.get(place).copied().unwrap_or_default()
     }
 
-    /// For each percentage, the value that so many of the samples do not exceed; empty if there are none.
-    pub fn quantiles(&self) -> Vec<(f64, Duration)> {
-        let mut sorted = self.0.clone();
-        sorted.sort_unstable();
-        let Some(last) = sorted.len().checked_sub(1) else { return Vec::new() };
-        (0..=100_u8).map(|share| (share.into(), sorted[(last * usize::from(share)).div_ceil(100)])).collect()
+    /// All of them in µs, in the order in which they were measured.
+    pub fn micros(&self) -> Vec<f64> {
+        self.0.iter().copied().map(micros).collect()
     }
 }
 
 impl FromIterator<Duration> for Samples {
     fn from_iter<T: IntoIterator<Item = Duration>>(samples: T) -> Self {
         Self(samples.into_iter().collect())
-    }
-}
-
-impl Extend<Duration> for Samples {
-    fn extend<T: IntoIterator<Item = Duration>>(&mut self, samples: T) {
-        self.0.extend(samples);
-    }
-}
-
-impl IntoIterator for Samples {
-    type Item = Duration;
-    type IntoIter = std::vec::IntoIter<Duration>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        self.0.into_iter()
     }
 }
 
@@ -71,9 +48,5 @@ mod tests {
         assert_eq!(samples.percentile(50), Duration::from_micros(100));
         assert_eq!(samples.percentile(99), Duration::from_micros(198));
         assert_eq!(Samples::default().percentile(50), Duration::ZERO);
-        let quantiles = samples.quantiles();
-        assert_eq!(quantiles.first(), Some(&(0.0, Duration::from_micros(1))));
-        assert_eq!(quantiles.last(), Some(&(100.0, Duration::from_micros(200))));
-        assert_eq!(Samples::default().quantiles(), []);
     }
 }

@@ -95,7 +95,7 @@ enum Command {
     /// path is given; `--report FOLDER` writes a page of it, and `--help` tells more.
     #[command(disable_help_flag = true)]
     Evaluate {
-        /// The arguments of `lf-bench`.
+        /// The arguments of `scripts/lf_evaluate`.
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Single values as `lf-bench` prints them, one in a line of JSON; parts that run applications make the same."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from lf_west.errors import LfError
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One value of one round. Rounds of the same row, owner and unit belong together."""
+
+    row: str
+    who: str
+    unit: str
+    value: float | None = None
+    # What the value was taken from.
+    samples: tuple[float, ...] = ()
+    error: str = ""
+
+
+def read(text: str) -> list[Measured]:
+    """What `lf-bench` has printed."""
+    try:
+        return [
+            Measured(
+                it["row"], it["who"], it["unit"], it.get("value"), tuple(it.get("samples", ())), it.get("error", "")
+            )
+            for it in map(json.loads, text.splitlines())
+        ]
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LfError(f"lf-bench printed what is no measurement: {error!r}") from error
+
+
+def percentile(samples: Sequence[float], percent: int) -> float:
+    """The sample that so many percent of all samples do not exceed; there has to be one."""
+    return sorted(samples)[max(math.ceil(len(samples) * percent / 100), 1) - 1]
+
+
+def spread_out(measured: Iterable[Measured], percents: dict[str, int]) -> list[Measured]:
+    """For each measurement with samples one of each of these percentiles, whose name stands before the unit."""
+    return [
+        replace(one, unit=f"{name} {one.unit}", value=percentile(one.samples, percent), samples=())
+        for one in measured
+        if one.samples
+        for name, percent in percents.items()
+    ]
+
+
+def rounds(measured: Iterable[Measured], units: Collection[str] = ()) -> dict[tuple[str, str, str], list[float]]:
+    """The values of all rounds, by row, owner and unit; of these units where some are named."""
+    found: dict[tuple[str, str, str], list[float]] = {}
+    for one in measured:
+        if one.value is not None and (not units or one.unit in units):
+            found.setdefault((one.row, one.who, one.unit), []).append(one.value)
+    return found
