@@ -26,7 +26,10 @@ fn said(arguments: &[&str], file: &str, out: Option<&PathBuf>) -> String {
     let output = command.output().expect("lfz can be started");
     let lines = [output.stderr, output.stdout].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     let (out, mut text) = (out.map(|out| out.display().to_string()), format!("> lfz {} {file}\n", arguments.join(" ")));
-    for line in lines.lines().filter(|line| !line.starts_with("Compil") && !line.starts_with("Check")) {
+    // What builds say, also of others that run at the same time.
+    let is_of_build =
+        |line: &&str| ["Compil", "Check", "Blocking", "Waiting"].iter().any(|begin| line.starts_with(begin));
+    for line in lines.lines().filter(|line| !is_of_build(line)) {
         let line = out.as_ref().map_or_else(|| line.to_owned(), |out| line.replace(out, "OUT"));
         text = text + line.trim_end() + "\n";
     }

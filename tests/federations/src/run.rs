@@ -53,12 +53,13 @@ impl Run {
     /// # Panics
     /// When the process ends its output before.
     pub fn wait_for(&mut self, text: &str) -> String {
-        if let Some(line) = self.seen.iter().find(|line| line.contains(text)) {
+        let is_it = |line: &str| line.contains(text) && !is_of_build(line);
+        if let Some(line) = self.seen.iter().find(|line| is_it(line)) {
             return line.clone();
         }
         loop {
             match self.next() {
-                Some(line) if line.contains(text) => return line,
+                Some(line) if is_it(&line) => return line,
                 Some(_) => {}
                 None => panic!("the output has ended without `{text}`:\n{}", self.seen.join("\n")),
             }

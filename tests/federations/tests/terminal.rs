@@ -26,10 +26,10 @@ fn start(test: &str, program: &str, arguments: &[&str], words: &[&str]) -> OnTer
     let file: PathBuf = programs().join(program);
     let run = Lfz::run_command(test, &file, arguments);
     let mut command = Command::new("sh");
-    // `setsid` makes the terminal the one of a new session, and waits.
+    // `setsid` makes the terminal the one of a new session, and becomes `lfz`.
     command.args([
         "-c",
-        "terminal=$1; shift; exec env --default-signal setsid --ctty --wait \"$@\" < \"$terminal\"",
+        "terminal=$1; shift; exec env --default-signal setsid --ctty \"$@\" < \"$terminal\"",
         "sh",
         &name,
     ]);
@@ -47,11 +47,6 @@ fn start(test: &str, program: &str, arguments: &[&str], words: &[&str]) -> OnTer
 impl OnTerminal {
     fn types(&mut self, key: u8) {
         self.keyboard.write_all(&[key]).expect("the terminal takes it");
-    }
-
-    fn lfz(&self) -> &Participant {
-        let is_lfz = |process: &&Participant| process.command.contains("lfz run ");
-        self.processes.iter().find(is_lfz).expect("it runs")
     }
 
     /// The status, once nobody is left.
@@ -77,7 +72,7 @@ fn nothing_is_left_of_a_run_on_a_terminal_however_it_ends() {
         }
         for (signal, status) in [(Signal::TERM, 143), (Signal::KILL, 137)] {
             let run = start(&[]);
-            run.lfz().signal(signal);
+            run.run.signal(signal);
             assert_eq!(run.end(), status, "{program}, {signal:?}");
         }
         assert_eq!(start(&["--timeout", "5 s"]).end(), 124, "{program}");

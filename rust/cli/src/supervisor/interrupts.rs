@@ -13,8 +13,8 @@ pub(crate) struct Interrupts {
 }
 
 impl Interrupts {
-    /// Takes over SIGINT (^C), SIGTERM, SIGQUIT (^\\), SIGHUP and SIGTSTP (^Z) from now on; of the last three those that
-    /// are not ignored, as SIGHUP is under `nohup`.
+    /// Takes over SIGINT (^C), SIGTERM, SIGQUIT (^\\), SIGHUP and SIGTSTP (^Z) from now on; of the last three those
+    /// that are not ignored, as SIGHUP is under `nohup`.
     ///
     /// # Errors
     /// When the system has no descriptors left.
