@@ -17,7 +17,7 @@ const TURN: usize = 8;
 const MEMORY_BYTES: usize = 64 << 20;
 
 /// A recording that does not fit into that memory, even as it is in the file.
-const TURNS: i64 = (MEMORY_BYTES / RECORD_BYTES / TURN) as i64;
+const TURNS: usize = MEMORY_BYTES / RECORD_BYTES / TURN;
 
 /// The records of one turn of a federate, whose clock is corrected in each.
 fn turn(number: i64) -> [Event; TURN] {
@@ -40,7 +40,7 @@ fn record(folder: &Path) {
     let mut file = BufWriter::new(File::create(folder.join("a.lftrace")).expect("it can be made"));
     let header = Header { role: Role::Federate(0), sizes: [1, 0, 1] };
     file.write_all(&header.to_bytes()).expect("there is room");
-    for number in 0..TURNS {
+    for number in 0..i64::try_from(TURNS).expect("it is small") {
         for (part, event) in (0..).zip(turn(number)) {
             let at = Instant::from_nanos(number * 1_000 + part);
             file.write_all(&Record { at, event }.to_bytes()).expect("there is room");

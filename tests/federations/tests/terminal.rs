@@ -39,7 +39,9 @@ fn start(test: &str, program: &str, arguments: &[&str], words: &[&str]) -> OnTer
     }
     command.stdin(Stdio::null());
     let mut run = Run::start(command);
-    words.iter().for_each(|words| drop(run.wait_for(words)));
+    for words in words {
+        run.wait_for(words);
+    }
     let processes = run.participants();
     OnTerminal { run, keyboard: File::from(controller), processes }
 }

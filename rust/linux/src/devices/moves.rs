@@ -113,13 +113,13 @@ fn refusal(name: &str, is_level: bool, readers: &[Reader]) -> Option<String> {
         Takes::Pins => is_level,
         Takes::Nothing => false,
     };
-    let takers: Vec<_> = meant.iter().copied().filter(takes).collect();
-    if let Some(first) = takers.first() {
+    let able: Vec<_> = meant.iter().copied().filter(takes).collect();
+    if let Some(first) = able.first() {
         // A program asks for its devices by name when it runs. What an image lacks is known only there, too, so that
         // nobody would notice a name which none of them has, or which one too many has.
-        let is_clear = takers.len() == 1 || takers.iter().all(|reader| reader.takes == Takes::All);
+        let is_clear = able.len() == 1 || able.iter().all(|reader| reader.takes == Takes::All);
         return (owner.is_none() && !is_clear).then(|| {
-            let names: Vec<_> = takers.iter().map(|reader| reader.name.as_str()).collect();
+            let names: Vec<_> = able.iter().map(|reader| reader.name.as_str()).collect();
             let (names, first) = (names.join(", "), &first.name);
             format!("{device}: {names} can take this, and an image is among them; say who: {first}.{device}")
         });
