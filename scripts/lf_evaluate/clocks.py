@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lf_evaluate import figures, thesis
-from lf_evaluate.measured import Measured
+from lf_evaluate.measured import Measured, no_result_in
 from lf_evaluate.results import Figure, Finding, finding
 from lf_evaluate.setting import Setting, Word, application, execute, variant
 from lf_west.errors import LfError
@@ -138,7 +138,7 @@ def drift_in(output: str) -> list[Measured]:
     pattern = r"^(\S+) *\| .*sent (\d+), heard (\d+), (\d+) late, the slowest after (\d+) us"
     found = re.findall(pattern, output, re.MULTILINE)
     if not found:
-        raise LfError(f"there is no result in what was printed:\n{output}")
+        raise no_result_in(output)
     units = ("sent", "heard", "late", "slowest µs")
     return [
         Measured(name, "", unit, float(value))

@@ -96,7 +96,7 @@ def _measured(name: str, unit: str, who: str, times: list[float], violated: int)
 
 
 def after(setting: Setting) -> Finding:
-    """The smallest delay of the connections, without any waits, at which so many runs have no violation."""
+    """The smallest delay of the connections, without any waits, at which no run has a violation."""
     seen = [Measured("smallest that holds", "thesis", "ms", thesis.SMALLEST_AFTER)]
     for board in setting.boards():
         holds, broke = _smallest(setting, board)

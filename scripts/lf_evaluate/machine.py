@@ -10,7 +10,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from lf_evaluate.setting import REPOSITORY
+from lf_west.workspace import REPOSITORY
 
 
 def this(stock_rti: Path | None) -> dict[str, Any]:

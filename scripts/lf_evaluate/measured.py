@@ -37,8 +37,13 @@ def read(text: str) -> list[Measured]:
         raise LfError(f"lf-bench printed what is no measurement: {error!r}") from error
 
 
+def no_result_in(output: str) -> LfError:
+    """What is said of a program that has not printed its result."""
+    return LfError(f"there is no result in what was printed:\n{output}")
+
+
 def percentile(samples: Sequence[float], percent: int) -> float:
-    """The sample that so many percent of all samples do not exceed; there has to be one."""
+    """The sample that this percentage of all samples do not exceed; there has to be one."""
     return sorted(samples)[max(math.ceil(len(samples) * percent / 100), 1) - 1]
 
 

@@ -8,10 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from lf_evaluate import figures, thesis
-from lf_evaluate.measured import Measured, spread_out
+from lf_evaluate.measured import Measured, no_result_in, spread_out
 from lf_evaluate.results import Finding, finding
 from lf_evaluate.setting import PROGRAMS, TIME_LIMIT, Setting, Word, application, build_folder, deployment, variant
-from lf_west.errors import LfError
 
 COORDINATIONS = ("centralized", "decentralized")
 # As in MessageDelays.lf.
@@ -71,11 +70,9 @@ def _delay_program(coordination: str) -> Path:
 def delays_in(output: str) -> tuple[float, ...]:
     """The lines `delay 120345 ns`, in µs."""
     delays = tuple(int(found) / 1000 for found in re.findall(r"delay (\d+) ns$", output, re.MULTILINE))
-    return delays or _nothing_in(output)
-
-
-def _nothing_in(output: str) -> tuple[float, ...]:
-    raise LfError(f"there is no result in what was printed:\n{output}")
+    if not delays:
+        raise no_result_in(output)
+    return delays
 
 
 def rate(setting: Setting) -> Finding:
@@ -106,7 +103,7 @@ def rate(setting: Setting) -> Finding:
 
 
 def _rate_program(coordination: str, period_ns: int, messages: int) -> Path:
-    """MessageTest.lf with so many messages, one in each period."""
+    """MessageTest.lf with this number of messages, one in each period."""
     text = f"""target Rust {{ coordination: {coordination} }}
 import Sender, Receiver from "{application("message_test/src/MessageTest.lf")}"
 federated reactor {{
@@ -121,7 +118,9 @@ federated reactor {{
 def rate_in(row: str, who: str, output: str) -> list[Measured]:
     """What is in `received 3000 of 3000 messages in order, 9938 messages per second`."""
     found = re.search(r"received (\d+) of \d+ messages in order, ([\d.]+) messages per second", output)
-    received, per_second = map(float, found.groups()) if found else _nothing_in(output)
+    if found is None:
+        raise no_result_in(output)
+    received, per_second = map(float, found.groups())
     return [Measured(row, who, "messages/s", per_second), Measured(row, who, "received", received)]
 
 
@@ -184,7 +183,7 @@ def board_delays_in(row: str, output: str) -> list[Measured]:
     pattern = r"\| (federates|raw): \d+ messages, delay in us: median (-?\d+), p99 (-?\d+), max"
     found = {who: values for who, *values in re.findall(pattern, output)}
     if len(found) < 2:
-        _nothing_in(output)
+        raise no_result_in(output)
     return [
         Measured(row, "raw TCP" if who == "raw" else who, unit, float(value))
         for who, values in found.items()

@@ -12,8 +12,8 @@ from pathlib import Path
 from lf_evaluate import measured
 from lf_evaluate.measured import Measured
 from lf_west.errors import LfError
+from lf_west.workspace import REPOSITORY
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 # Where all that is made lies.
 FOLDER = REPOSITORY / "target/evaluate"
 PROGRAMS = REPOSITORY / "rust/bench/programs"
