@@ -31,7 +31,7 @@ pub struct InitialExchanges {
 }
 
 impl InitialExchanges {
-    /// Lets so many federates join a new RTI at once, and returns what they see.
+    /// Lets this number of federates join a new RTI at once, and returns what they see.
     ///
     /// # Errors
     /// When the RTI cannot be started, or does not answer as it should.

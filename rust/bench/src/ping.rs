@@ -13,7 +13,7 @@ use crate::{Result, Samples};
 const MESSAGE_BYTES: usize = 29;
 const STAMP_BYTES: usize = 8;
 
-/// Times of so many messages, one in each period, from a process to another one.
+/// Times of `count` messages, one in each period, from a process to another one.
 ///
 /// # Errors
 /// When there is no second process or no connection.

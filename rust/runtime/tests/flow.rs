@@ -122,7 +122,7 @@ proptest! {
     }
 
     /// Where queues are smaller than what delays keep on their way, federates can wait in a circle, for room and for
-    /// each other's tags. Then one of them ends with an error that names the input, and nobody waits for ever.
+    /// each other's tags. Then one of them ends with an error that names the input, and nobody waits forever.
     #[test]
     fn a_circle_that_waits_for_room_ends_with_an_error(
         seed: u64,
