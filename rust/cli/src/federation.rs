@@ -14,8 +14,9 @@ use serde::{Deserialize, Deserializer};
 
 use crate::commands::listening_port;
 use crate::compile::Console;
+use crate::descendants::Descendants;
 use crate::failure::Failure;
-use crate::guard::{self, Descendants};
+use crate::guard;
 use crate::oscilloscope::Oscilloscope;
 use crate::supervisor::{Ending, Interrupts, Limits, Output, Role, Streams, Supervisor};
 
@@ -158,11 +159,16 @@ impl FederationId {
             Self::BeginsWith(name) => {
                 // With what is added it has to fit into 255 bytes.
                 let name: String = name.chars().take(40).collect();
-                let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
-                format!("{name} {}-{now:x}", std::process::id())
+                format!("{name} {}", name_of_run())
             }
         }
     }
+}
+
+/// A name that no other run has.
+fn name_of_run() -> String {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
+    format!("{}-{now:x}", std::process::id())
 }
 
 impl Federation {
@@ -214,7 +220,7 @@ impl Federation {
         let names = self.rti.iter().chain(&self.federates).map(|process| process.name.as_str());
         let output = Output::of_this_process(self.speaker.as_deref(), names).with_consoles(self.consoles()?);
         // It is dropped last, when nobody is left who would start more.
-        let descendants = Descendants::of_this_run()?;
+        let descendants = Descendants::of_run(name_of_run())?;
         let mut supervisor = Supervisor::new(self.limits(), interrupts, output);
         let id = self.id.of_this_run();
         let mut port = self.rti_port;

@@ -2,103 +2,19 @@
 //! Programs that cannot outlive this one, however it ends.
 //!
 //! A signal handler cannot act on SIGKILL. So what `lfz` starts is started through `lfz guard`, which asks the kernel
-//! to kill it when its parent ends and then becomes the program; the kernel keeps the request across that.
-//!
-//! The kernel does not pass the request on to what the program starts. So beside a run there is another process, which
-//! waits for the end of this one, and then ends all processes in whose environment the mark of the run is.
+//! to kill it when its parent ends and then becomes the program; the kernel keeps the request across that. It does not
+//! pass it on to what the program starts, for which there is the module `descendants`.
 
-use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
-use std::fs;
-use std::io::{self, Read};
+use std::io;
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, Stdio};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::process::Command;
 
-use rustix::process::{
-    Pid, PidfdFlags, Signal, getppid, pidfd_open, pidfd_send_signal, set_parent_process_death_signal,
-};
+use rustix::process::{Signal, getppid, set_parent_process_death_signal};
 
 /// The file that the running program was made of, whatever has become of its path meanwhile: it may have been replaced
 /// by another version, moved, or deleted.
 pub(crate) const THIS_PROGRAM: &str = "/proc/self/exe";
-
-/// The variable that marks the processes of a run.
-const MARK: &str = "LFZ_RUN";
-
-/// Ends what the processes of a run have started and left, when it is dropped, and however this program ends.
-#[derive(Debug)]
-pub(crate) struct Descendants {
-    mark: String,
-    /// Waits for the end of its standard input, which nobody but this program keeps open.
-    watcher: Child,
-}
-
-impl Descendants {
-    /// Starts to watch over the processes of a run.
-    ///
-    /// # Errors
-    /// When the system has no processes or descriptors left.
-    pub(crate) fn of_this_run() -> io::Result<Self> {
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
-        let mark = format!("{}-{now:x}", std::process::id());
-        let mut command = Command::new(THIS_PROGRAM);
-        // Neither signals of the terminal nor those to all marked processes are for the watcher.
-        command.arg0("lfz").args(["end-descendants", &mark]).env_clear().process_group(0);
-        let watcher = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null()).spawn()?;
-        Ok(Self { mark, watcher })
-    }
-
-    /// Marks a process that is about to be started, and with it all that it will start.
-    pub(crate) fn mark(&self, command: &mut Command) {
-        command.env(MARK, &self.mark);
-    }
-}
-
-impl Drop for Descendants {
-    fn drop(&mut self) {
-        drop(self.watcher.stdin.take());
-        // An error means that it is gone already.
-        let _ = self.watcher.wait();
-    }
-}
-
-/// Waits until the process that holds the other end of the standard input has ended, and ends all that bears the mark.
-///
-/// # Errors
-/// When there is no `/proc` to find processes in.
-pub(crate) fn end_descendants(mark: &str) -> io::Result<()> {
-    // What this returns does not matter: an error is an end, too.
-    let _ = io::stdin().read_to_end(&mut Vec::new());
-    let variable = format!("{MARK}={mark}");
-    let mut ended = BTreeSet::new();
-    // Those that start others meanwhile are ended, so that each round finds fewer that can.
-    loop {
-        let found = marked(&variable)?.into_iter().filter(|pid| ended.insert(*pid)).count();
-        if found == 0 {
-            return Ok(());
-        }
-    }
-}
-
-/// Kills the processes that have this variable, and returns their ids.
-fn marked(variable: &str) -> io::Result<Vec<i32>> {
-    let mut all = Vec::new();
-    for entry in fs::read_dir("/proc")? {
-        let Some(id) = entry?.file_name().to_str().and_then(|name| name.parse::<i32>().ok()) else { continue };
-        // The process of this descriptor stays the same even if its id comes to be another's.
-        let Some(process) = Pid::from_raw(id).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()) else {
-            continue;
-        };
-        let environment = fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
-        if environment.split(|byte| *byte == 0).any(|found| found == variable.as_bytes())
-            && pidfd_send_signal(process, Signal::KILL).is_ok()
-        {
-            all.push(id);
-        }
-    }
-    Ok(all)
-}
 
 /// A command that runs a program under the guard. It has to be started by the thread that lives longest, because
 /// the kernel watches the thread.

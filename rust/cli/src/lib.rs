@@ -10,6 +10,7 @@ pub mod args;
 mod codes;
 mod commands;
 mod compile;
+mod descendants;
 mod failure;
 mod federation;
 mod guard;

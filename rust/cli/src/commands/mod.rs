@@ -15,6 +15,7 @@ mod trace;
 use std::process::ExitCode;
 
 use crate::args::{Cli, Command};
+use crate::descendants;
 use crate::failure::Failure;
 use crate::guard;
 use crate::oscilloscope;
@@ -63,8 +64,6 @@ fn execute_command(command: Command) -> Result<ExitCode, Failure> {
             let name = program.first().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             Err(Failure::message(format!("cannot run {name}: {error}")))
         }
-        Command::EndDescendants { mark } => {
-            guard::end_descendants(&mark).map(|()| ExitCode::SUCCESS).map_err(Failure::from)
-        }
+        Command::EndDescendants { mark } => descendants::end(&mark).map(|()| ExitCode::SUCCESS).map_err(Failure::from),
     }
 }
