@@ -22,6 +22,7 @@ void network_finish(void)
 #else
 
 #include <zephyr/logging/log.h>
+#include <zephyr/net/mld.h>
 #include <zephyr/net/net_if.h>
 
 #include <tcp_internal.h>
@@ -42,13 +43,18 @@ static bool has_address(struct net_if *interface)
 	return net_if_ipv6_get_global_addr(NET_ADDR_PREFERRED, &interface) != NULL;
 }
 
-/* Zephyr's own settings have the address only: without a prefix no other host is known to be on the same link. */
+/* Zephyr's own settings have the address only: without a prefix no other host is known to be on the same link, and
+ * without detection of duplicate addresses Zephyr does not join the group in which others ask for the board. */
 static void set_up_routes(struct net_if *interface)
 {
 	struct in6_addr address;
+	struct in6_addr solicited;
 
 	if (net_addr_pton(AF_INET6, CONFIG_NET_CONFIG_MY_IPV6_ADDR, &address) == 0) {
 		net_if_ipv6_prefix_add(interface, &address, CONFIG_LF_IPV6_PREFIX_LENGTH, UINT32_MAX);
+		net_ipv6_addr_create_solicited_node(&address, &solicited);
+		/* An interface that is down joins when it comes up. */
+		(void)net_ipv6_mld_join(interface, &solicited);
 	}
 	if (sizeof(CONFIG_LF_IPV6_GATEWAY) > 1) {
 		if (net_addr_pton(AF_INET6, CONFIG_LF_IPV6_GATEWAY, &address) == 0) {

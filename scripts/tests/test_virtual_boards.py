@@ -108,11 +108,13 @@ def test_no_message_is_lost_between_boards_without_an_rti_between_them() -> None
     assert_no_image_allocates("MessageTestDecentralized", "sender", "receiver")
 
 
-def test_native_sim_images_have_addresses_of_their_own_on_one_bridge() -> None:
+@pytest.mark.parametrize("deployment", ["native_sim_bridge", "native_sim_bridge_ipv6"])
+def test_native_sim_images_have_addresses_of_their_own_on_one_bridge(deployment: str) -> None:
     """Decentralized, so that they reach each other by their addresses, and not only the RTI."""
-    output = run("message_test/src/MessageTestDecentralized.lf", "native_sim_bridge")
+    output = run("message_test/src/MessageTestDecentralized.lf", deployment)
     assert_all_came(output)
-    for name, mac in (("sender", "02:00:00:00:00:0a"), ("receiver", "02:00:0a:00:00:03")):
+    receiver = "02:00:0a:00:00:03" if deployment == "native_sim_bridge" else "02:00:00:00:00:03"
+    for name, mac in (("sender", "02:00:00:00:00:0a"), ("receiver", receiver)):
         config = (BOARDS / "zephyr/MessageTestDecentralized" / name / "zephyr/.config").read_text()
         assert "CONFIG_NET_NATIVE_OFFLOADED_SOCKETS=y" not in config
         assert f'CONFIG_ETH_NATIVE_TAP_MAC_ADDR="{mac}"\n' in config
