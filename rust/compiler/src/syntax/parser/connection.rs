@@ -13,11 +13,8 @@ impl Parser<'_> {
         if self.at(TokenKind::OpenParenthesis) {
             return true;
         }
-        let follows = matches!(
-            self.peek(1).kind,
-            TokenKind::Dot | TokenKind::Comma | TokenKind::Arrow | TokenKind::PhysicalArrow
-        );
-        self.word_ahead(0).is_some_and(|word| word == "interleaved" || (follows || !is_reserved(word)))
+        let names = |word| word == "interleaved" || !is_reserved(word);
+        self.at_connected_name() || self.word_ahead(0).is_some_and(names)
     }
 
     pub(super) fn connection(&mut self, attributes: Vec<Attribute>, start: usize) -> Parsed<ConnectionSyntax> {
@@ -100,6 +97,6 @@ impl Parser<'_> {
         if self.peek(0).first_of_line && self.at_member_start() && declares {
             return self.unexpected(what);
         }
-        self.name(what)
+        if self.peek(1).kind == TokenKind::Dot { self.declared_name(what) } else { self.name(what) }
     }
 }

@@ -17,6 +17,15 @@ impl Parser<'_> {
     /// One declaration, from its first word on; `start` is where its attributes begin.
     pub(super) fn member(&mut self, body: &mut ReactorBody, attributes: Vec<Attribute>, start: usize) -> Parsed<()> {
         match self.word_ahead(0) {
+            // These first: a word of the language in place of a name is told by whatever takes names.
+            _ if self.at_instance() => {
+                let instance = self.instantiation(attributes)?;
+                body.instances.push(instance);
+            }
+            _ if self.at_connected_name() => {
+                let connection = self.connection(attributes, start)?;
+                body.connections.push(connection);
+            }
             Some("preamble" | "private" | "public") => {
                 let preamble = self.preamble()?;
                 body.preambles.push(preamble);

@@ -160,18 +160,23 @@ impl<'t> Parser<'t> {
 
     /// A name; a word of the language in its place is reported and taken as the name.
     fn name(&mut self, what: &str) -> Parsed<Name> {
+        let name = self.declared_name(what)?;
+        if is_reserved(&name.text) {
+            let text = &name.text;
+            let message = format!("`{text}` is a word of the language and cannot be {what}");
+            let hint = format!("choose another name, for example `{text}_`");
+            self.report(Diagnostic::new(Code::ReservedWord, name.span, message).hint(hint));
+        }
+        Ok(name)
+    }
+
+    /// The name of something that is declared elsewhere, where a word of the language is reported.
+    fn declared_name(&mut self, what: &str) -> Parsed<Name> {
         if !self.at(TokenKind::Word) {
             return self.unexpected(what);
         }
         let token = self.advance();
-        let text = self.text_of(token);
-        let span = self.span_of(token);
-        if is_reserved(text) {
-            let message = format!("`{text}` is a word of the language and cannot be {what}");
-            let hint = format!("choose another name, for example `{text}_`");
-            self.report(Diagnostic::new(Code::ReservedWord, span, message).hint(hint));
-        }
-        Ok(Name { text: text.to_owned(), span })
+        Ok(Name { text: self.text_of(token).to_owned(), span: self.span_of(token) })
     }
 
     /// Statements.
@@ -274,9 +279,25 @@ impl<'t> Parser<'t> {
         result
     }
 
-    /// Whether a declaration of a file begins here.
+    /// Whether a declaration of a file begins here, and not an instance or a connection that uses such a word as a name.
     fn at_file_start(&self) -> bool {
-        self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word))
+        self.word_ahead(0).is_some_and(|word| FILE_STARTS.contains(&word)) && !self.at_instance_name()
+    }
+
+    /// Whether what follows the word here makes it the name of an instance, even if it is a word of the language.
+    fn at_instance_name(&self) -> bool {
+        self.at_instance() || self.at_connected_name()
+    }
+
+    /// Whether the declaration of an instance begins here.
+    fn at_instance(&self) -> bool {
+        self.peek(1).kind == TokenKind::Equals && self.word_ahead(2) == Some("new")
+    }
+
+    /// Whether what follows the word here makes it part of a connection.
+    fn at_connected_name(&self) -> bool {
+        use TokenKind::{Arrow, Comma, Dot, PhysicalArrow};
+        self.word_ahead(0).is_some() && matches!(self.peek(1).kind, Arrow | Comma | Dot | PhysicalArrow)
     }
 
     /// Whether a declaration of a reactor begins here, as far as one token tells.
@@ -285,7 +306,7 @@ impl<'t> Parser<'t> {
             return true;
         }
         let Some(word) = self.word_ahead(0) else { return false };
-        MEMBER_STARTS.contains(&word) || (self.peek(1).kind == TokenKind::Equals && self.word_ahead(2) == Some("new"))
+        MEMBER_STARTS.contains(&word) || self.at_instance()
     }
 
     /// The comment that ends directly before a place, without comment marks.

@@ -129,7 +129,7 @@ impl Parser<'_> {
         }
         let start = self.peek(0).start;
         let attributes = self.attributes()?;
-        match self.word_ahead(0) {
+        match self.word_ahead(0).filter(|_| !self.at_instance_name()) {
             Some("mode" | "initial") if self.mode.is_none() => self.mode(body)?,
             Some(
                 "mode" | "initial" | "input" | "output" | "mutable" | "method" | "const" | "preamble" | "private"
