@@ -323,11 +323,19 @@ template <typename T, size_t length> inline void lf_assign_(T (&to)[length], con
 		lf_assign_(to[i], static_cast<const T *>(from) + i);
 	}
 }
-#define LF_ASSIGN_(to, from) lf_assign_((to), (from))
-#define LF_CLEAR_(to)        ((to) = __typeof__(to)())
+#define LF_ASSIGN_(to, from)          lf_assign_((to), (from))
+#define LF_CLEAR_(to)                 ((to) = __typeof__(to)())
+#define LF_ASSERT_(condition, message) static_assert(condition, message)
 #else
-#define LF_ASSIGN_(to, from) ((void)memcpy(&(to), (from), sizeof(to)))
-#define LF_CLEAR_(to)        ((void)memset(&(to), 0, sizeof(to)))
+#define LF_ASSIGN_(to, from)          ((void)memcpy(&(to), (from), sizeof(to)))
+#define LF_CLEAR_(to)                 ((void)memset(&(to), 0, sizeof(to)))
+#define LF_ASSERT_(condition, message) _Static_assert(condition, message)
 #endif
+
+#define LF_TEXT_(...) #__VA_ARGS__
+/* A macro without arguments would replace this name, which the program has declared. */
+#define LF_NAME_(text, name)                                                                       \
+	LF_ASSERT_(__builtin_strcmp(LF_TEXT_(name), text) == 0,                                    \
+		   "`" text "` is a macro of a header here: choose another name")
 
 #endif /* LF_H_ */

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the compiler of C says of bodies is said once, at the line of the program; what newer compilers refuse is
 //! refused by all.
-//! by all.
 
 mod support;
 
@@ -43,6 +42,34 @@ fn what_newer_compilers_refuse_is_an_error_where_it_is_written() {
         let errors = text(&output.stderr);
         assert!(!output.status.success() && errors.contains(message), "{body}: {errors}");
         assert!(errors.ends_with("P.lf: 1 error\n"), "{body}: {errors}");
+    }
+}
+
+#[test]
+fn a_name_that_is_a_macro_is_an_error_where_it_is_declared() {
+    let program = |name: &str| {
+        format!(
+            "target C {{ files: \"board.h\" }}\npreamble {{=\n#include \"board.h\"\n=}}\nreactor R {{\n  \
+             output {name}: int\n  reaction(startup) -> {name} {{= lf_set({name}, 1); =}}\n}}\n\
+             reactor S {{\n  r = new R()\n  reaction(r.{name}) {{= printf(\"%d\\n\", r.{name}->value); =}}\n}}\n\
+             main reactor {{ s = new S() }}\n"
+        )
+    };
+    let header = "#define LIMIT 3\n#define NOTHING\n#define PAIR 1, 2\n#define BIT(n) (1 << (n))\n#define OWN OWN\n";
+    let folder = folder(&[("P.lf", ""), ("board.h", header)]);
+    for name in ["LIMIT", "NOTHING", "PAIR", "BUFSIZ", "FOREVER", "errno"] {
+        write(folder.path(), "P.lf", &program(name));
+        let output = said(lfz(folder.path(), &["build"]).env("LC_ALL", "C"));
+        let errors = text(&output.stderr);
+        let message = format!("`{name}` is a macro of a header here: choose another name");
+        assert!(!output.status.success() && errors.contains("P.lf:6:"), "{name}: {errors}");
+        assert!(errors.contains(&message), "{name}: {errors}");
+    }
+    // These are no macros, or replace nothing where no bracket follows.
+    for name in ["limit", "BIT", "OWN", "stdin"] {
+        write(folder.path(), "P.lf", &program(name));
+        let output = said(&mut lfz(folder.path(), &["run"]));
+        assert_eq!(text(&output.stdout), "1\n", "{name}: {}", text(&output.stderr));
     }
 }
 

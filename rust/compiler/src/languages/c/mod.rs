@@ -4,7 +4,6 @@
 mod code_block;
 pub(in crate::languages) mod emit;
 mod integer;
-mod macros;
 mod names;
 mod shape;
 mod types;

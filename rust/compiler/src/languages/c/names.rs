@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names that C keeps for itself.
 
-use super::macros::is_macro;
 
 /// C's words, those of C23 that older compilers know as macros included.
 const KEYWORDS: &[&str] = &[
@@ -116,9 +115,6 @@ pub(super) fn problem(name: &str, in_bodies: bool, is_cpp: bool) -> Option<&'sta
     }
     if !in_bodies && name == "base" {
         return Some("`self->base` is what the runtime knows of a reactor");
-    }
-    if is_macro(name) {
-        return Some("it is a macro of C");
     }
     if name.starts_with("__") || name.strip_prefix('_').is_some_and(|rest| rest.starts_with(|c: char| c.is_uppercase()))
     {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The file of a reactor class: its types, the storage of its instances, how they are made, and its bodies.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::class_file::ClassFile;
 use super::cpp::extension;
@@ -21,6 +21,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     let text = Text::new(plan, format!("{folder}/c/{name}.{}", extension(plan)), &format!("Reactor `{}`.", class.name));
     let mut file = ClassFile { symbols, index, class, name, types: symbols.types(index), text };
     file.preambles();
+    file.names();
     file.types();
     file.storage();
     file.construct();
@@ -64,6 +65,26 @@ impl ClassFile<'_, '_> {
         if self.class.reactions.iter().any(|reaction| reaction.external) {
             self.text.line(format_args!("#include \"../{}\"", header::path(self.symbols.plan, self.class)));
         }
+    }
+
+    /// Has the compiler check that no header replaces what the program calls something in this file: macros differ
+    /// between systems and versions, so that no table has them.
+    fn names(&mut self) {
+        let class = self.class;
+        let mut names: BTreeMap<&str, Location> = BTreeMap::new();
+        names.extend(class.parameters.iter().map(|it| (it.name.as_str(), it.at)));
+        names.extend(class.state.iter().map(|it| (it.name.as_str(), it.at)));
+        names.extend(class.ports.iter().map(|it| (it.name.as_str(), it.at)));
+        names.extend(class.actions.iter().map(|it| (it.name.as_str(), it.at)));
+        names.extend(class.children.iter().map(|it| (it.name.as_str(), it.at)));
+        for child in &class.children {
+            let ports = &self.symbols.plan.classes[child.class.0].ports;
+            names.extend(ports.iter().map(|it| (it.name.as_str(), it.at)));
+        }
+        for (name, at) in names {
+            self.text.place(at).line(format_args!("LF_NAME_({name:?}, {name});"));
+        }
+        self.text.continues();
     }
 
     /// The struct of the state, and those of ports and actions.

@@ -45,7 +45,14 @@ impl<'p> Text<'p> {
         // So that the compiler counts columns as they are in the program.
         self.lines.push_str(&" ".repeat(code.at.column.saturating_sub(1)));
         let text = code.text.clone();
-        self.line(text.trim_end());
+        self.line(text.trim_end()).continues()
+    }
+
+    /// Says that the next line is one of this file again.
+    pub(super) fn continues(&mut self) -> &mut Self {
+        if self.plan.target.c.no_lines {
+            return self;
+        }
         let (next, path) = (self.lines.lines().count() + 2, name_of(&self.path).to_owned());
         self.line(format_args!("#line {next} {path:?}"))
     }
