@@ -7,6 +7,7 @@ mod c_beside;
 mod crates;
 mod deployments;
 mod fixture;
+mod source_maps;
 mod workers;
 
 use std::collections::BTreeMap;
