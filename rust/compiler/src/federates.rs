@@ -74,7 +74,7 @@ pub(crate) fn cut(tree: &mut Tree, classes: &[Class<'_>], diagnostics: &mut Diag
 
 /// Reports a reaction of the federated reactor that would be in a federate of another language.
 fn check_share(class: &Class<'_>, reaction: usize, federate: &Class<'_>, diagnostics: &mut Diagnostics) {
-    let (outer, inner) = (class.language.name(), federate.language.name());
+    let (outer, inner) = (class.language, federate.language);
     if outer != inner {
         let message = format!("this reaction is in {outer}, and would be in a federate with bodies in {inner}");
         let hint = format!("put it into a reactor of its own, or into `{}`", federate.name);

@@ -343,7 +343,7 @@ impl<'a> Scope<'a> {
         match &value.kind {
             ExpressionKind::Name(name) => named(name),
             ExpressionKind::Literal(Literal::Int(digits)) => digits.parse().ok(),
-            ExpressionKind::Code(code) => self.class.language.integer(&code.text, &named),
+            ExpressionKind::Code(code) => (self.class.language.facts().integer)(&code.text, &named),
             _ => literal_ns(value),
         }
     }

@@ -15,6 +15,7 @@ pub mod emit;
 mod federates;
 mod instances;
 mod languages;
+mod lexical;
 pub mod maxwait;
 pub mod plan;
 mod resolve;

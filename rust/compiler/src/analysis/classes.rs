@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::{SourceTexts, Span};
 use crate::instances::Tree;
-use crate::languages::Language;
+use crate::lexical::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
 use crate::resolve::{CheckedMethod, Class, ClassId, PortRef, Variable, signature};
 use crate::syntax::{ast, literal_ns};
@@ -36,13 +36,16 @@ impl<'s> Places<'s> {
         Type { text: text.to_owned(), at: self.at(span) }
     }
 
-    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool, language: &dyn Language) -> Value {
+    fn value(&self, value: &ast::Expression, ty: &str, is_time: bool, language: Language) -> Value {
         if let Some(ns) = literal_ns(value).filter(|_| is_time) {
             return Value::Time { ns };
         }
         match &value.kind {
             ast::ExpressionKind::Code(code) => Value::Code(self.code(code)),
-            _ => Value::Code(plan::SourceCode { text: language.value_text(value, ty), at: self.at(value.span) }),
+            _ => Value::Code(plan::SourceCode {
+                text: (language.facts().value_text)(value, ty),
+                at: self.at(value.span),
+            }),
         }
     }
 }
@@ -199,7 +202,7 @@ fn reactions(class: &Class<'_>, classes: &[Class<'_>], places: &Places<'_>) -> V
             })
         });
         let declared = reaction.ast;
-        let is_external = declared.code.is_none() && class.language.has_external_bodies();
+        let is_external = declared.code.is_none() && class.language.facts().external_bodies;
         let empty = || plan::SourceCode { text: String::new(), at: places.at(declared.keyword) };
         reactions.push(plan::Reaction {
             number: position + 1,

@@ -84,7 +84,7 @@ pub(crate) fn analyse(
     }
     let files = program.units.iter().enumerate().map(|(index, unit)| plan::SourceFile {
         path: unit.path.clone(),
-        language: Some(program.language(index).name().to_owned()).filter(|name| *name != target.language),
+        language: Some(program.language(index)).filter(|language| *language != target.language),
         imports: imports(index, unit),
         preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
     });

@@ -97,7 +97,7 @@ fn deadlines(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> Vec<i64> {
         let Work::Reaction(reaction) = step.work else { return None };
         let class = &classes[tree.instances[step.instance].class.0];
         let deadline = class.reactions[reaction].ast.deadline.as_ref();
-        let value = &deadline.filter(|_| class.language.deadlines_come_first())?.value;
+        let value = &deadline.filter(|_| class.language.facts().deadlines_come_first)?.value;
         tree.time(step.instance, value, classes, &mut Diagnostics::default())
     };
     graph.steps.iter().map(|step| deadline(step).unwrap_or(i64::MAX)).collect()

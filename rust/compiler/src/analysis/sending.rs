@@ -82,7 +82,7 @@ impl TypedEnd<'_> {
     }
 
     fn language_differs(&self, other: &Self) -> bool {
-        self.class.language.name() != other.class.language.name()
+        self.class.language != other.class.language
     }
 }
 
@@ -123,7 +123,7 @@ impl Ends<'_> {
             return;
         }
         let port = end.port.ty_span;
-        let found = end.class.language.unsendable(&end.port.ty, link.serializer.as_ref(), end.of());
+        let found = (end.class.language.facts().unsendable)(&end.port.ty, link.serializer.as_ref(), end.of());
         let found: Vec<_> = found.into_iter().map(|why| (end.span_of(&why), why)).collect();
         self.seen.insert(id);
         for (span, why) in found {
@@ -140,7 +140,7 @@ impl Ends<'_> {
     fn check_copies(&mut self, graph: &Graph, link: &Link) {
         let end = self.end(graph, link.from);
         let span = end.port.ty_span;
-        let Some(why) = end.class.language.uncopyable(&end.port.ty, end.of()) else { return };
+        let Some(why) = (end.class.language.facts().uncopyable)(&end.port.ty, end.of()) else { return };
         if self.told.insert((span, why.message.clone())) {
             let diagnostic = Diagnostic::new(Code::Uncopyable, link.span, why.message).hint(why.hint);
             self.diagnostics.push(diagnostic.also(span, "the type of the source"));
@@ -153,7 +153,7 @@ impl Ends<'_> {
         let (from, to) = (self.end(graph, link.from), self.end(graph, link.to));
         let mut found = Vec::new();
         let mut shape = |end: &TypedEnd<'_>| {
-            let shape = end.class.language.shape(&end.port.ty, end.of());
+            let shape = (end.class.language.facts().shape)(&end.port.ty, end.of());
             let refused = |why: Unsendable| {
                 Diagnostic::new(Code::Unsendable, end.port.ty_span, why.message)
                     .also(link.span, "it goes to a federate in another language here")

@@ -129,7 +129,7 @@ impl FederateBuilder<'_> {
         let (span, kind) = (declared.ast.name.span, declared.ast.kind);
         let min_delay_ns = time(declared.ast.min_delay.as_ref()).unwrap_or_default();
         let min_spacing_ns = time(declared.ast.min_spacing.as_ref()).filter(|ns| *ns > 0);
-        let replaces = class.language.replaces_events();
+        let replaces = class.language.facts().replaces_events;
         let policy = match declared.ast.policy.as_ref().map(|policy| policy.text.as_str()) {
             Some("drop") => SpacingPolicy::Drop,
             Some("replace") => SpacingPolicy::Replace,

@@ -6,6 +6,8 @@ use core::fmt;
 use crate::deployment::Deployment;
 use crate::plan::{Federate, Location, Plan};
 
+use super::view::View;
+
 /// What the caller decides about the generated crates.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'a> {
@@ -13,6 +15,8 @@ pub struct Settings<'a> {
     pub lf_linux: &'a str,
     /// The folder of the crate `lf-zephyr`, absolute or relative to a generated crate.
     pub lf_zephyr: &'a str,
+    /// The folder of the crate `lf-c-build`, absolute or relative to a generated crate.
+    pub lf_c_build: &'a str,
     /// The version of all packages. Cargo tells packages of one name apart by it, so two programs whose crates share
     /// cargo's intermediate results must not have the same.
     pub version: &'a str,
@@ -32,7 +36,8 @@ impl Settings<'_> {
 /// The program of one participant, to be emitted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Job<'a> {
-    pub(crate) plan: &'a Plan,
+    /// The plan as its language sees it.
+    pub(crate) view: &'a View<'a>,
     pub(crate) settings: &'a Settings<'a>,
     /// The participant.
     pub(crate) name: &'a str,
@@ -50,10 +55,16 @@ pub(crate) struct Job<'a> {
     pub(crate) package: &'a str,
 }
 
-impl Job<'_> {
-    /// How many threads run reactions. Images have one.
+impl<'a> Job<'a> {
+    /// The plan as a whole.
+    pub(crate) fn plan(&self) -> &'a Plan {
+        self.view.plan
+    }
+
+    /// Returns how many threads run reactions. Images have one.
     pub(crate) fn workers(&self) -> u16 {
-        if self.is_image { 1 } else { self.plan.target.workers }
+        let is_one = self.is_image || !self.view.language.facts().workers;
+        if is_one { 1 } else { self.plan().target.workers }
     }
 }
 

@@ -10,6 +10,7 @@ use super::paths::beside;
 use super::sources::read;
 use super::target::{TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::lexical::{Language, is_cpp};
 use crate::plan::{CmakeFile, CompilerFlag, Definition, IncludedFile};
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax};
 
@@ -25,22 +26,22 @@ const SCHEDULERS: [&str; 5] = ["NP", "GEDF_NP", "GEDF_NP_CI", "ADAPTIVE", "STATI
 
 impl TargetReader<'_> {
     /// What an imported file says for whoever imports it.
-    pub(super) fn imported(&mut self, target: &TargetSyntax, language: &str) {
+    pub(super) fn imported(&mut self, target: &TargetSyntax, language: Language) {
         let is_other = self.target.language != language;
-        self.target.c.is_cpp |= is_other && target.name.text.eq_ignore_ascii_case("CCpp");
+        self.target.c.is_cpp |= is_other && is_cpp(&target.name.text);
         for Property { key, value } in &target.properties {
             match (language, key.text.as_str()) {
-                ("C", "files") => self.files(key, value),
-                ("C", "cmake-include") => self.cmake_include(key, value),
-                ("C", "compile-definitions") => self.definitions(key, value),
-                ("Rust", name) if BESIDE.contains(&name) => self.beside(key, value),
-                ("C", "compiler-flags") if is_other => self.flags(key, value),
-                ("Rust", "cargo-dependencies") if is_other => self.dependencies(key, value),
-                ("Rust", "rust-include") if is_other => self.modules(key, value),
+                (Language::C, "files") => self.files(key, value),
+                (Language::C, "cmake-include") => self.cmake_include(key, value),
+                (Language::C, "compile-definitions") => self.definitions(key, value),
+                (Language::Rust, name) if BESIDE.contains(&name) => self.beside(key, value),
+                (Language::C, "compiler-flags") if is_other => self.flags(key, value),
+                (Language::Rust, "cargo-dependencies") if is_other => self.dependencies(key, value),
+                (Language::Rust, "rust-include") if is_other => self.modules(key, value),
                 _ => {}
             }
         }
-        if is_other && language == "Rust" {
+        if is_other && language == Language::Rust {
             self.features(&target.properties);
         }
     }

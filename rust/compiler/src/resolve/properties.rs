@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target properties that there are, and those that are refused.
 
+use crate::lexical::Language;
+
 /// A target property that is honoured, as the documents describe it.
 #[derive(Clone, Copy, Debug)]
 pub struct TargetProperty {
@@ -136,16 +138,20 @@ pub(super) const C: &[TargetProperty] = &[
 ];
 
 /// The language that a property belongs to which programs in this one do not have.
-pub(super) fn language_of(name: &str, language: &str) -> Option<&'static str> {
+pub(super) fn language_of(name: &str, language: Language) -> Option<Language> {
     let has = |table: &[TargetProperty]| table.iter().any(|known| known.name == name);
-    let mut owners = [("Rust", RUST), ("C", C)].into_iter().filter(|(_, table)| has(table)).map(|(owner, _)| owner);
+    let mut owners =
+        [(Language::Rust, RUST), (Language::C, C)].into_iter().filter(|(_, table)| has(table)).map(|(owner, _)| owner);
     let first = owners.next()?;
     (first != language && owners.all(|owner| owner != language)).then_some(first)
 }
 
 /// The names of all properties that are honoured in programs of a language.
-pub(super) fn honoured(language: &str) -> impl Iterator<Item = &'static str> + Clone {
-    let own = if language == "C" { C } else { RUST };
+pub(super) fn honoured(language: Language) -> impl Iterator<Item = &'static str> + Clone {
+    let own = match language {
+        Language::Rust => RUST,
+        Language::C => C,
+    };
     COORDINATION.iter().chain(PROGRAM).chain(own).map(|known| known.name)
 }
 

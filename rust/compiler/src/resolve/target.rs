@@ -7,7 +7,7 @@ use super::load::Program;
 use super::properties::{REFUSED, honoured, language_of};
 use super::sources::SourceProvider;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, SourceTexts, Span, did_you_mean};
-use crate::languages::{self, Language};
+use crate::lexical::{Language, is_cpp};
 use crate::plan;
 use crate::syntax::ast::{Literal, Name, Property, PropertyKind, PropertyValue, TargetSyntax, TimeValue};
 use crate::syntax::{TimeError, nanoseconds};
@@ -17,28 +17,25 @@ use crate::syntax::{TimeError, nanoseconds};
 /// Properties of imported files have no effect, as in LF: they belong to the programs in those files. What is about
 /// bodies of another language than that of the main file has.
 pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> plan::Target {
-    let language = languages::default().name().to_owned();
-    let target = plan::Target { language, ..plan::Target::default() };
+    let target = plan::Target::default();
     let mut reader = TargetReader { target, found: Vec::new(), sources, texts: diagnostics.sources() };
     let (main, imported) = program.units.split_first().map_or((None, &[][..]), |(main, rest)| (Some(main), rest));
     match main.and_then(|unit| unit.ast.target.as_ref()) {
         None => {
             let span = Span::new(FileId::default(), 0, 0);
             let diagnostic = Diagnostic::new(Code::WrongTarget, span, "this file does not say its target");
-            reader
-                .found
-                .push(diagnostic.hint(format!("write `target {}` in the first line", languages::default().name())));
+            reader.found.push(diagnostic.hint(format!("write `target {}` in the first line", Language::default())));
         }
-        Some(target) => match languages::named(&target.name.text) {
+        Some(target) => match Language::named(&target.name.text) {
             None => reader.wrong_target(target),
             Some(language) => {
-                language.name().clone_into(&mut reader.target.language);
-                reader.target.c.is_cpp = target.name.text.eq_ignore_ascii_case("CCpp");
+                reader.target.language = language;
+                reader.target.c.is_cpp = is_cpp(&target.name.text);
                 reader.unique(&target.properties);
                 for property in &target.properties {
                     reader.property(property);
                 }
-                if language.name() == "Rust" {
+                if language == Language::Rust {
                     reader.features(&target.properties);
                 }
                 reader.idle_options(&target.properties);
@@ -47,8 +44,8 @@ pub(crate) fn check(program: &Program, sources: &dyn SourceProvider, diagnostics
         },
     }
     for target in imported.iter().filter_map(|unit| unit.ast.target.as_ref()) {
-        match languages::named(&target.name.text) {
-            Some(language) => reader.imported(target, language.name()),
+        match Language::named(&target.name.text) {
+            Some(language) => reader.imported(target, language),
             None => reader.wrong_target(target),
         }
     }
@@ -75,9 +72,9 @@ pub(super) struct TargetReader<'p> {
 
 impl TargetReader<'_> {
     fn wrong_target(&mut self, target: &TargetSyntax) {
-        let language = &self.target.language;
-        let message = format!("the target is `{}`, and only {} is compiled here", target.name.text, languages::names());
-        let meant = did_you_mean(&target.name.text, languages::all_names());
+        let language = self.target.language;
+        let message = format!("the target is `{}`, and only {} is compiled here", target.name.text, languages());
+        let meant = did_you_mean(&target.name.text, Language::names());
         let hint = meant.unwrap_or_else(|| format!("write `target {language}`, and the reaction bodies in {language}"));
         self.found.push(Diagnostic::new(Code::WrongTarget, target.name.span, message).hint(hint));
     }
@@ -95,7 +92,7 @@ impl TargetReader<'_> {
 
     fn property(&mut self, property: &Property) {
         let Property { key, value } = property;
-        let other = language_of(&key.text, &self.target.language);
+        let other = language_of(&key.text, self.target.language);
         match key.text.as_str() {
             name if other.is_some() => self.of_other_language(name, key, other.unwrap_or_default()),
             "coordination" => {
@@ -143,7 +140,7 @@ impl TargetReader<'_> {
             "keepalive" => {
                 let given = self.boolean(key, value);
                 self.target.keepalive = given.unwrap_or_default();
-                if self.target.language == "C" {
+                if self.target.language.facts().unknown_threads {
                     self.target.c.keepalive = given;
                 }
             }
@@ -157,7 +154,7 @@ impl TargetReader<'_> {
     }
 
     /// A property of programs in another language.
-    fn of_other_language(&mut self, name: &str, key: &Name, language: &str) {
+    fn of_other_language(&mut self, name: &str, key: &Name, language: Language) {
         if REFUSED.iter().any(|(refused, _)| *refused == name) {
             return self.other(name, key);
         }
@@ -179,14 +176,13 @@ impl TargetReader<'_> {
             self.found.push(Diagnostic::new(Code::UnsupportedProperty, key.span, message).hint(*hint));
             return;
         }
-        let language = self.target.language.clone();
-        self.unknown(key, honoured(&language).chain(REFUSED.iter().map(|(name, _)| *name)));
+        self.unknown(key, honoured(self.target.language).chain(REFUSED.iter().map(|(name, _)| *name)));
     }
 
     pub(super) fn unknown<'a>(&mut self, key: &Name, known: impl Iterator<Item = &'a str> + Clone) {
         let message = format!("there is no property `{}` here", key.text);
         let hint = did_you_mean(&key.text, known.clone()).unwrap_or_else(|| {
-            let count = honoured(&self.target.language).count();
+            let count = honoured(self.target.language).count();
             let names: Vec<_> = known.take(count).map(|name| format!("`{name}`")).collect();
             format!("properties are {}", names.join(", "))
         });
@@ -377,7 +373,7 @@ impl TargetReader<'_> {
                 .is_some_and(|it| matches!(it.value.kind, PropertyKind::Literal(Literal::Bool(value)) if value == what))
         };
         let Some(workers) = given("workers").filter(|_| self.target.workers > 1) else { return };
-        if !languages::named(&self.target.language).is_some_and(Language::has_workers) {
+        if !self.target.language.facts().workers {
             self.target.workers = 1;
             let reason = format!("one thread runs all reactions of programs in {}", self.target.language);
             return self.idle(&workers.key, &reason);
@@ -491,5 +487,14 @@ pub(super) fn text_of(value: &PropertyValue) -> Option<String> {
         PropertyKind::Path(text) | PropertyKind::Literal(Literal::Int(text)) => Some(text.clone()),
         PropertyKind::Literal(Literal::Bool(value)) => Some(value.to_string()),
         _ => None,
+    }
+}
+
+/// Returns the names of all languages, for people.
+fn languages() -> String {
+    let names: Vec<String> = Language::names().map(|name| format!("`{name}`")).collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.concat(),
     }
 }

@@ -4,7 +4,7 @@
 pub(crate) use super::expression::{CodeBlock, Expression, ExpressionKind, Initialiser, Literal, Name, TimeValue};
 pub(crate) use super::type_text::{TypeKind, TypeSyntax};
 use crate::diagnostics::Span;
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 /// A file.
 #[derive(Clone, Debug, Default)]

@@ -22,6 +22,7 @@ fn settings(deployment: &Deployment) -> Settings<'_> {
     Settings {
         lf_linux: "../../rust/linux",
         lf_zephyr: "../../rust/zephyr",
+        lf_c_build: "../../rust/c-build",
         version: "0.0.0",
         current: "/work",
         deployment,

@@ -19,7 +19,7 @@ use super::token::{Token, TokenKind};
 use super::words::{FILE_STARTS, MEMBER_STARTS, is_reserved};
 use crate::characters::{instead, shown};
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, did_you_mean};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 pub(crate) use file::parse;
 

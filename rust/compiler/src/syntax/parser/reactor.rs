@@ -8,7 +8,7 @@ use super::super::token::TokenKind;
 use super::super::words::MEMBER_STARTS;
 use super::{Parsed, Parser};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::languages::CodeKind;
+use crate::lexical::CodeKind;
 
 impl Parser<'_> {
     /// A reactor, from its first word on; `start` is where its attributes begin.
