@@ -28,5 +28,5 @@ mod zephyr;
 pub use analysis::NETWORK_CAPACITY;
 pub use compilation::{Compilation, compile};
 pub use diagnostics::{Code, Diagnostic, Diagnostics, Severity, Style};
-pub use resolve::{SourceProvider, Supported, TargetProperty, supported};
+pub use resolve::{Scope, SourceProvider, Supported, TargetProperty, supported};
 pub use yaml::FileError;

@@ -20,10 +20,12 @@ mod model;
 mod modes;
 mod names;
 mod native;
+mod options;
 mod paths;
 mod properties;
 mod reaction;
 mod reactors;
+mod reader;
 mod sending;
 mod sources;
 mod supported;
@@ -44,7 +46,7 @@ pub(crate) use model::{
     CheckedConnection, CheckedMethod, CheckedPort, CheckedReaction, Class, ClassId, ConnectionEnd, Given, PortRef,
     ReactionVariable, Variable, Wait,
 };
-pub use properties::TargetProperty;
+pub use properties::{Scope, TargetProperty};
 pub(crate) use reaction::signature;
 pub(crate) use reactors::check;
 pub use sources::SourceProvider;
