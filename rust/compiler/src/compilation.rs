@@ -5,6 +5,7 @@ use crate::diagnostics::{Code, Diagnostics};
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
+use crate::syntax::ast::SourceUnit;
 use crate::{analysis, federates, instances};
 
 /// What came of a program.
@@ -25,6 +26,27 @@ pub fn compile(main_path: &str, sources: &dyn SourceProvider) -> Compilation {
     diagnostics.sort();
     let plan = plan.filter(|_| !diagnostics.has_errors());
     Compilation { plan, diagnostics }
+}
+
+/// The tree of one file.
+#[derive(Debug)]
+pub struct SyntaxTree {
+    /// The declarations that could be read; places are in the text that the diagnostics have.
+    pub unit: SourceUnit,
+    /// All that is wrong with the syntax, of code blocks too, with the text.
+    pub diagnostics: Diagnostics,
+}
+
+/// Parses one file, whatever is in it. Imports are not followed.
+pub fn parse(path: &str, text: &str) -> SyntaxTree {
+    let mut diagnostics = Diagnostics::default();
+    let unit = with_stack(|| {
+        let mut program = resolve::alone(path, text, &mut diagnostics);
+        resolve::check_code(&program, &mut diagnostics);
+        program.units.pop().map(|unit| unit.ast).unwrap_or_default()
+    });
+    diagnostics.sort();
+    SyntaxTree { unit, diagnostics }
 }
 
 fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagnostics) -> Option<Plan> {

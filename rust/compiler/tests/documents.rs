@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use lf_compiler::deployment::Platform;
 use lf_compiler::plan::Language;
-use lf_compiler::{Scope, SourceProvider, Style, TargetProperty, compile, supported};
+use lf_compiler::{PropertyScope, SourceProvider, Style, TargetProperty, compile, supported};
 
 /// A reactor in which the examples below make sense.
 const AROUND: &str = "reactor Child(gain: i32 = 1) { input x: i32  output y: i32 }
@@ -127,7 +127,7 @@ fn every_example_in_the_table_of_the_language_compiles() {
 #[test]
 fn every_target_property_takes_the_values_in_its_table() {
     for language in Language::ALL {
-        let is_other = |scope: Scope| matches!(scope, Scope::Bodies(other) if other != language);
+        let is_other = |scope: PropertyScope| matches!(scope, PropertyScope::Bodies(other) if other != language);
         for TargetProperty { name, values, .. } in supported().properties.iter().filter(|it| !is_other(it.scope)) {
             for value in *values {
                 let program = format!("{AROUND}}}\nfederated reactor {{ a = new Parent() }}");
@@ -155,14 +155,18 @@ fn the_documents_have_the_tables_of_what_is_supported() {
     rewrite("README.md", "refused", &missing);
     rewrite("README.md", "boards", &boards());
     rewrite("docs/guide/src/supported.md", "language", &language);
-    rewrite("docs/guide/src/configuration.md", "coordination", &properties(Scope::Coordination));
-    rewrite("docs/guide/src/configuration.md", "properties", &properties(Scope::Program));
-    rewrite("docs/guide/src/configuration.md", "properties of Rust", &properties(Scope::Bodies(Language::Rust)));
-    rewrite("docs/guide/src/configuration.md", "properties of C", &properties(Scope::Bodies(Language::C)));
+    rewrite("docs/guide/src/configuration.md", "coordination", &properties(PropertyScope::Coordination));
+    rewrite("docs/guide/src/configuration.md", "properties", &properties(PropertyScope::Program));
+    rewrite(
+        "docs/guide/src/configuration.md",
+        "properties of Rust",
+        &properties(PropertyScope::Bodies(Language::Rust)),
+    );
+    rewrite("docs/guide/src/configuration.md", "properties of C", &properties(PropertyScope::Bodies(Language::C)));
     rewrite("docs/guide/src/configuration.md", "refused properties", &refused);
 }
 
-fn properties(scope: Scope) -> String {
+fn properties(scope: PropertyScope) -> String {
     let mut table = "| target property | values | what it says |\n|---|---|---|\n".to_owned();
     for TargetProperty { name, values, does, .. } in supported().properties.iter().filter(|it| it.scope == scope) {
         writeln!(table, "| `{name}` | `{}` | {does} |", values.join("`, `")).expect("a text takes all");

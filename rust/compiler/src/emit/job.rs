@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a target language is given to emit, and what it gives back.
-
-use core::fmt;
+//! What is to be emitted.
 
 use crate::deployment::Deployment;
-use crate::plan::{Federate, Location, Plan};
+use crate::plan::{Federate, Plan};
 
 use super::view::View;
 
@@ -67,39 +65,3 @@ impl<'a> Job<'a> {
         if is_one { 1 } else { self.plan().target.workers }
     }
 }
-
-/// A generated file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct File {
-    /// The path below the output folder, with `/` between its parts.
-    pub path: String,
-    /// The text.
-    pub text: String,
-}
-
-/// Something in the program of which no crate can be made.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EmitError {
-    /// The LF file.
-    pub path: String,
-    /// The line, from 1.
-    pub line: usize,
-    /// The column, from 1.
-    pub column: usize,
-    /// What is wrong.
-    pub message: String,
-}
-
-impl EmitError {
-    pub(crate) fn new(plan: &Plan, at: Location, message: String) -> Self {
-        Self { path: plan.path(at).to_owned(), line: at.line, column: at.column, message }
-    }
-}
-
-impl fmt::Display for EmitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}: error: {}", self.path, self.line, self.column, self.message)
-    }
-}
-
-impl core::error::Error for EmitError {}

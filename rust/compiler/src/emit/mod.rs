@@ -6,6 +6,7 @@
 //! Nothing here reads or writes files; the caller does that with the [`Emitted`] it gets.
 
 mod c;
+mod file;
 mod host;
 mod job;
 pub(crate) mod names;
@@ -15,16 +16,18 @@ mod source_map;
 mod tests;
 mod view;
 
+use crate::boards::ethernet_label;
 use crate::deployment::{Place, Platform, RtiHome};
 use crate::lexical::Language;
 use crate::plan::{Federate, Plan};
 use crate::stack::with_stack;
-use crate::zephyr::{ethernet_label, federate_kconfig, overlay, rti_kconfig};
+use crate::zephyr::{federate_kconfig, overlay, rti_kconfig};
 use names::{Names, package_name, shortened};
 use view::View;
 
+pub use file::{EmitError, File};
 pub(crate) use job::Job;
-pub use job::{EmitError, File, Settings};
+pub use job::Settings;
 pub use source_map::SourceMap;
 pub(crate) use source_map::{Anchor, FileMap, Lines, Origin, Piece};
 

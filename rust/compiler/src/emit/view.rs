@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A plan as the crates in one of its languages see it.
 
-use super::job::EmitError;
+use super::file::EmitError;
 use crate::languages::Preambles;
 use crate::lexical::Language;
 use crate::plan::{

@@ -23,7 +23,7 @@ pub(crate) enum BlockEnd {
 
 /// What a code block is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CodeKind {
+pub enum CodeKind {
     /// The body of a reaction, of a handler or of a method.
     Statements,
     /// A preamble.

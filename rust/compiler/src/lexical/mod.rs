@@ -11,7 +11,8 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use code::{BlockEnd, CodeKind, CodeProblem};
+pub use code::CodeKind;
+pub(crate) use code::{BlockEnd, CodeProblem};
 pub(crate) use rust::{NEVER, byte_of, is_plain, raw};
 
 /// A language of reaction bodies. The name in a target declaration chooses it.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::paths::{PACKAGE_FOLDERS, identity, in_package, join, normalize};
 use super::sources::{SourceProvider, read};
+use crate::characters::cleaned;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span, did_you_mean};
 use crate::lexical::Language;
 use crate::syntax::ast::{Import, ImportSource, ImportedReactor, Name, SourceUnit};
@@ -76,6 +77,15 @@ pub(crate) fn load(path: &str, sources: &dyn SourceProvider, diagnostics: &mut D
             None
         }
     }
+}
+
+/// Reads one file without its imports.
+pub(crate) fn alone(path: &str, text: &str, diagnostics: &mut Diagnostics) -> Program {
+    let text = cleaned(text);
+    let file = diagnostics.sources_mut().add(path.to_owned(), text.clone().into_owned());
+    let (ast, found) = parse(file, &text);
+    diagnostics.extend(found);
+    Program { units: vec![Unit { path: path.to_owned(), ast, scope: BTreeMap::new() }] }
 }
 
 struct Loader<'a> {

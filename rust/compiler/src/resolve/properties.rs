@@ -16,7 +16,7 @@ pub struct TargetProperty {
     /// What it does, in Markdown.
     pub does: &'static str,
     /// Which programs have it.
-    pub scope: Scope,
+    pub scope: PropertyScope,
     pub(super) imported: Imported,
     /// Whether it is read when all others have been.
     pub(super) is_late: bool,
@@ -25,7 +25,7 @@ pub struct TargetProperty {
 
 /// Which programs have a target property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
+pub enum PropertyScope {
     /// Federations: it says how federates work together.
     Coordination,
     /// All programs.
@@ -44,7 +44,7 @@ pub(super) enum Imported {
 }
 
 const fn property(
-    scope: Scope,
+    scope: PropertyScope,
     name: &'static str,
     values: &'static [&'static str],
     does: &'static str,
@@ -65,8 +65,8 @@ impl TargetProperty {
     /// Whether programs with bodies in a language have it.
     pub(super) fn is_of(&self, language: Language) -> bool {
         match self.scope {
-            Scope::Coordination | Scope::Program => true,
-            Scope::Bodies(own) => own == language,
+            PropertyScope::Coordination | PropertyScope::Program => true,
+            PropertyScope::Bodies(own) => own == language,
         }
     }
 }
@@ -97,7 +97,7 @@ const CMAKE_INCLUDE: &str = "what is told to CMake: everything for an image; for
 /// All target properties that are honoured. Those of a scope are in the order in which people read them.
 pub(super) const PROPERTIES: &[TargetProperty] = &[
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "coordination",
         &["centralized", "decentralized"],
         "who decides when a tag begins: the RTI, or each federate when its waits are over",
@@ -108,7 +108,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "coordination-options",
         &["{ log-waits: 500 ms }", "{ advance-message-interval: 10 ms }"],
         "who waits for longer than `log-waits` says for whom; how often a federate with physical actions tells its \
@@ -116,14 +116,14 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         |reader, key, value| reader.coordination_options(key, value),
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "DNET",
         SWITCH,
         "whether the RTI may tell federates which progress nobody needs to know",
         |reader, key, value| reader.target.dnet = reader.boolean(key, value).unwrap_or(true),
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "clock-sync",
         &["off", "init", "on"],
         "when clocks are compared with the RTI's: never, before the start, all the time",
@@ -135,7 +135,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "clock-sync-options",
         &[
             "{ trials: 10 }",
@@ -149,45 +149,45 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         |reader, key, value| reader.clock_sync_options(key, value),
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "auth",
         SWITCH,
         "whether the RTI and the federates prove to each other that they know the federation id",
         |reader, key, value| reader.target.authentication = reader.boolean(key, value).unwrap_or_default(),
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "joint-rti",
         SWITCH,
         "whether the RTI is part of a board's image: of the board with the RTI's address, or of the only board",
         |reader, key, value| reader.target.joint_rti = reader.boolean(key, value).unwrap_or_default(),
     ),
     property(
-        Scope::Coordination,
+        PropertyScope::Coordination,
         "joint-rti-options",
         &["{ port: 15045 }", "{ federation-id: \"grid\" }"],
         "the port of the RTI, and the federation id",
         |reader, key, value| reader.joint_rti_options(key, value),
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "platform",
         &["Zephyr", "Linux", "Native", "{ name: Zephyr, board: \"qemu_cortex_m3\", user-threads: 2 }"],
         "where the program runs unless a deployment says otherwise, and how many threads its bodies may start",
         |reader, key, value| reader.platform(key, value),
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "timeout",
         &["10 sec"],
         "stop when so much logical time has passed",
         |reader, key, value| reader.target.timeout_ns = reader.time(key, value),
     ),
-    property(Scope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
+    property(PropertyScope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
         reader.target.fast = reader.boolean(key, value).unwrap_or_default()
     }),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "keepalive",
         SWITCH,
         "in C, go on while there are no events, because of threads that nobody knows of; in Rust a program goes on as \
@@ -201,22 +201,22 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "logging",
         &["error", "warn", "info", "log", "debug"],
         "which log messages are shown",
         |reader, key, value| reader.logging(key, value),
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "threading",
         SWITCH,
         "with `false`, one thread runs all reactions, whatever `workers` says",
         switch,
     ),
-    property(Scope::Program, "single-threaded", SWITCH, "with `true`, the same", switch),
+    property(PropertyScope::Program, "single-threaded", SWITCH, "with `true`, the same", switch),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "workers",
         &["1", "4"],
         "how many threads run reactions of different reactors side by side on Linux, with the same results as one",
@@ -228,22 +228,28 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "build-type",
         &["Debug", "Test", "Release", "RelWithDebInfo", "MinSizeRel"],
         "how programs for this computer are compiled; images are configured by Zephyr",
         |reader, key, value| reader.build_type(key, value),
     ),
-    property(Scope::Program, "single-file-project", SWITCH, "no effect: nobody edits what is generated", switch),
     property(
-        Scope::Program,
+        PropertyScope::Program,
+        "single-file-project",
+        SWITCH,
+        "no effect: nobody edits what is generated",
+        switch,
+    ),
+    property(
+        PropertyScope::Program,
         "export-dependency-graph",
         SWITCH,
         "no effect: `lfz plan` prints what is connected to what",
         switch,
     ),
     property(
-        Scope::Program,
+        PropertyScope::Program,
         "no-compile",
         &["false"],
         "no effect: `lfz check` and `lfz plan` compile nothing",
@@ -252,7 +258,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "cargo-dependencies",
         &["{ libm: \"0.2\" }", "{ rand: { version: \"0.8\", default-features: false, features: [\"small_rng\"] } }"],
         "crates that bodies can use, see [crates and modules](crates.md)",
@@ -260,7 +266,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::OfOtherLanguage),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "cargo-features",
         &["[\"cli\"]"],
         "features of generated crates: those of their dependencies",
@@ -269,7 +275,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     .imported(Imported::OfOtherLanguage)
     .late(),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "rust-include",
         &["[]"],
         "files of Rust that are modules of generated crates: `\"filters.rs\"`",
@@ -277,14 +283,14 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::OfOtherLanguage),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "edition",
         &["\"2024\"", "\"2021\"", "\"2018\""],
         "the edition of Rust of bodies; 2024 when not given",
         |reader, key, value| reader.edition(key, value),
     ),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "c-sources",
         &["[]"],
         "files of C that are compiled with the program, see [C beside Rust](c-code.md)",
@@ -292,7 +298,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "c-headers",
         &["[]"],
         "headers whose declarations bodies find in the module `c`: `\"driver/fan.h\"`",
@@ -300,19 +306,19 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "c-include-directories",
         &["[]"],
         "folders in which C looks for headers, beside those of LF files and of `c-headers`",
         |reader, key, value| reader.c_folders(key, value),
     )
     .imported(Imported::Always),
-    property(Scope::Bodies(Language::Rust), "cmake-include", &["[]"], CMAKE_INCLUDE, |reader, key, value| {
+    property(PropertyScope::Bodies(Language::Rust), "cmake-include", &["[]"], CMAKE_INCLUDE, |reader, key, value| {
         reader.cmake_include(key, value)
     })
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::Rust),
+        PropertyScope::Bodies(Language::Rust),
         "compile-definitions",
         &["{ LIMIT: 3 }"],
         "macros that files and headers of C have",
@@ -320,7 +326,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "files",
         &["\"include/hello.h\"", "[\"../c\", \"array.h\"]"],
         "files and folders that bodies can include by their own names; those of imported files count as well",
@@ -328,7 +334,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "cmake-include",
         &["\"sources.cmake\""],
         CMAKE_INCLUDE,
@@ -336,7 +342,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "compile-definitions",
         &["{ LIMIT: 3 }"],
         "macros that all files of C have",
@@ -344,7 +350,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "compiler",
         &["\"clang\""],
         "the compiler of programs for this computer; `cc` when not given",
@@ -353,7 +359,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         },
     ),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "compiler-flags",
         &["\"-O2\"", "[\"-Wall\", \"-lm\"]"],
         "what else that compiler is told",
@@ -361,21 +367,21 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::OfOtherLanguage),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "no-source-mapping",
         SWITCH,
         "with `true`, the compiler names lines of the generated files",
         |reader, key, value| reader.target.c.no_lines = reader.boolean(key, value).unwrap_or_default(),
     ),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "scheduler",
         &["NP", "GEDF_NP", "ADAPTIVE"],
         "no effect: one thread runs all reactions in their order",
         |reader, key, value| reader.scheduler(key, value),
     ),
     property(
-        Scope::Bodies(Language::C),
+        PropertyScope::Bodies(Language::C),
         "tracing",
         SWITCH,
         "no effect: `lfz run --trace FOLDER` records what happens",

@@ -2,7 +2,7 @@
 //! The target declaration: the language, and each property honoured or refused by name.
 
 use super::load::Program;
-use super::properties::{Imported, PROPERTIES, REFUSED, Scope, TargetProperty, honoured, named};
+use super::properties::{Imported, PROPERTIES, PropertyScope, REFUSED, TargetProperty, honoured, named};
 use super::reader::TargetReader;
 use super::sources::SourceProvider;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, FileId, Span, did_you_mean};
@@ -99,7 +99,7 @@ impl TargetReader<'_> {
             return;
         }
         match PROPERTIES.iter().find(|known| known.name == name).map(|known| known.scope) {
-            Some(Scope::Bodies(other)) => self.of_other_language(name, key, other),
+            Some(PropertyScope::Bodies(other)) => self.of_other_language(name, key, other),
             _ => self.unknown(key, honoured(language).map(|known| known.name), REFUSED),
         }
     }

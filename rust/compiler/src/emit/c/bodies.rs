@@ -9,7 +9,7 @@ use super::sizes::Sizes;
 use super::symbols::{Symbols, preamble_headers};
 use super::{class, counterparts, external, header, parameters, program};
 use crate::emit::host::{
-    Bodies, CompilerArguments, FederateModule, Members, NativeParts, Output, Part, Splices, push_methods,
+    Bodies, CompilerArguments, Members, NativeParts, Output, Owner, ReactionPart, Splices, push_methods,
 };
 use crate::emit::{EmitError, File, Job};
 use crate::plan::{FileIndex, Location, Port, ReactionKind, Serializer, Type};
@@ -123,23 +123,23 @@ impl Bodies for CBodies<'_> {
         Ok(String::new())
     }
 
-    fn instances(&self, _: &FederateModule<'_>, members: &mut Members, _: &mut Splices<'_>) -> Result<(), EmitError> {
+    fn instances(&self, _: &Owner<'_>, members: &mut Members, _: &mut Splices<'_>) -> Result<(), EmitError> {
         members.locals.extend(quote! { c::construct(); });
         Ok(())
     }
 
-    fn reactions(&self, module: &FederateModule<'_>, part: Part) -> Vec<String> {
-        let reactions = || module.federate.reactions.iter().enumerate();
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
+        let reactions = || owner.federate.reactions.iter().enumerate();
         let copy = |(id, reaction): (usize, &crate::plan::ScheduledReaction)| match &reaction.kind {
-            ReactionKind::Copy { from, to } if part == Part::Body => {
-                let (from, to) = (module.port_place(from.0), module.port_place(to.0));
+            ReactionKind::Copy { from, to } if part == ReactionPart::Body => {
+                let (from, to) = (owner.port_place(from.0), owner.port_place(to.0));
                 Some(format!("ReactionId({id}) => c::copy(ctx, &{from}, &mut {to})"))
             }
             _ => None,
         };
         let runs = reactions().any(|(_, reaction)| match &reaction.kind {
             ReactionKind::Body { instance, reaction, .. } => {
-                let declared = &module.plan.class(&module.federate.instances[instance.0]).reactions[reaction - 1];
+                let declared = &owner.plan.class(&owner.federate.instances[instance.0]).reactions[reaction - 1];
                 part.run(declared).is_some()
             }
             _ => false,
@@ -148,23 +148,23 @@ impl Bodies for CBodies<'_> {
         reactions().filter_map(copy).chain(all).collect()
     }
 
-    fn shares(&self, _: &FederateModule<'_>) -> Vec<String> {
+    fn shares(&self, _: &Owner<'_>) -> Vec<String> {
         Vec::new()
     }
 
-    fn resets(&self, _: &FederateModule<'_>) -> Vec<String> {
+    fn resets(&self, _: &Owner<'_>) -> Vec<String> {
         vec!["_ => c::reset_mode(mode)".to_owned()]
     }
 
-    fn implementations(&self, module: &FederateModule<'_>, owner: &str) -> String {
-        let (triggers, symbols) = (&module.tables.triggers, &module.symbols);
+    fn implementations(&self, owner: &Owner<'_>, name: &str) -> String {
+        let (triggers, symbols) = (&owner.tables.triggers, &owner.symbols);
         let cells = |kinds: &[Cell]| {
             let cells = triggers.iter().enumerate().filter(|(_, row)| kinds.contains(&row.cell));
             cells.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", symbols.triggers[id])).collect()
         };
         let inboxes = triggers.iter().enumerate().filter(|(_, row)| row.cell == Cell::Physical);
         let inboxes = inboxes.map(|(id, _)| format!("TriggerId({id}) => Some(&{})", symbols.inboxes[id]));
-        let mut text = format!("\nimpl c::Bodies for {owner} {{\n");
+        let mut text = format!("\nimpl c::Bodies for {name} {{\n");
         let actions = cells(&[Cell::Logical, Cell::Physical]);
         push_methods(&mut text, [(ACTION, actions), (WATCHDOG, cells(&[Cell::Watchdog])), (INBOX, inboxes.collect())]);
         text.replace(" {\n\n", " {\n") + "}\n"

@@ -10,7 +10,7 @@ use super::structs::{declares_bank_index, field, files, port_struct, self_struct
 use super::symbols::Symbols;
 use super::text::{Text, name_of};
 use super::types::CType;
-use crate::emit::host::{Given, Part};
+use crate::emit::host::{GivenValue, ReactionPart};
 use crate::emit::view::View;
 use crate::emit::{EmitError, File};
 use crate::plan::{Child, ClassIndex, FileIndex, Location, Method, Parameter, StateVariable, Value};
@@ -33,9 +33,9 @@ pub(super) fn emit(symbols: &Symbols<'_>, index: ClassIndex, folder: &str) -> Re
     file.methods();
     for reaction in &class.reactions {
         if symbols.reacts(index, reaction.number) {
-            for part in Part::ALL {
+            for part in ReactionPart::ALL {
                 match part.code(reaction) {
-                    Some(_) if reaction.external && part == Part::Body => file.external(reaction),
+                    Some(_) if reaction.external && part == ReactionPart::Body => file.external(reaction),
                     Some(code) => file.reaction(reaction, part, code),
                     None => {}
                 }
@@ -221,15 +221,15 @@ impl ClassFile<'_, '_> {
         for (number, (parameter, value)) in view.given(child)?.into_iter().enumerate() {
             let (ty, variable) = (CType::new(target, &parameter.ty), format!("lf_argument_{number}"));
             given.push(match value {
-                Given::Value(value) => {
+                GivenValue::Value(value) => {
                     self.variable(&variable, &ty, value);
                     address(&variable, &ty, value)
                 }
-                Given::Member => {
+                GivenValue::Member => {
                     self.text.line(format_args!("        {} = lf_member;", ty.declare(&variable)));
                     format!("&{variable}")
                 }
-                Given::Default => "NULL".to_owned(),
+                GivenValue::Default => "NULL".to_owned(),
             });
         }
         given.push("NULL".to_owned());

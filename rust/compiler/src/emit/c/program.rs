@@ -10,7 +10,7 @@ use super::symbols::Symbols;
 use super::text::Text;
 use super::types::CType;
 use crate::emit::File;
-use crate::emit::host::Part;
+use crate::emit::host::ReactionPart;
 use crate::plan::{Argument, PortIndex, Reaction, ReactionKind, ScheduledReaction, TriggerKind, VariableKind};
 
 /// Emits the file.
@@ -24,7 +24,7 @@ pub(super) fn emit(symbols: &Symbols<'_>, folder: &str) -> File {
     program.declarations();
     program.tables();
     program.construct();
-    for part in Part::ALL {
+    for part in ReactionPart::ALL {
         program.reactions(part);
     }
     program.reset();
@@ -72,7 +72,7 @@ impl ProgramFile<'_, '_> {
             }
             for reaction in declared.reactions.iter().filter(|reaction| symbols.reacts(class, reaction.number)) {
                 let given = all_arguments(reaction);
-                for part in Part::ALL.into_iter().filter(|part| part.code(reaction).is_some()) {
+                for part in ReactionPart::ALL.into_iter().filter(|part| part.code(reaction).is_some()) {
                     let number = reaction.number;
                     self.text.line(format_args!("void {name}_reaction_{number}{}(void *self{given});", part.suffix()));
                 }
@@ -157,7 +157,7 @@ impl ProgramFile<'_, '_> {
     }
 
     /// Adds the function that runs a part of each reaction by its number.
-    fn reactions(&mut self, part: Part) {
+    fn reactions(&mut self, part: ReactionPart) {
         let function = part.method();
         self.text.line(format_args!("\nvoid lf_{function}(uint16_t reaction) {{\n    switch (reaction) {{"));
         for (id, reaction) in self.symbols.federate.reactions.iter().enumerate() {
@@ -168,7 +168,7 @@ impl ProgramFile<'_, '_> {
         self.text.line("    default:\n        break;\n    }\n}");
     }
 
-    fn call(&self, reaction: &ScheduledReaction, part: Part) -> Option<String> {
+    fn call(&self, reaction: &ScheduledReaction, part: ReactionPart) -> Option<String> {
         let (plan, federate) = (self.symbols.plan, self.symbols.federate);
         let ReactionKind::Body { instance, reaction: number, arguments } = &reaction.kind else { return None };
         let class = plan.class(&federate.instances[instance.0]);

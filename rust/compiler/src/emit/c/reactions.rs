@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::class_file::ClassFile;
-use crate::emit::host::Part;
+use crate::emit::host::ReactionPart;
 use crate::plan::{ChildPort, ClassIndex, Reaction, ReactionParameter, SourceCode, VariableKind};
 
 /// The variable of a parameter in the function by which a reaction is called.
@@ -41,7 +41,7 @@ struct Contained<'p> {
 
 impl<'p> ClassFile<'p, '_> {
     /// Adds the functions of a part of a reaction.
-    pub(super) fn reaction(&mut self, reaction: &'p Reaction, part: Part, code: &SourceCode) {
+    pub(super) fn reaction(&mut self, reaction: &'p Reaction, part: ReactionPart, code: &SourceCode) {
         let (name, types) = (self.name, self.types);
         let function = format!("{name}_reaction_{}{}", reaction.number, part.suffix());
         let (mut variables, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());

@@ -52,8 +52,8 @@ impl<'p> Beside<'p> {
         !self.0.headers.is_empty()
     }
 
-    /// Returns the files that tell how it is compiled: for this computer the build script, which also binds headers; for
-    /// an image `c.cmake` beside it.
+    /// Returns the files that tell how it is compiled: for this computer the build script, which also binds headers;
+    /// for an image `c.cmake` beside it.
     ///
     /// # Errors
     /// Where a file for CMake says what only CMake understands, and the program is for this computer.

@@ -8,9 +8,8 @@
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 
-use super::manifest::NativeParts;
-use super::module::FederateModule;
 use super::splice::Splices;
+use super::symbols::Owner;
 use crate::emit::{EmitError, File, FileMap};
 use crate::plan::{Location, Port, Serializer};
 
@@ -69,38 +68,46 @@ pub(in crate::emit) trait Bodies {
     ///
     /// # Errors
     /// An instance that cannot be made.
-    fn instances(
-        &self,
-        module: &FederateModule<'_>,
-        members: &mut Members,
-        splices: &mut Splices<'_>,
-    ) -> Result<(), EmitError>;
+    fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError>;
 
     /// Returns the arms that run a part of each reaction, by reaction.
-    fn reactions(&self, module: &FederateModule<'_>, part: Part) -> Vec<String>;
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String>;
 
     /// Returns the arms that lend the reactions of a level to several threads, by level.
-    fn shares(&self, module: &FederateModule<'_>) -> Vec<String>;
+    fn shares(&self, owner: &Owner<'_>) -> Vec<String>;
 
     /// Returns the arms that reset state, by mode.
-    fn resets(&self, module: &FederateModule<'_>) -> Vec<String>;
+    fn resets(&self, owner: &Owner<'_>) -> Vec<String>;
 
-    /// Returns what else the struct that owns everything implements.
-    fn implementations(&self, module: &FederateModule<'_>, owner: &str) -> String;
+    /// Returns what else the struct that owns everything, which has this name, implements.
+    fn implementations(&self, owner: &Owner<'_>, name: &str) -> String;
 
     /// Returns the imports of the federate's module that the above has asked for.
     fn imports(&self) -> String;
 }
 
+/// What of a crate compilers of C have to do with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::emit) enum NativeParts {
+    /// Nothing, as far as its build script is concerned.
+    None,
+    /// Its bodies.
+    Bodies,
+    /// Files beside bodies in another language.
+    Sources,
+    /// The same with headers that are bound, or these alone.
+    Headers,
+}
+
 /// A part of a reaction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::emit) enum Part {
+pub(in crate::emit) enum ReactionPart {
     Body,
     MissedDeadline,
     Tardy,
 }
 
-impl Part {
+impl ReactionPart {
     /// The method of `Program` that runs it.
     pub(in crate::emit) fn method(self) -> &'static str {
         match self {

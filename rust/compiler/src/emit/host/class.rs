@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What is decided about a class in the same way whatever the language of its bodies is.
 
-use super::bodies::Part;
+use super::bodies::ReactionPart;
 use crate::emit::EmitError;
 use crate::emit::view::View;
 use crate::plan::{
@@ -11,7 +11,7 @@ use crate::plan::{
 
 /// What a contained reactor gets for one of its parameters.
 #[derive(Clone, Copy)]
-pub(in crate::emit) enum Given<'v> {
+pub(in crate::emit) enum GivenValue<'v> {
     /// A value that the container works out.
     Value(&'v Value),
     /// The number of the member of a bank.
@@ -25,13 +25,16 @@ impl View<'_> {
     ///
     /// # Errors
     /// A parameter that has no value.
-    pub(in crate::emit) fn given<'v>(&'v self, child: &'v Child) -> Result<Vec<(&'v Parameter, Given<'v>)>, EmitError> {
+    pub(in crate::emit) fn given<'v>(
+        &'v self,
+        child: &'v Child,
+    ) -> Result<Vec<(&'v Parameter, GivenValue<'v>)>, EmitError> {
         let parameters = &self.class(child.class).parameters;
         let given = |(parameter, argument): (&'v Parameter, &'v Option<Value>)| {
             let given = match argument {
-                Some(value) => Given::Value(value),
-                None if child.is_bank && parameter.name == BANK_INDEX => Given::Member,
-                None if parameter.default.is_some() => Given::Default,
+                Some(value) => GivenValue::Value(value),
+                None if child.is_bank && parameter.name == BANK_INDEX => GivenValue::Member,
+                None if parameter.default.is_some() => GivenValue::Default,
                 None => {
                     let message = format!("`{}` has no value for `{}`", child.name, parameter.name);
                     return Err(EmitError::new(self.plan, child.at, message));
@@ -70,7 +73,7 @@ impl ReactorClass {
             Value::Code(code) => Some(code),
             Value::Time { .. } => None,
         });
-        let reactions = self.reactions.iter().flat_map(|reaction| Part::ALL.map(|part| part.code(reaction)));
+        let reactions = self.reactions.iter().flat_map(|reaction| ReactionPart::ALL.map(|part| part.code(reaction)));
         let methods = self.methods.iter().map(|method| &method.body);
         let codes = self.preambles.iter().chain(values).chain(reactions.flatten()).chain(methods);
         codes.map(|code| code.text.as_str()).chain(types.map(|ty| ty.text.as_str()))
@@ -83,7 +86,7 @@ impl ReactorClass {
 }
 
 impl Plan {
-    /// Returns by mode of a federate what is reset when it is entered so: instances, with the mode of the instance's own
+    /// Returns by mode of a federate what is reset when it is entered: instances, with the mode of the instance's own
     /// whose state is meant, or none.
     pub(in crate::emit) fn resets(&self, federate: &Federate) -> Vec<Vec<(InstanceIndex, Option<usize>)>> {
         let resets = |(id, mode): (usize, &crate::plan::Mode)| {
@@ -100,7 +103,7 @@ impl Plan {
     }
 }
 
-impl Part {
+impl ReactionPart {
     /// All parts, the body first.
     pub(in crate::emit) const ALL: [Self; 3] = [Self::Body, Self::MissedDeadline, Self::Tardy];
 

@@ -4,9 +4,9 @@
 use proc_macro2::TokenStream;
 use quote::quote;
 
-use super::bodies::{Bodies, Output};
+use super::bodies::{Bodies, NativeParts, Output};
 use super::identifiers::ident;
-use super::manifest::{self, NativeParts};
+use super::manifest;
 use super::splice::Splices;
 use super::{federate, rti};
 use crate::emit::{EmitError, File, FileMap, Job, Lines, Piece, SourceMap};
@@ -108,8 +108,8 @@ fn root(job: &Job<'_>, bodies: &dyn Bodies) -> Result<(File, FileMap), EmitError
     Splices::new(job.plan()).finish(format!("{}/src/lib.rs", job.folder), tokens)
 }
 
-/// Emits `main.rs` of a program for this computer, which knows where in the LF program its lines stand, and perhaps which
-/// parameters a command line can set.
+/// Emits `main.rs` of a program for this computer, which knows where in the LF program its lines stand, and perhaps
+/// which parameters a command line can set.
 fn main(
     job: &Job<'_>,
     federate: &Federate,

@@ -10,19 +10,19 @@ use crate::plan::{ClockSync, Coordination, Logging, Rti, Trigger, TriggerKind};
 impl FederateModule<'_> {
     /// The description, and what it uses of the runtime.
     pub(super) fn description(&self) -> (String, Vec<&'static str>) {
-        let target = &self.plan.target;
+        let target = &self.owner.plan.target;
         let mut uses = vec!["Description"];
         let mut description = Fields::of("Description");
-        description.set("program", format_args!("{:?}", self.plan.name));
-        description.set("name", format_args!("{:?}", self.federate.name));
+        description.set("program", format_args!("{:?}", self.owner.plan.name));
+        description.set("name", format_args!("{:?}", self.owner.federate.name));
         description.set_if(target.timeout_ns.is_some(), "timeout", optional_ns(target.timeout_ns));
         // Where bodies have links for what schedules from outside, and other federates are known, a program for which
         // nothing can make an event has nothing to stay for: lfc's Rust target ends it, too. Where any thread may
         // schedule, physical actions are there to be scheduled.
-        let unknown_threads = self.job.view.language.facts().unknown_threads;
+        let unknown_threads = self.owner.job.view.language.facts().unknown_threads;
         let physical = |trigger: &Trigger| matches!(trigger.kind, TriggerKind::Action { physical: true, .. });
-        let may_end = self.rti.is_none() && self.job.view.native.keepalive == Some(false);
-        let stays = target.keepalive || !may_end && self.federate.triggers.iter().any(physical);
+        let may_end = self.rti.is_none() && self.owner.job.view.native.keepalive == Some(false);
+        let stays = target.keepalive || !may_end && self.owner.federate.triggers.iter().any(physical);
         let keepalive = unknown_threads && stays;
         description.set_if(keepalive, "keepalive", true).set_if(target.fast, "fast", true);
         description.set_if(target.logging != Logging::Info, "logging", log_level(target.logging));
@@ -40,7 +40,7 @@ impl FederateModule<'_> {
     }
 
     fn federation(&self, rti: &Rti, uses: &mut Vec<&'static str>) -> Fields {
-        let (federate, target) = (self.federate, &self.plan.target);
+        let (federate, target) = (self.owner.federate, &self.owner.plan.target);
         uses.push("Federation");
         let mut fields = Fields::of("Federation");
         fields.set("id", federate.id).set("federation_id", format_args!("{:?}", rti.federation_id));
@@ -53,18 +53,19 @@ impl FederateModule<'_> {
             uses.push("Coordination");
         }
         fields.set_if(decentralized, "coordination", "Coordination::Decentralized");
-        fields.set("federates", self.plan.federates.len());
+        fields.set("federates", self.owner.plan.federates.len());
         fields.set("rti_host", format_args!("{:?}", rti.host)).set("rti_port", rti.port);
-        let upstream = self.tables.upstream.iter().map(|(id, delay_ns)| match delay_ns {
+        let upstream = self.owner.tables.upstream.iter().map(|(id, delay_ns)| match delay_ns {
             Some(ns) => format!("({id}, {})", grouped(*ns)),
             None => format!("({id}, DELAY_NONE)"),
         });
         let upstream: Vec<_> = upstream.collect();
-        if self.tables.upstream.iter().any(|(_, delay_ns)| delay_ns.is_none()) {
+        if self.owner.tables.upstream.iter().any(|(_, delay_ns)| delay_ns.is_none()) {
             uses.push("DELAY_NONE");
         }
         fields.set_if(!upstream.is_empty(), "upstream", format_args!("&[{}]", upstream.join(", ")));
         let awaited: Vec<_> = self
+            .owner
             .tables
             .awaited
             .iter()
@@ -83,14 +84,14 @@ impl FederateModule<'_> {
         }
         fields.set_if(!awaited.is_empty(), "awaited", format_args!("&[{}]", awaited.join(", ")));
         // Who has inputs from a cycle without delay waits there for word from others.
-        let cycles = self.plan.federates.iter().flat_map(|federate| &federate.inputs).any(|input| input.awaited);
+        let cycles = self.owner.plan.federates.iter().flat_map(|federate| &federate.inputs).any(|input| input.awaited);
         fields.set_if(cycles && !decentralized, "cycles", true);
         self.options(&mut fields, uses);
         fields
     }
 
     fn options(&self, fields: &mut Fields, uses: &mut Vec<&'static str>) {
-        let (federate, target) = (self.federate, &self.plan.target);
+        let (federate, target) = (self.owner.federate, &self.owner.plan.target);
         let (trials, attenuation) = (target.clock_sync_trials, target.clock_sync_attenuation);
         let clock_sync = match target.clock_sync {
             ClockSync::Off => String::new(),

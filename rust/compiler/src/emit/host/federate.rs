@@ -9,11 +9,10 @@ use super::bodies::Bodies;
 use super::identifiers::pascal_case;
 use super::module::FederateModule;
 use super::splice::Splices;
-use super::symbols::Identifiers;
+use super::symbols::Owner;
 use crate::deployment::RtiHome;
 use crate::emit::{EmitError, File, FileMap, Job};
 use crate::plan::{Federate, Plan};
-use crate::tables::Tables;
 
 /// Emits the module of a federate.
 pub(super) fn emit(
@@ -23,16 +22,15 @@ pub(super) fn emit(
     path: String,
 ) -> Result<(File, FileMap), EmitError> {
     let (plan, deployment) = (job.plan(), job.settings.deployment);
-    let (tables, mut splices) = (Tables::of(plan, federate), Splices::new(plan));
-    let symbols = Identifiers::new(federate, &tables);
+    let (owner, mut splices) = (Owner::new(job, federate), Splices::new(plan));
     let (rti, rti_is_image) = (deployment.rti_of(plan), deployment.rti.home != RtiHome::Program);
-    let module = FederateModule { job, plan, federate, tables, bodies, rti, rti_is_image, symbols };
+    let module = FederateModule { owner, bodies, rti, rti_is_image };
     let name = type_name(plan, federate);
     let tables = splices.text(module.tables_text()?);
     let (description, uses) = module.description();
     let description = splices.text(description);
     let inboxes = module.inboxes(&mut splices)?;
-    let owner = module.owner(&name, &mut splices)?;
+    let owner = module.owner_struct(&name, &mut splices)?;
     let program = splices.text(module.program(&name.to_string()));
     let imports = splices.text(imports(&module, &uses));
     let what = if plan.is_federated() { "Federate" } else { "Main reactor" };

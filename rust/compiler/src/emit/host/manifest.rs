@@ -3,26 +3,13 @@
 
 use core::fmt::Write as _;
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, NativeParts};
 use super::sending;
 use crate::emit::{File, Job};
 use crate::plan::{BuildType, Cargo, Dependency, Federate, Plan};
 
 /// The edition of a program that names none.
 const EDITION_DEFAULT: &str = "2024";
-
-/// What of a crate compilers of C have to do with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::emit) enum NativeParts {
-    /// Nothing, as far as its build script is concerned.
-    None,
-    /// Its bodies.
-    Bodies,
-    /// Files beside bodies in another language.
-    Sources,
-    /// The same with headers that are bound, or these alone.
-    Headers,
-}
 
 /// Returns the manifest of a participant's crate.
 pub(super) fn of_crate(job: &Job<'_>, bodies: &dyn Bodies) -> String {

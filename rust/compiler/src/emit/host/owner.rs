@@ -15,10 +15,10 @@ impl FederateModule<'_> {
     /// Statics through which other threads reach the physical actions.
     pub(super) fn inboxes(&self, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
         let mut statics = TokenStream::new();
-        for (index, trigger) in self.federate.triggers.iter().enumerate() {
+        for (index, trigger) in self.owner.federate.triggers.iter().enumerate() {
             if let (TriggerKind::Action { physical: true, ty, .. }, Some(at)) = (&trigger.kind, trigger.at) {
                 let doc = splices.doc(&format!("Events of `{}` from other threads", trigger.path), at);
-                let (name, ty) = (&self.symbols.inboxes[index], self.bodies.value_type(&trigger.path, ty)?);
+                let (name, ty) = (&self.owner.symbols.inboxes[index], self.bodies.value_type(&trigger.path, ty)?);
                 let ty = tokens(&self.cell_type("PhysicalInbox", &ty, Some(self.bodies.room(trigger.capacity))));
                 let new = tokens(&self.bodies.cell("PhysicalInbox"));
                 statics.extend(quote! {
@@ -31,28 +31,35 @@ impl FederateModule<'_> {
     }
 
     /// The struct and its constructor.
-    pub(super) fn owner(&self, name: &Ident, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
-        let doc = splices.doc("All state, ports and queues", self.federate.at);
+    pub(super) fn owner_struct(&self, name: &Ident, splices: &mut Splices<'_>) -> Result<TokenStream, EmitError> {
+        let doc = splices.doc("All state, ports and queues", self.owner.federate.at);
         let mut members = Members::default();
-        self.bodies.instances(self, &mut members, splices)?;
-        for (index, (row, port)) in self.tables.ports.iter().zip(&self.federate.ports).enumerate() {
+        self.bodies.instances(&self.owner, &mut members, splices)?;
+        for (index, (row, port)) in self.owner.tables.ports.iter().zip(&self.owner.federate.ports).enumerate() {
             // A port with a queue lives in the field of the trigger that fills it.
             if row.filled_by.is_none() {
                 let (ty, id) = (self.bodies.value_type(&port.path, &port.ty)?, Literal::usize_unsuffixed(index));
                 let name = tokens(&self.bodies.cell("Port"));
                 let value = quote!(#name::new(PortId(#id)));
                 let (doc, ty) = ((format!("Port `{}`", port.path), port.at), self.cell_type("Port", &ty, None));
-                members.field(splices, doc, &self.symbols.ports[index], &ty, &value);
+                members.field(splices, doc, &self.owner.symbols.ports[index], &ty, &value);
             }
         }
-        for (index, (row, trigger)) in self.tables.triggers.iter().zip(&self.federate.triggers).enumerate() {
+        for (index, (row, trigger)) in self.owner.tables.triggers.iter().zip(&self.owner.federate.triggers).enumerate()
+        {
             let Some(at) = trigger.at else { continue };
             let ty = match &trigger.kind {
                 TriggerKind::Action { ty, .. } => Some(ty),
                 _ => None,
             };
             if let Some((ty, value)) = self.cell(index, row, ty)? {
-                members.field(splices, (format!("`{}`", trigger.path), at), &self.symbols.triggers[index], &ty, &value);
+                members.field(
+                    splices,
+                    (format!("`{}`", trigger.path), at),
+                    &self.owner.symbols.triggers[index],
+                    &ty,
+                    &value,
+                );
             }
         }
         let Members { fields, values, locals } = members;
@@ -86,7 +93,7 @@ impl FederateModule<'_> {
             Cell::Watchdog => ("Watchdog", None, quote!(TriggerId(#id))),
             Cell::Logical => ("LogicalActionQueue", Some(action), quote!(TriggerId(#id))),
             Cell::Physical => {
-                let inbox = &self.symbols.inboxes[index];
+                let inbox = &self.owner.symbols.inboxes[index];
                 ("PhysicalActionQueue", Some(action), quote!(TriggerId(#id), &#inbox))
             }
             Cell::Queued(fills) | Cell::Tardy(fills) => {

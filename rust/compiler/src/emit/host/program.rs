@@ -2,7 +2,7 @@
 //! The implementation of `Program`: from numbers to fields and methods. What a program does not have, the trait's own
 //! methods say.
 
-use super::bodies::Part;
+use super::bodies::ReactionPart;
 use super::module::FederateModule;
 use crate::tables::{Cell, TriggerRow};
 
@@ -39,27 +39,28 @@ const DELIVER_TARDY: [&str; 3] = [
 impl FederateModule<'_> {
     /// `impl Program for …`.
     pub(super) fn program(&self, owner: &str) -> String {
-        let tables = &self.tables;
-        let trigger = |index: usize| &self.symbols.triggers[index];
-        let arms = |part: Part| self.bodies.reactions(self, part);
-        let ports = (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.port_place(id)));
+        let tables = &self.owner.tables;
+        let trigger = |index: usize| &self.owner.symbols.triggers[index];
+        let arms = |part: ReactionPart| self.bodies.reactions(&self.owner, part);
+        let ports =
+            (0..tables.ports.len()).map(|id| format!("PortId({id}) => Some(&mut {})", self.owner.port_place(id)));
         let triggers = tables.triggers.iter().enumerate().filter(|(_, row)| row.cell != Cell::None);
         let triggers = triggers.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
         let is_queue = |row: &TriggerRow<'_>| row.mode.is_some() && row.cell != Cell::Timer;
         let in_modes = tables.triggers.iter().enumerate().filter(|(_, row)| is_queue(row));
         let in_modes = in_modes.map(|(id, _)| format!("TriggerId({id}) => Some(&mut self.{})", trigger(id)));
         let captures = tables.triggers.iter().enumerate().filter_map(|(id, row)| {
-            let source = self.port_place(usize::from(row.captures?.0));
+            let source = self.owner.port_place(usize::from(row.captures?.0));
             Some(format!("TriggerId({id}) => self.{}.capture(tag, &{source})", trigger(id)))
         });
         let encodes = tables.outputs.iter().enumerate().map(|(id, output)| {
-            let by = self.by(self.federate.outputs[id].serializer.as_ref(), output.source);
-            format!("OutputId({id}) => {}.encode{by}(bytes)", self.port_place(usize::from(output.source.0)))
+            let by = self.by(self.owner.federate.outputs[id].serializer.as_ref(), output.source);
+            format!("OutputId({id}) => {}.encode{by}(bytes)", self.owner.port_place(usize::from(output.source.0)))
         });
         let inputs = || tables.inputs.iter().enumerate();
         let queue = |input: &crate::tables::InputRow<'_>| trigger(usize::from(input.trigger.0));
         let by = |id: usize, input: &crate::tables::InputRow<'_>| {
-            self.by(self.federate.inputs[id].serializer.as_ref(), input.fills)
+            self.by(self.owner.federate.inputs[id].serializer.as_ref(), input.fills)
         };
         let delivers = inputs()
             .map(|(id, input)| format!("InputId({id}) => self.{}.deliver{}(tag, bytes)", queue(input), by(id, input)));
@@ -73,10 +74,10 @@ impl FederateModule<'_> {
         push_methods(
             &mut text,
             [
-                (REACT, arms(Part::Body)),
-                (MISS, arms(Part::MissedDeadline)),
-                (TARDY, if tables.has_tardy_inputs() { arms(Part::Tardy) } else { Vec::new() }),
-                (SHARE, self.bodies.shares(self)),
+                (REACT, arms(ReactionPart::Body)),
+                (MISS, arms(ReactionPart::MissedDeadline)),
+                (TARDY, if tables.has_tardy_inputs() { arms(ReactionPart::Tardy) } else { Vec::new() }),
+                (SHARE, self.bodies.shares(&self.owner)),
                 (PORT, ports.collect()),
                 (TRIGGER, triggers.collect()),
                 (CAPTURE, captures.collect()),
@@ -86,12 +87,12 @@ impl FederateModule<'_> {
             ],
         );
         if tables.modes.is_empty() {
-            return text + "}\n" + &self.bodies.implementations(self, owner);
+            return text + "}\n" + &self.bodies.implementations(&self.owner, owner);
         }
         text.push_str("\n    fn modes(&mut self) -> Option<&mut dyn ModeCells> {\n        Some(self)\n    }\n}\n\n");
         text = text + "impl ModeCells for " + owner + " {\n";
-        push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.bodies.resets(self))]);
-        text.replace(" {\n\n", " {\n") + "}\n" + &self.bodies.implementations(self, owner)
+        push_methods(&mut text, [(IN_MODE, in_modes.collect()), (RESET_MODE, self.bodies.resets(&self.owner))]);
+        text.replace(" {\n\n", " {\n") + "}\n" + &self.bodies.implementations(&self.owner, owner)
     }
 }
 

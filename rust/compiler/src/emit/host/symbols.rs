@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names of a federate's fields, and of the inboxes of its physical actions.
+//! The struct that owns all of a federate: what its fields are for, and their names and those of the inboxes of
+//! physical actions.
 
 use proc_macro2::Ident;
 
 use super::identifiers::{give, ident};
+use crate::emit::Job;
 use crate::emit::names::{Names, snake_case};
-use crate::plan::Federate;
+use crate::plan::{Federate, Plan};
 use crate::tables::Tables;
+
+/// The struct that owns all state, ports and queues of a federate.
+pub(in crate::emit) struct Owner<'p> {
+    pub(in crate::emit) job: &'p Job<'p>,
+    pub(in crate::emit) plan: &'p Plan,
+    pub(in crate::emit) federate: &'p Federate,
+    pub(in crate::emit) tables: Tables<'p>,
+    pub(in crate::emit) symbols: Identifiers,
+}
+
+impl<'p> Owner<'p> {
+    pub(in crate::emit) fn new(job: &'p Job<'p>, federate: &'p Federate) -> Self {
+        let tables = Tables::of(job.plan(), federate);
+        let symbols = Identifiers::new(federate, &tables);
+        Self { job, plan: job.plan(), federate, tables, symbols }
+    }
+
+    /// Returns the place expression of a port.
+    pub(in crate::emit) fn port_place(&self, port: usize) -> String {
+        let queued = if self.tables.ports[port].filled_by.is_some() { ".port" } else { "" };
+        format!("self.{}{queued}", self.symbols.ports[port])
+    }
+}
 
 /// All names, each given once.
 pub(in crate::emit) struct Identifiers {

@@ -21,8 +21,8 @@ impl FederateModule<'_> {
             ("outputs", self.output_rows()?),
             ("inputs", self.input_rows()?),
         ];
-        let workers = self.workers();
-        let mut omits = self.tables.absence.is_empty() || self.tables.modes.is_empty();
+        let workers = self.owner.job.workers();
+        let mut omits = self.owner.tables.absence.is_empty() || self.owner.tables.modes.is_empty();
         for (name, rows) in tables {
             if rows.is_empty() {
                 omits = true;
@@ -34,15 +34,15 @@ impl FederateModule<'_> {
             }
             text.push_str("    ],\n");
         }
-        if self.tables.own_ports.is_empty() {
+        if self.owner.tables.own_ports.is_empty() {
             omits = true;
         } else {
-            text = format!("{text}    own_ports: &{:?},\n", self.tables.own_ports);
+            text = format!("{text}    own_ports: &{:?},\n", self.owner.tables.own_ports);
         }
-        if !self.tables.absence.is_empty() {
-            text = text + "    absence: " + &ids(&self.tables.absence) + ",\n";
+        if !self.owner.tables.absence.is_empty() {
+            text = text + "    absence: " + &ids(&self.owner.tables.absence) + ",\n";
         }
-        if !self.tables.modes.is_empty() {
+        if !self.owner.tables.modes.is_empty() {
             text.push_str("    modes: Some(&MODES),\n");
         }
         if workers > 1 {
@@ -56,26 +56,26 @@ impl FederateModule<'_> {
 
     /// The modes and what is in them, where there are any.
     fn modes_text(&self) -> String {
-        if self.tables.modes.is_empty() {
+        if self.owner.tables.modes.is_empty() {
             return String::new();
         }
         let mut text =
             String::from("/// The modes, by reaction the one that it is in, and the triggers that are in one.\n");
         text.push_str("const MODES: Modes = Modes::new(\n    &[\n");
-        for mode in &self.tables.modes {
+        for mode in &self.owner.tables.modes {
             let mut row = Fields::of("ModeInfo");
             row.set("name", format_args!("{:?}", mode.name)).set("instance", mode.instance);
             row.set("parent", format_args!("{:?}", mode.parent)).set("initial", mode.initial);
             text = text + "        " + &row.row() + ",\n";
         }
-        let reactions: Vec<Option<ModeId>> = self.tables.reactions.iter().map(|reaction| reaction.mode).collect();
+        let reactions: Vec<Option<ModeId>> = self.owner.tables.reactions.iter().map(|reaction| reaction.mode).collect();
         text = text + "    ],\n    " + &ids(&reactions) + ",\n    &[\n";
-        for ModeTrigger { trigger, mode, offset } in self.tables.mode_triggers() {
+        for ModeTrigger { trigger, mode, offset } in self.owner.tables.mode_triggers() {
             let mut row = Fields::of("ModeTrigger");
             row.set("trigger", format_args!("{trigger:?}")).set("mode", format_args!("{mode:?}"));
             text = text + "        " + &row.set("offset", optional(offset)).row() + ",\n";
         }
-        let ModeEvents { entry, startup, reset, shutdown } = self.tables.mode_events();
+        let ModeEvents { entry, startup, reset, shutdown } = self.owner.tables.mode_events();
         let mut events = Fields::of("ModeEvents");
         events.set("entry", format_args!("{entry:?}")).set("startup", ids(startup));
         events.set("reset", ids(reset)).set("shutdown", ids(shutdown));
@@ -94,7 +94,7 @@ impl FederateModule<'_> {
             };
             row.set_if(!kind.is_empty(), "kind", kind).row()
         };
-        self.tables.reactions.iter().map(row).collect()
+        self.owner.tables.reactions.iter().map(row).collect()
     }
 
     fn trigger_rows(&self) -> Vec<String> {
@@ -103,7 +103,7 @@ impl FederateModule<'_> {
             row.set("name", format_args!("{:?}", trigger.name)).set("kind", trigger_kind(&trigger.kind));
             row.set("reactions", ids(&trigger.reactions)).row()
         };
-        self.tables.triggers.iter().map(row).collect()
+        self.owner.tables.triggers.iter().map(row).collect()
     }
 
     fn port_rows(&self) -> Vec<String> {
@@ -112,7 +112,7 @@ impl FederateModule<'_> {
             row.set("name", format_args!("{:?}", port.name)).set("reactions", ids(&port.reactions));
             row.set("delays", ids(&port.delays)).row()
         };
-        self.tables.ports.iter().map(row).collect()
+        self.owner.tables.ports.iter().map(row).collect()
     }
 
     fn output_rows(&self) -> Result<Vec<String>, EmitError> {
@@ -121,11 +121,11 @@ impl FederateModule<'_> {
             row.set("name", format_args!("{:?}", output.name)).set("source", format_args!("{:?}", output.source));
             row.set("federate", output.federate).set("port", output.port);
             row.set_if(output.delay.is_some(), "delay", optional(output.delay));
-            row.set("max_len", self.max_len(output.source, self.federate.outputs[index].serializer.as_ref())?);
+            row.set("max_len", self.max_len(output.source, self.owner.federate.outputs[index].serializer.as_ref())?);
             row.set_if(output.tells_absence, "tells_absence", true).set_if(output.physical, "physical", true);
             Ok(row.row())
         };
-        self.tables.outputs.iter().enumerate().map(row).collect()
+        self.owner.tables.outputs.iter().enumerate().map(row).collect()
     }
 
     fn input_rows(&self) -> Result<Vec<String>, EmitError> {
@@ -133,7 +133,7 @@ impl FederateModule<'_> {
             let mut row = Fields::of("NetworkInput");
             row.set("name", format_args!("{:?}", input.name)).set("trigger", format_args!("{:?}", input.trigger));
             row.set("federate", input.federate).set_if(input.delay.is_some(), "delay", optional(input.delay));
-            row.set("max_len", self.max_len(input.fills, self.federate.inputs[index].serializer.as_ref())?);
+            row.set("max_len", self.max_len(input.fills, self.owner.federate.inputs[index].serializer.as_ref())?);
             row.set_if(input.level != u16::MAX, "level", input.level);
             row.set_if(input.awaited, "awaited", true).set_if(input.physical, "physical", true);
             row.set_if(input.tardy, "tardy", true);
@@ -141,7 +141,7 @@ impl FederateModule<'_> {
             row.set_if(input.absent_after != Interval::ZERO, "absent_after", interval(input.absent_after));
             Ok(row.set_if(!input.readers.is_empty(), "readers", ids(&input.readers)).row())
         };
-        self.tables.inputs.iter().enumerate().map(row).collect()
+        self.owner.tables.inputs.iter().enumerate().map(row).collect()
     }
 }
 

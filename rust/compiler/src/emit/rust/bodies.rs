@@ -10,7 +10,7 @@ use super::layout::Layout;
 use super::payloads::Payloads;
 use super::reactor::{parsed_type, type_alias};
 use super::{file_module, reactor, sending};
-use crate::emit::host::{Beside, Bodies, FederateModule, Members, NativeParts, Output, Part, Splices};
+use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices};
 use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
 use crate::plan::{ClassIndex, Port, Serializer, SourceCode, Type};
@@ -128,28 +128,23 @@ impl Bodies for RustBodies<'_> {
         }
     }
 
-    fn instances(
-        &self,
-        module: &FederateModule<'_>,
-        members: &mut Members,
-        splices: &mut Splices<'_>,
-    ) -> Result<(), EmitError> {
-        self.add_instances(module, members, splices)
+    fn instances(&self, owner: &Owner<'_>, members: &mut Members, splices: &mut Splices<'_>) -> Result<(), EmitError> {
+        self.add_instances(owner, members, splices)
     }
 
-    fn reactions(&self, module: &FederateModule<'_>, part: Part) -> Vec<String> {
-        self.arms(module, part)
+    fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
+        self.arms(owner, part)
     }
 
-    fn shares(&self, module: &FederateModule<'_>) -> Vec<String> {
-        self.levels(module)
+    fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
+        self.levels(owner)
     }
 
-    fn resets(&self, module: &FederateModule<'_>) -> Vec<String> {
-        self.modes(module)
+    fn resets(&self, owner: &Owner<'_>) -> Vec<String> {
+        self.modes(owner)
     }
 
-    fn implementations(&self, _: &FederateModule<'_>, _: &str) -> String {
+    fn implementations(&self, _: &Owner<'_>, _: &str) -> String {
         String::new()
     }
 

@@ -9,7 +9,7 @@ use quote::{format_ident, quote};
 
 use super::layout::Layout;
 use super::scope::ModuleNames;
-use crate::emit::host::{Given, Part, SentPort, Splices, ident, interval, serializer_type};
+use crate::emit::host::{GivenValue, ReactionPart, SentPort, Splices, ident, interval, serializer_type};
 use crate::emit::view::View;
 use crate::emit::{EmitError, File, FileMap};
 use crate::languages::rust::{DURATION, is_copy};
@@ -34,7 +34,7 @@ pub(super) fn emit(
 }
 
 /// Returns the method that runs a part of a reaction.
-pub(super) fn reaction_method(reaction: usize, part: Part) -> Ident {
+pub(super) fn reaction_method(reaction: usize, part: ReactionPart) -> Ident {
     format_ident!("reaction_{reaction}{}", part.suffix())
 }
 
@@ -343,10 +343,10 @@ impl<'p> ReactorModule<'p> {
         let mut values = Vec::new();
         for (parameter, given) in view.given(child)? {
             let value = match given {
-                Given::Value(value) => self.value(value)?,
-                Given::Member if parameter.ty.text == "usize" => quote!(member),
-                Given::Member => quote!(member as _),
-                Given::Default => {
+                GivenValue::Value(value) => self.value(value)?,
+                GivenValue::Member if parameter.ty.text == "usize" => quote!(member),
+                GivenValue::Member => quote!(member as _),
+                GivenValue::Default => {
                     values.push(quote!(::core::option::Option::None));
                     continue;
                 }
@@ -405,14 +405,14 @@ impl<'p> ReactorModule<'p> {
         let named = reaction.name.as_ref().map(|name| format!("`{name}`: ")).unwrap_or_default();
         let signature = format!("{named}`{}`", reaction.signature);
         let mut methods = TokenStream::new();
-        for part in Part::ALL {
+        for part in ReactionPart::ALL {
             let Some(code) = part.code(reaction) else { continue };
             let (doc, at) = match part {
-                Part::Body => (signature.clone(), reaction.at),
-                Part::MissedDeadline => {
+                ReactionPart::Body => (signature.clone(), reaction.at),
+                ReactionPart::MissedDeadline => {
                     (format!("What runs instead of {signature} when its deadline is missed"), code.at)
                 }
-                Part::Tardy => (format!("What runs instead of {signature} when an input is tardy"), code.at),
+                ReactionPart::Tardy => (format!("What runs instead of {signature} when an input is tardy"), code.at),
             };
             methods.extend(self.method(&reaction_method(reaction.number, part), &doc, reaction, code, at)?);
         }

@@ -22,6 +22,6 @@ pub(crate) fn ethernet_label(board: &str) -> Option<&'static str> {
 const ROOMY: [&str; 3] = ["native_sim", "mps2", "mimxrt"];
 
 /// Whether a board is known to have so much memory.
-pub(super) fn is_roomy(board: &str) -> bool {
+pub(crate) fn is_roomy(board: &str) -> bool {
     ROOMY.iter().any(|start| board.starts_with(start))
 }
