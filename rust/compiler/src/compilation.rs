@@ -2,11 +2,12 @@
 //! The way of a program through all stages.
 
 use crate::diagnostics::{Code, Diagnostics};
+use crate::elaborated::Elaborated;
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
 use crate::syntax::ast::SourceUnit;
-use crate::{analysis, federates, instances};
+use crate::analysis;
 
 /// What came of a program.
 #[derive(Debug)]
@@ -67,9 +68,8 @@ fn stages(main_path: &str, sources: &dyn SourceProvider, diagnostics: &mut Diagn
     if diagnostics.has_errors() {
         return None;
     }
-    let mut tree = instances::build(&classes, main, diagnostics)?;
-    let parts = federates::cut(&mut tree, &classes, diagnostics);
-    analysis::analyse(&program, &classes, &tree, &parts, target, diagnostics)
+    let elaborated = Elaborated::new(&classes, main, diagnostics)?;
+    analysis::analyse(&program, &elaborated, target, diagnostics)
 }
 
 /// Whether text was skipped at an error of this kind.

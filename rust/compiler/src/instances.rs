@@ -289,11 +289,11 @@ impl Tree {
         &self,
         instance: usize,
         value: &Expression,
-        classes: &[Class<'_>],
+        class: &Class<'_>,
         diagnostics: &mut Diagnostics,
     ) -> Option<i64> {
         let instance = &self.instances[instance];
-        let scope = Scope::new(&classes[instance.class.0], &instance.numbers, &instance.origins);
+        let scope = Scope::new(class, &instance.numbers, &instance.origins);
         let time = scope.time(value);
         self.fix(&scope.used.into_inner(), Fixed::Time);
         if time.is_none() {

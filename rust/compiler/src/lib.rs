@@ -20,6 +20,7 @@ pub mod characters;
 mod compilation;
 pub mod deployment;
 pub mod diagnostics;
+mod elaborated;
 pub mod emit;
 mod federates;
 mod instances;

@@ -10,17 +10,13 @@ use super::order::Levels;
 use super::rate::Stream;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
-use crate::resolve::Class;
 
 /// What has been worked out for the whole program.
 pub(super) struct Context<'a> {
-    pub(super) classes: &'a [Class<'a>],
-    pub(super) tree: &'a Tree,
-    pub(super) parts: &'a Participants,
-    pub(super) graph: &'a Graph,
+    pub(super) program: &'a Elaborated<'a>,
+    pub(super) graph: &'a Graph<'a>,
     pub(super) levels: &'a Levels,
     pub(super) network: &'a NetworkPorts,
     pub(super) decentralized: bool,
@@ -84,7 +80,6 @@ impl FederateBuilder<'_> {
     }
 
     pub(super) fn link_name(&self, link: usize) -> String {
-        let Context { graph, tree, classes, .. } = *self.context;
-        graph.link_name(link, tree, classes)
+        self.context.graph.link_name(link)
     }
 }

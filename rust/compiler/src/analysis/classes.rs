@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{SourceTexts, Span};
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
 use crate::lexical::Language;
 use crate::plan::{self, ClassIndex, Location, Type, Value};
 use crate::resolve::{CheckedMethod, Class, ClassId, PortRef, Variable, signature};
@@ -59,7 +59,8 @@ pub(super) struct Described {
 }
 
 /// Describes the instantiated reactors in the order of their first instances, and those of banks without members.
-pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, places: &Places<'_>) -> Described {
+pub(super) fn describe(program: &Elaborated<'_>, decentralized: bool, places: &Places<'_>) -> Described {
+    let classes = program.classes;
     let mut order: Vec<ClassId> = Vec::new();
     let mut index = BTreeMap::new();
     let mut add = |class: ClassId, order: &mut Vec<ClassId>| {
@@ -68,7 +69,7 @@ pub(super) fn describe(classes: &[Class<'_>], tree: &Tree, decentralized: bool, 
             ClassIndex(order.len() - 1)
         });
     };
-    for instance in &tree.instances {
+    for instance in &program.tree.instances {
         add(instance.class, &mut order);
     }
     // A bank of no members has a class, too, whose ports reactions name.

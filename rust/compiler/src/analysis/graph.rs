@@ -6,10 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
-use crate::federates::Participants;
-use crate::instances::Tree;
+use crate::elaborated::Elaborated;
 use crate::plan::{Serializer, Shape};
-use crate::resolve::{CheckedConnection, CheckedReaction, Class, ConnectionEnd, PortRef, Variable, type_mismatch};
+use crate::resolve::{CheckedConnection, CheckedPort, CheckedReaction, ConnectionEnd, PortRef, Variable, type_mismatch};
 use crate::syntax::ast::{ReactionKeyword, Transition};
 
 /// A port of an instance, or a channel of a multiport, by its number in the whole program.
@@ -85,7 +84,9 @@ const PORTS_MAX: usize = 1_000_000;
 
 /// All ports, connections and reactions of a program.
 #[derive(Debug)]
-pub(super) struct Graph {
+pub(super) struct Graph<'a> {
+    /// What it joins.
+    pub(super) program: &'a Elaborated<'a>,
     /// The number of each port of each instance, or that of its first channel.
     first: Vec<Vec<Node>>,
     /// The instance of each port.
@@ -110,15 +111,12 @@ pub(super) struct Graph {
     pub(super) readers: Vec<Vec<(usize, bool)>>,
 }
 
-impl Graph {
+impl<'a> Graph<'a> {
     /// Joins everything. Nothing if connections alone form a cycle.
-    pub(super) fn build(
-        classes: &[Class<'_>],
-        tree: &Tree,
-        parts: &Participants,
-        diagnostics: &mut Diagnostics,
-    ) -> Option<Self> {
+    pub(super) fn build(program: &'a Elaborated<'a>, diagnostics: &mut Diagnostics) -> Option<Self> {
+        let tree = &program.tree;
         let mut graph = Self {
+            program,
             first: Vec::new(),
             instance: Vec::new(),
             declared: Vec::new(),
@@ -146,20 +144,21 @@ impl Graph {
             diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
             return None;
         }
-        graph.link(classes, tree, parts, diagnostics);
-        graph.alias(classes, tree, diagnostics)?;
-        graph.place_reactions(classes, tree, parts);
+        graph.link(diagnostics);
+        graph.alias(diagnostics)?;
+        graph.place_reactions();
         Some(graph)
     }
 
     /// The ports that a reactor's reference means in an instance of it: each channel of a multiport, for each member of
     /// a bank.
-    pub(super) fn nodes(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Node> {
-        self.members(tree, instance, port).into_iter().flatten().collect()
+    pub(super) fn nodes(&self, instance: usize, port: PortRef) -> Vec<Node> {
+        self.members(instance, port).into_iter().flatten().collect()
     }
 
     /// The same, apart for each member of a bank.
-    pub(super) fn members(&self, tree: &Tree, instance: usize, port: PortRef) -> Vec<Range<Node>> {
+    pub(super) fn members(&self, instance: usize, port: PortRef) -> Vec<Range<Node>> {
+        let tree = &self.program.tree;
         let channels = |instance: usize, port: usize| {
             let first = self.first[instance][port];
             first..first + tree.instances[instance].widths[port].unwrap_or(1)
@@ -173,8 +172,8 @@ impl Graph {
     }
 
     /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
-    fn channels(&self, tree: &Tree, instance: usize, end: &ConnectionEnd<'_>) -> Vec<Node> {
-        let members = self.members(tree, instance, end.port);
+    fn channels(&self, instance: usize, end: &ConnectionEnd<'_>) -> Vec<Node> {
+        let members = self.members(instance, end.port);
         if !end.ast.interleaved {
             return members.into_iter().flatten().collect();
         }
@@ -188,31 +187,43 @@ impl Graph {
         self.declared[node].0
     }
 
+    /// Returns the declaration of a port.
+    pub(super) fn port(&self, node: Node) -> &'a CheckedPort<'a> {
+        &self.program.class(self.instance[node]).ports[self.port_of(node)]
+    }
+
+    /// Returns the federate that a port belongs to.
+    pub(super) fn part(&self, node: Node) -> Option<usize> {
+        self.program.part(self.instance[node])
+    }
+
     /// The path of a port: `unit_a.sensor.voltage`, or `unit_a.voltages[1]` for a channel.
-    pub(super) fn path(&self, node: Node, tree: &Tree, classes: &[Class<'_>]) -> String {
-        let instance = &tree.instances[self.instance[node]];
-        let name = &classes[instance.class.0].ports[self.port_of(node)].name.text;
+    pub(super) fn path(&self, node: Node) -> String {
+        let instance = &self.program.tree.instances[self.instance[node]];
+        let name = &self.port(node).name.text;
         match self.declared[node].1 {
             Some(channel) => format!("{}.{name}[{channel}]", instance.path),
             None => format!("{}.{name}", instance.path),
         }
     }
 
-    fn link(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants, diagnostics: &mut Diagnostics) {
+    fn link(&mut self, diagnostics: &mut Diagnostics) {
+        let program = self.program;
+        let tree = &program.tree;
         self.into = vec![None; self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate().filter(|(it, _)| !tree.is_share(*it)) {
-            let sources = self.sources(position, classes, tree);
-            for connection in &classes[instance.class.0].connections {
+        for position in (0..tree.instances.len()).filter(|position| !tree.is_share(*position)) {
+            let sources = self.sources(position);
+            for connection in &program.class(position).connections {
                 // A delay that is not known has been reported, and there will be no plan.
-                let mut known = |value| tree.time(position, value, classes, diagnostics).unwrap_or_default();
+                let mut known = |value| program.time(position, value, diagnostics).unwrap_or_default();
                 let delay = connection.after.map(&mut known);
                 let max_wait = connection.max_wait.map(|wait| known(wait.value));
                 let absent_after = connection.absent_after.map(|wait| known(wait.value));
                 let (capacity, span) = (connection.capacity, connection.span);
                 let physical = connection.physical;
                 let mode = tree.mode_of(position, connection.mode);
-                for (from, to) in self.pairs(connection, position, classes, tree, diagnostics) {
-                    let network = parts.of[self.instance[from]] != parts.of[self.instance[to]];
+                for (from, to) in self.pairs(connection, position, diagnostics) {
+                    let network = self.part(from) != self.part(to);
                     // What is in the mode itself sees nothing when the mode is not active.
                     let copies = connection.mode.is_some() && tree.instances[self.instance[to]].mode != mode;
                     let is_delayed = delay.is_some() || physical;
@@ -223,10 +234,8 @@ impl Graph {
                     if !copies {
                         self.into[to] = Some(self.links.len());
                     }
-                    let port =
-                        |node: Node| &classes[tree.instances[self.instance[node]].class.0].ports[self.port_of(node)];
                     let serializer = network
-                        .then(|| serializer::of_connection(connection, port(from), port(to), diagnostics))
+                        .then(|| serializer::of_connection(connection, self.port(from), self.port(to), diagnostics))
                         .flatten();
                     self.links.push(Link {
                         from,
@@ -249,8 +258,8 @@ impl Graph {
     }
 
     /// How many connections and reactions of an instance with modes can write a port.
-    fn sources(&self, position: usize, classes: &[Class<'_>], tree: &Tree) -> BTreeMap<Node, usize> {
-        let class = &classes[tree.instances[position].class.0];
+    fn sources(&self, position: usize) -> BTreeMap<Node, usize> {
+        let class = self.program.class(position);
         let mut sources = BTreeMap::new();
         if class.ast.body.modes.is_empty() {
             return sources;
@@ -261,7 +270,7 @@ impl Graph {
             Variable::Port(port) => Some(port),
             _ => None,
         });
-        for node in connected.chain(written).flat_map(|port| self.nodes(tree, position, port)) {
+        for node in connected.chain(written).flat_map(|port| self.nodes(position, port)) {
             *sources.entry(node).or_default() += 1;
         }
         sources
@@ -296,13 +305,11 @@ impl Graph {
         &self,
         connection: &CheckedConnection<'_>,
         position: usize,
-        classes: &[Class<'_>],
-        tree: &Tree,
         diagnostics: &mut Diagnostics,
     ) -> Vec<(Node, Node)> {
-        let class = &classes[tree.instances[position].class.0];
+        let (tree, class) = (&self.program.tree, self.program.class(position));
         let side = |ends: &[ConnectionEnd<'_>]| -> Vec<(Node, usize)> {
-            let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(tree, position, it)));
+            let nodes = ends.iter().enumerate().map(|(end, it)| (end, self.channels(position, it)));
             nodes.flat_map(|(end, nodes)| nodes.into_iter().map(move |node| (node, end))).collect()
         };
         let (left, right) = (side(&connection.left), side(&connection.right));
@@ -330,7 +337,7 @@ impl Graph {
         let pairs = left.iter().cycle().take(times).zip(&right).map(|((from, from_end), (to, to_end))| {
             if checked.insert((from_end, to_end)) {
                 let ends = (&connection.left[*from_end], &connection.right[*to_end]);
-                diagnostics.extend(type_mismatch(ends.0, ends.1, class, classes));
+                diagnostics.extend(type_mismatch(ends.0, ends.1, class, self.program.classes));
             }
             (*from, *to)
         });
@@ -338,7 +345,7 @@ impl Graph {
     }
 
     /// Follows undelayed connections backwards to the port that stores the value.
-    fn alias(&mut self, classes: &[Class<'_>], tree: &Tree, diagnostics: &mut Diagnostics) -> Option<()> {
+    fn alias(&mut self, diagnostics: &mut Diagnostics) -> Option<()> {
         for node in 0..self.instance.len() {
             let mut root = node;
             let mut passed = Vec::new();
@@ -347,7 +354,7 @@ impl Graph {
                     let start = passed.iter().position(|node| *node == link.from).unwrap_or_default();
                     let mut cycle = passed.split_off(start);
                     cycle.reverse();
-                    diagnostics.push(self.endless(&cycle, tree, classes));
+                    diagnostics.push(self.endless(&cycle));
                     return None;
                 }
                 root = link.from;
@@ -359,13 +366,13 @@ impl Graph {
     }
 
     /// What is said of ports that are connected in a circle, each to the next one.
-    fn endless(&self, cycle: &[Node], tree: &Tree, classes: &[Class<'_>]) -> Diagnostic {
+    fn endless(&self, cycle: &[Node]) -> Diagnostic {
         let around = cycle.iter().chain(cycle.first());
-        let names: Vec<_> = around.map(|node| self.path(*node, tree, classes)).collect();
+        let names: Vec<_> = around.map(|node| self.path(*node)).collect();
         let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
         let links = cycle.iter().cycle().skip(1).zip(&names);
         let mut links = links.filter_map(|(to, from)| Some((self.links[self.into[*to]?].span, from)));
-        let (first, from) = links.next().unwrap_or((tree.instances[0].span, &names[0]));
+        let (first, from) = links.next().unwrap_or((self.program.tree.instances[0].span, &names[0]));
         let label = |from: &String, to: &String| format!("`{from}` sets `{to}`");
         let mut diagnostic = Diagnostic::new(Code::CausalityLoop, first, message).label(label(from, &names[1]));
         for ((span, from), to) in links.zip(&names[2..]) {
@@ -375,10 +382,10 @@ impl Graph {
     }
 
     /// The port by the name of which a reaction reads what another one stores.
-    pub(super) fn node_read(&self, step: usize, root: Node, tree: &Tree, classes: &[Class<'_>]) -> Option<Node> {
-        let read = self.reaction(step, tree, classes)?.parameters.iter().filter(|parameter| !parameter.effect);
+    pub(super) fn node_read(&self, step: usize, root: Node) -> Option<Node> {
+        let read = self.reaction(step)?.parameters.iter().filter(|parameter| !parameter.effect);
         let nodes = read.filter_map(|parameter| match parameter.variable {
-            Variable::Port(port) => Some(self.nodes(tree, self.steps[step].instance, port)),
+            Variable::Port(port) => Some(self.nodes(self.steps[step].instance, port)),
             _ => None,
         });
         nodes.flatten().find(|node| self.root[*node] == root)
@@ -395,13 +402,15 @@ impl Graph {
         found
     }
 
-    fn place_reactions(&mut self, classes: &[Class<'_>], tree: &Tree, parts: &Participants) {
+    fn place_reactions(&mut self) {
+        let program = self.program;
+        let tree = &program.tree;
         self.writers = vec![Vec::new(); self.instance.len()];
         self.readers = vec![Vec::new(); self.instance.len()];
         for (position, instance) in tree.instances.iter().enumerate() {
             self.first_steps.push(self.steps.len());
-            let is_split = tree.is_share(position) || parts.of[position].is_none();
-            for (index, reaction) in classes[instance.class.0].reactions.iter().enumerate() {
+            let is_split = tree.is_share(position) || program.part(position).is_none();
+            for (index, reaction) in program.class(position).reactions.iter().enumerate() {
                 // A federate has those reactions of the federated reactor that name no other one.
                 let mut children = reaction.children().into_keys();
                 if is_split && (position == 0 || children.any(|child| instance.children[child].is_empty())) {
@@ -417,7 +426,7 @@ impl Graph {
                         self.resets.extend(tree.mode_of(position, Some(mode)));
                     }
                     let Variable::Port(port) = parameter.variable else { continue };
-                    for node in self.nodes(tree, position, port) {
+                    for node in self.nodes(position, port) {
                         let root = self.root[node];
                         // Several channels can have one source.
                         if parameter.effect {
@@ -451,31 +460,26 @@ impl Graph {
     }
 
     /// The reaction of a step; nothing for a connection that copies.
-    pub(super) fn reaction<'c>(
-        &self,
-        step: usize,
-        tree: &Tree,
-        classes: &'c [Class<'c>],
-    ) -> Option<&'c CheckedReaction<'c>> {
+    pub(super) fn reaction(&self, step: usize) -> Option<&'a CheckedReaction<'a>> {
         let Step { instance, work: Work::Reaction(reaction), .. } = self.steps[step] else { return None };
-        classes[tree.instances[instance].class.0].reactions.get(reaction)
+        self.program.class(instance).reactions.get(reaction)
     }
 
     /// The name of a connection: `a.x -> b.y`.
-    pub(super) fn link_name(&self, link: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+    pub(super) fn link_name(&self, link: usize) -> String {
         let link = &self.links[link];
-        format!("{} -> {}", self.path(link.from, tree, classes), self.path(link.to, tree, classes))
+        format!("{} -> {}", self.path(link.from), self.path(link.to))
     }
 
     /// The name of a reaction: `unit_a.sensor.reaction_1`, or with its own name in place of the last part.
-    pub(super) fn step_name(&self, step: usize, tree: &Tree, classes: &[Class<'_>]) -> String {
+    pub(super) fn step_name(&self, step: usize) -> String {
         let Step { instance, work, .. } = self.steps[step];
         let reaction = match work {
             Work::Reaction(reaction) => reaction,
-            Work::Copy(link) => return self.link_name(link, tree, classes),
+            Work::Copy(link) => return self.link_name(link),
         };
-        let instance = &tree.instances[instance];
-        let reactions = &classes[instance.class.0].reactions;
+        let reactions = &self.program.class(instance).reactions;
+        let instance = &self.program.tree.instances[instance];
         // Handlers of watchdogs have names, and do not count.
         let counts = |reaction: &&CheckedReaction<'_>| reaction.ast.kind != ReactionKeyword::Watchdog;
         match &reactions[reaction].ast.name {

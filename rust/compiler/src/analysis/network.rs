@@ -7,9 +7,7 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
-use crate::federates::Participants;
-use crate::instances::Tree;
-use crate::resolve::{Class, Variable};
+use crate::resolve::Variable;
 use crate::syntax::ast::Direction;
 
 /// The connections that leave and enter each federate, by their positions in the graph.
@@ -30,29 +28,29 @@ pub(super) struct NetworkPorts {
 ///
 /// A receiver's connections are numbered by their sending federates, then by the declarations of the sending ports,
 /// then by the text. Connections from a federate to itself count, though here they do not leave it.
-pub(super) fn number(graph: &Graph, tree: &Tree, parts: &Participants, classes: &[Class<'_>]) -> NetworkPorts {
-    let uses = Uses::of(graph, tree, classes);
+pub(super) fn number(graph: &Graph<'_>) -> NetworkPorts {
+    let (uses, count) = (Uses::of(graph), graph.program.parts.list.len());
     let mut network = NetworkPorts {
-        outputs: vec![Vec::new(); parts.list.len()],
-        inputs: vec![Vec::new(); parts.list.len()],
-        own_ports: vec![Vec::new(); parts.list.len()],
+        outputs: vec![Vec::new(); count],
+        inputs: vec![Vec::new(); count],
+        own_ports: vec![Vec::new(); count],
         used: graph.links.iter().map(|link| link.network && uses.is_used(link)).collect(),
     };
     for (position, link) in graph.links.iter().enumerate() {
-        let is_own = !link.network && uses.is_between_federates(link, classes) && uses.is_used(link);
+        let is_own = !link.network && uses.is_between_federates(link) && uses.is_used(link);
         // LF's own compiler sees no readers behind a delay, and gives such a connection no number.
         let is_numbered = network.used[position] || is_own && !uses.is_read_late(link);
-        if let Some(part) = parts.of[graph.instance[link.from]].filter(|_| network.used[position]) {
+        if let Some(part) = graph.part(link.from).filter(|_| network.used[position]) {
             network.outputs[part].push(position);
         }
-        if let Some(part) = parts.of[graph.instance[link.to]].filter(|_| is_numbered) {
+        if let Some(part) = graph.part(link.to).filter(|_| is_numbered) {
             network.inputs[part].push(position);
         }
     }
     for (inputs, own_ports) in network.inputs.iter_mut().zip(&mut network.own_ports) {
         inputs.sort_by_key(|position| {
             let link = &graph.links[*position];
-            (uses.is_read_late(link), parts.of[graph.instance[link.from]], graph.port_of(link.from), *position)
+            (uses.is_read_late(link), graph.part(link.from), graph.port_of(link.from), *position)
         });
         let is_own = |position: usize| !graph.links[position].network;
         let last = inputs.iter().rposition(|position| !is_own(*position)).unwrap_or_default();
@@ -68,8 +66,7 @@ type Declared = (Option<usize>, usize);
 
 /// Which ports of federates have reactions before or behind them, in the same federate or beyond other ones.
 struct Uses<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
+    graph: &'a Graph<'a>,
     written: BTreeSet<Declared>,
     read: BTreeSet<Declared>,
     /// Those of them that are read without a delay on the way.
@@ -77,14 +74,14 @@ struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    fn of(graph: &'a Graph, tree: &'a Tree, classes: &[Class<'_>]) -> Self {
-        let (written, read) = named(graph, tree, classes);
+    fn of(graph: &'a Graph<'a>) -> Self {
+        let (written, read) = named(graph);
         let at_once = |link: &&Link| link.delay.is_none() && !link.physical;
         let forth: Vec<_> = graph.links.iter().map(|link| (link.from, link.to)).collect();
         let back: Vec<_> = graph.links.iter().map(|link| (link.to, link.from)).collect();
         let back_at_once: Vec<_> = graph.links.iter().filter(at_once).map(|link| (link.to, link.from)).collect();
         let mut uses =
-            Self { graph, tree, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
+            Self { graph, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
         uses.written = uses.declared(&reached(written, &forth));
         uses.read = uses.declared(&reached(read.clone(), &back));
         uses.read_at_once = uses.declared(&reached(read, &back_at_once));
@@ -94,18 +91,18 @@ impl<'a> Uses<'a> {
     /// Those of these ports that are of federates.
     fn declared(&self, ports: &[bool]) -> BTreeSet<Declared> {
         let ports = (0..ports.len()).filter(|node| ports[*node]);
-        let of_federates = ports.filter(|node| self.tree.instances[self.graph.instance[*node]].parent == Some(0));
+        let of_federates = ports.filter(|node| self.graph.program.tree.instances[self.graph.instance[*node]].parent == Some(0));
         of_federates.map(|node| self.declaration(node)).collect()
     }
 
     fn declaration(&self, node: Node) -> Declared {
-        (self.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
+        (self.graph.program.tree.instances[self.graph.instance[node]].child, self.graph.port_of(node))
     }
 
     /// Whether it is a connection of the federated reactor itself.
-    fn is_between_federates(&self, link: &Link, classes: &[Class<'_>]) -> bool {
-        let instances = [link.from, link.to].map(|node| &self.tree.instances[self.graph.instance[node]]);
-        let source = &classes[instances[0].class.0].ports[self.graph.port_of(link.from)];
+    fn is_between_federates(&self, link: &Link) -> bool {
+        let instances = [link.from, link.to].map(|node| &self.graph.program.tree.instances[self.graph.instance[node]]);
+        let source = self.graph.port(link.from);
         // What leads through a federate begins at an input of it.
         instances.iter().all(|instance| instance.parent == Some(0)) && source.direction == Direction::Output
     }
@@ -120,14 +117,14 @@ impl<'a> Uses<'a> {
 }
 
 /// The ports that reactions name: whether they write them, and whether they read them.
-fn named(graph: &Graph, tree: &Tree, classes: &[Class<'_>]) -> (Vec<bool>, Vec<bool>) {
+fn named(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     let (mut written, mut read) = (vec![false; graph.root.len()], vec![false; graph.root.len()]);
     for (position, step) in graph.steps.iter().enumerate() {
-        let reaction = graph.reaction(position, tree, classes);
+        let reaction = graph.reaction(position);
         for parameter in reaction.iter().flat_map(|reaction| &reaction.parameters) {
             let Variable::Port(port) = parameter.variable else { continue };
             let named = if parameter.effect { &mut written } else { &mut read };
-            graph.nodes(tree, step.instance, port).into_iter().for_each(|node| named[node] = true);
+            graph.nodes(step.instance, port).into_iter().for_each(|node| named[node] = true);
         }
     }
     (written, read)

@@ -9,8 +9,7 @@ use std::collections::BTreeSet;
 
 use super::graph::{Graph, Work};
 use crate::diagnostics::Diagnostics;
-use crate::instances::Tree;
-use crate::resolve::{Class, Variable};
+use crate::resolve::Variable;
 use crate::syntax::ast::ActionKind;
 
 /// How many streams are told apart; more count as not known.
@@ -57,17 +56,15 @@ impl Rate {
 
 /// Answers how often the ports of a program can have events.
 pub(super) struct Rates<'a> {
-    graph: &'a Graph,
-    tree: &'a Tree,
-    classes: &'a [Class<'a>],
+    graph: &'a Graph<'a>,
     /// Per storing port: the answer, if it has been asked for.
     known: Vec<Option<Rate>>,
     depth: usize,
 }
 
 impl<'a> Rates<'a> {
-    pub(super) fn new(graph: &'a Graph, tree: &'a Tree, classes: &'a [Class<'a>]) -> Self {
-        Self { graph, tree, classes, known: vec![None; graph.instance.len()], depth: 0 }
+    pub(super) fn new(graph: &'a Graph<'a>) -> Self {
+        Self { graph, known: vec![None; graph.instance.len()], depth: 0 }
     }
 
     /// The events at a storing port, at their distances in the time of a mode, or of the program.
@@ -75,8 +72,8 @@ impl<'a> Rates<'a> {
         let mut rate = self.of_port(root);
         // The time of another mode stands still at other times. What is entered by history only is never earlier.
         let keeps = |origin: &Option<usize>| {
-            let mut inner = self.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
-            let contains = mode.is_none() || self.tree.modes_around(*origin).any(|around| Some(around) == mode);
+            let mut inner = self.graph.program.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
+            let contains = mode.is_none() || self.graph.program.tree.modes_around(*origin).any(|around| Some(around) == mode);
             contains && inner.all(|around| !self.graph.resets.contains(&around))
         };
         rate.complete &= rate.modes.iter().all(keeps);
@@ -117,7 +114,7 @@ impl<'a> Rates<'a> {
             if let Work::Copy(link) = self.graph.steps[*step].work {
                 rate.add(self.of_port(self.graph.root[self.graph.links[link].from]));
             }
-            let Some(reaction) = self.graph.reaction(*step, self.tree, self.classes) else { continue };
+            let Some(reaction) = self.graph.reaction(*step) else { continue };
             let instance = self.graph.steps[*step].instance;
             for parameter in reaction.parameters.iter().filter(|parameter| parameter.triggers) {
                 rate.add(self.of_variable(instance, parameter.variable));
@@ -129,9 +126,9 @@ impl<'a> Rates<'a> {
     fn of_variable(&mut self, instance: usize, variable: Variable) -> Rate {
         // What is not a time has been reported before.
         let mut ignored = Diagnostics::default();
-        let class = &self.classes[self.tree.instances[instance].class.0];
+        let class = self.graph.program.class(instance);
         let mut time = |value: Option<&_>| {
-            let time = value.and_then(|value| self.tree.time(instance, value, self.classes, &mut ignored));
+            let time = value.and_then(|value| self.graph.program.time(instance, value, &mut ignored));
             time.filter(|ns| *ns > 0)
         };
         match variable {
@@ -139,7 +136,7 @@ impl<'a> Rates<'a> {
             // As often as a mode is entered.
             Variable::Reset | Variable::Mode(..) => Rate::UNKNOWN,
             Variable::Timer(timer) => {
-                let mode = self.tree.mode_of(instance, class.timers[timer].mode);
+                let mode = self.graph.program.tree.mode_of(instance, class.timers[timer].mode);
                 Rate::one(time(class.timers[timer].period.as_ref()), mode)
             }
             Variable::Action(action) => {
@@ -147,12 +144,12 @@ impl<'a> Rates<'a> {
                 // What starts a watchdog again comes after it has expired.
                 let is_watchdog = declared.kind == ActionKind::Watchdog;
                 let spacing = if is_watchdog { &declared.min_delay } else { &declared.min_spacing };
-                let mode = self.tree.mode_of(instance, declared.mode);
+                let mode = self.graph.program.tree.mode_of(instance, declared.mode);
                 time(spacing.as_ref()).map_or(Rate::UNKNOWN, |spacing| Rate::one(Some(spacing), mode))
             }
             Variable::Port(port) => {
                 let mut rate = Rate::NONE;
-                for node in self.graph.nodes(self.tree, instance, port) {
+                for node in self.graph.nodes(instance, port) {
                     rate.add(self.of_port(self.graph.root[node]));
                 }
                 rate
