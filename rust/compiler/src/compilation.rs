@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The way of a program through all stages.
 
+use crate::analysis;
 use crate::diagnostics::{Code, Diagnostics};
 use crate::elaborated::Elaborated;
 use crate::plan::Plan;
 use crate::resolve::{self, SourceProvider};
 use crate::stack::with_stack;
 use crate::syntax::ast::SourceUnit;
-use crate::analysis;
 
 /// What came of a program.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 
 use crate::diagnostics::Diagnostics;
 use crate::federates::{Participants, cut};
-use crate::instances::{Tree, build};
+use crate::instances::{InstanceId, Tree, build};
 use crate::resolve::{Class, ClassId};
 use crate::syntax::ast::Expression;
 
@@ -24,22 +24,22 @@ impl<'p> Elaborated<'p> {
     }
 
     /// Returns the reactor of an instance.
-    pub(crate) fn class(&self, instance: usize) -> &'p Class<'p> {
+    pub(crate) fn class(&self, instance: InstanceId) -> &'p Class<'p> {
         &self.classes[self.tree.instances[instance].class.0]
     }
 
     /// Returns the main or federated reactor.
     pub(crate) fn main(&self) -> &'p Class<'p> {
-        self.class(0)
+        self.class(InstanceId::MAIN)
     }
 
     /// Returns the federate that an instance belongs to; none for the federated reactor.
-    pub(crate) fn part(&self, instance: usize) -> Option<usize> {
+    pub(crate) fn part(&self, instance: InstanceId) -> Option<usize> {
         self.parts.of[instance]
     }
 
     /// Returns the nanoseconds of a value in the scope of an instance; reports one that is not known at build time.
-    pub(crate) fn time(&self, instance: usize, value: &Expression, diagnostics: &mut Diagnostics) -> Option<i64> {
+    pub(crate) fn time(&self, instance: InstanceId, value: &Expression, diagnostics: &mut Diagnostics) -> Option<i64> {
         self.tree.time(instance, value, self.class(instance), diagnostics)
     }
 }

@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 mod analysis;
+mod arena;
 mod boards;
 pub mod characters;
 mod compilation;

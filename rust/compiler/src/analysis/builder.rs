@@ -11,6 +11,7 @@ use super::rate::Stream;
 use super::waits::Waits;
 use super::zero_delay::Cycles;
 use crate::elaborated::Elaborated;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{self, InstanceIndex, ModeIndex, PortIndex, TriggerIndex};
 
 /// What has been worked out for the whole program.
@@ -34,13 +35,13 @@ pub(super) struct FederateBuilder<'a> {
     pub(super) context: &'a Context<'a>,
     pub(super) part: usize,
     /// The instances of this federate, in their order.
-    pub(super) members: Vec<usize>,
+    pub(super) members: Vec<InstanceId>,
     /// Where each of them stands in it.
-    pub(super) instances: BTreeMap<usize, InstanceIndex>,
+    pub(super) instances: BTreeMap<InstanceId, InstanceIndex>,
     /// The storing ports of this federate.
     pub(super) ports: BTreeMap<Node, PortIndex>,
     /// The modes of this federate.
-    pub(super) modes: BTreeMap<usize, ModeIndex>,
+    pub(super) modes: BTreeMap<ModeInstanceId, ModeIndex>,
     pub(super) triggers: Vec<plan::Trigger>,
     pub(super) sources: BTreeMap<Source, TriggerIndex>,
     /// By network input: how far apart the values are that come there, as far as that is known.
@@ -54,16 +55,16 @@ pub(super) enum Source {
     Shutdown,
     Reset,
     /// Instance, and position in its class.
-    Timer(usize, usize),
+    Timer(InstanceId, usize),
     /// Instance, and position in its class.
-    Action(usize, usize),
+    Action(InstanceId, usize),
     /// A connection of the graph.
     Link(usize),
 }
 
 impl FederateBuilder<'_> {
     /// Whether an instance belongs to this federate.
-    pub(super) fn owns(&self, instance: usize) -> bool {
+    pub(super) fn owns(&self, instance: InstanceId) -> bool {
         self.instances.contains_key(&instance)
     }
 
@@ -71,11 +72,11 @@ impl FederateBuilder<'_> {
         self.ports[&self.context.graph.root[node]]
     }
 
-    pub(super) fn mode_index(&self, mode: Option<usize>) -> Option<ModeIndex> {
+    pub(super) fn mode_index(&self, mode: Option<ModeInstanceId>) -> Option<ModeIndex> {
         mode.map(|mode| self.modes[&mode])
     }
 
-    pub(super) fn instance_index(&self, instance: usize) -> InstanceIndex {
+    pub(super) fn instance_index(&self, instance: InstanceId) -> InstanceIndex {
         self.instances[&instance]
     }
 

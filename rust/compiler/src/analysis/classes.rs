@@ -69,7 +69,7 @@ pub(super) fn describe(program: &Elaborated<'_>, decentralized: bool, places: &P
             ClassIndex(order.len() - 1)
         });
     };
-    for instance in &program.tree.instances {
+    for instance in program.tree.instances.values() {
         add(instance.class, &mut order);
     }
     // A bank of no members has a class, too, whose ports reactions name.

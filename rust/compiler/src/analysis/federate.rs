@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plan of one federate.
 
-use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::{Context, FederateBuilder, Source};
 use super::graph::Work;
 use super::physical;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::instances::ModeInstanceId;
 use crate::plan::{self, Argument, InstanceIndex, ModeIndex, OutputIndex, PortIndex, ReactionIndex, TriggerIndex};
 use crate::resolve::Variable;
 
 /// Works out the plan of one federate.
 pub(super) fn plan(context: &Context<'_>, part: usize, diagnostics: &mut Diagnostics) -> plan::Federate {
     let (program, tree) = (context.program, &context.program.tree);
-    let members = (0..tree.instances.len()).filter(|instance| program.part(*instance) == Some(part));
+    let members = tree.instances.ids().filter(|instance| program.part(*instance) == Some(part));
     let members: Vec<_> = members.collect();
     let instances: BTreeMap<_, _> =
         members.iter().enumerate().map(|(index, member)| (*member, InstanceIndex(index))).collect();
-    let modes = tree.modes.iter().enumerate().filter(|(_, mode)| program.part(mode.instance) == Some(part));
+    let modes = tree.modes.iter().filter(|(_, mode)| program.part(mode.instance) == Some(part));
     let modes = modes.enumerate().map(|(index, (mode, _))| (mode, ModeIndex(index))).collect();
     let ports = BTreeMap::new();
     let (triggers, sources, spacings) = (Vec::new(), BTreeMap::new(), Vec::new());
@@ -35,7 +35,7 @@ impl FederateBuilder<'_> {
     fn number_ports(&mut self) {
         let graph = self.context.graph;
         let mut used = BTreeSet::new();
-        for (node, root) in graph.root.iter().enumerate().filter(|(node, _)| self.owns(graph.instance[*node])) {
+        for (node, root) in graph.root.iter().filter(|(node, _)| self.owns(graph.instance[*node])) {
             if !graph.writers[node].is_empty() || !graph.readers[node].is_empty() {
                 used.insert(*root);
             }
@@ -72,7 +72,7 @@ impl FederateBuilder<'_> {
                     }
                     Variable::Port(port) => {
                         let members = graph.members(step.instance, port);
-                        let widths = members.iter().map(Range::len).collect();
+                        let widths = members.iter().map(Vec::len).collect();
                         let mut ports = members.into_iter().flatten().map(|node| self.port(node));
                         if class.is_of_bank(port) && class.port(port, program.classes)?.width.is_some() {
                             Argument::Bank { ports: ports.collect(), widths }
@@ -185,7 +185,7 @@ impl FederateBuilder<'_> {
 
     fn described_modes(&self) -> Vec<plan::Mode> {
         let Context { program, places, .. } = *self.context;
-        let described = |mode: &usize| {
+        let described = |mode: &ModeInstanceId| {
             let mode = &program.tree.modes[*mode];
             let instance = &program.tree.instances[mode.instance];
             let declared = &program.class(mode.instance).ast.body.modes[mode.declared];

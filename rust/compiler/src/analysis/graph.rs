@@ -5,24 +5,30 @@ use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::serializer;
+use crate::arena::{Arena, ArenaId as _, arena_ids};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
 use crate::elaborated::Elaborated;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::plan::{Serializer, Shape};
-use crate::resolve::{CheckedConnection, CheckedPort, CheckedReaction, ConnectionEnd, PortRef, Variable, type_mismatch};
+use crate::resolve::{
+    CheckedConnection, CheckedPort, CheckedReaction, ConnectionEnd, PortRef, Variable, type_mismatch,
+};
 use crate::syntax::ast::{ReactionKeyword, Transition};
 
-/// A port of an instance, or a channel of a multiport, by its number in the whole program.
-pub(super) type Node = usize;
+arena_ids! {
+    /// A port of an instance, or a channel of a multiport, by its number in the whole program.
+    pub(super) Node;
+}
 
 /// A reaction of an instance, or a connection that copies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    pub(super) instance: usize,
+    pub(super) instance: InstanceId,
     /// The innermost mode that it is in.
-    pub(super) mode: Option<usize>,
+    pub(super) mode: Option<ModeInstanceId>,
     /// The mode outside of which it never runs: none for a reaction to `shutdown`, which also runs at the last tag when
     /// its mode has been left.
-    pub(super) confined: Option<usize>,
+    pub(super) confined: Option<ModeInstanceId>,
     pub(super) work: Work,
 }
 
@@ -48,7 +54,7 @@ pub(super) struct Link {
     /// Whether it leaves a federate.
     pub(super) network: bool,
     /// The innermost mode that it is in.
-    pub(super) mode: Option<usize>,
+    pub(super) mode: Option<ModeInstanceId>,
     /// Whether values are copied when its mode is active, because the destination is not in that mode.
     pub(super) copies: bool,
     /// `@maxwait` in nanoseconds.
@@ -88,27 +94,27 @@ pub(super) struct Graph<'a> {
     /// What it joins.
     pub(super) program: &'a Elaborated<'a>,
     /// The number of each port of each instance, or that of its first channel.
-    first: Vec<Vec<Node>>,
+    first: Arena<InstanceId, Vec<Node>>,
     /// The instance of each port.
-    pub(super) instance: Vec<usize>,
+    pub(super) instance: Arena<Node, InstanceId>,
     /// The position of each port in its class, and the channel of a multiport.
-    declared: Vec<(usize, Option<usize>)>,
+    declared: Arena<Node, (usize, Option<usize>)>,
     /// All connections, in the order of the text within each container.
     pub(super) links: Vec<Link>,
     /// The connection into each port.
-    pub(super) into: Vec<Option<usize>>,
+    pub(super) into: Arena<Node, Option<usize>>,
     /// The port whose storage each port uses.
-    pub(super) root: Vec<Node>,
+    pub(super) root: Arena<Node, Node>,
     /// All reactions, in order of instances and then of declaration; then the connections that copy.
     pub(super) steps: Vec<Step>,
     /// By instance: the first of its reactions; and where the last one's end.
-    first_steps: Vec<usize>,
+    first_steps: Arena<InstanceId, usize>,
     /// The modes that can be entered by reset.
-    pub(super) resets: BTreeSet<usize>,
+    pub(super) resets: BTreeSet<ModeInstanceId>,
     /// Per storing port: the reactions that write it.
-    pub(super) writers: Vec<Vec<usize>>,
+    pub(super) writers: Arena<Node, Vec<usize>>,
     /// Per storing port: the reactions that read it, each with whether it triggers them.
-    pub(super) readers: Vec<Vec<(usize, bool)>>,
+    pub(super) readers: Arena<Node, Vec<(usize, bool)>>,
 }
 
 impl<'a> Graph<'a> {
@@ -117,22 +123,22 @@ impl<'a> Graph<'a> {
         let tree = &program.tree;
         let mut graph = Self {
             program,
-            first: Vec::new(),
-            instance: Vec::new(),
-            declared: Vec::new(),
+            first: Arena::default(),
+            instance: Arena::default(),
+            declared: Arena::default(),
             links: Vec::new(),
-            into: Vec::new(),
-            root: Vec::new(),
+            into: Arena::default(),
+            root: Arena::default(),
             steps: Vec::new(),
-            first_steps: Vec::new(),
+            first_steps: Arena::default(),
             resets: BTreeSet::new(),
-            writers: Vec::new(),
-            readers: Vec::new(),
+            writers: Arena::default(),
+            readers: Arena::default(),
         };
-        for (position, instance) in tree.instances.iter().enumerate() {
+        for (position, instance) in tree.instances.iter() {
             let mut first = Vec::new();
             for (port, width) in instance.widths.iter().enumerate() {
-                first.push(graph.instance.len());
+                first.push(graph.instance.next_id());
                 let channels = width.map_or(vec![None], |width| (0..width).map(Some).collect());
                 graph.instance.extend(channels.iter().map(|_| position));
                 graph.declared.extend(channels.iter().map(|channel| (port, *channel)));
@@ -141,7 +147,7 @@ impl<'a> Graph<'a> {
         }
         if graph.instance.len() > PORTS_MAX {
             let message = format!("this program has more than {PORTS_MAX} ports and channels of ports");
-            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[0].span, message));
+            diagnostics.push(Diagnostic::new(Code::TooLarge, tree.instances[InstanceId::MAIN].span, message));
             return None;
         }
         graph.link(diagnostics);
@@ -152,16 +158,16 @@ impl<'a> Graph<'a> {
 
     /// The ports that a reactor's reference means in an instance of it: each channel of a multiport, for each member of
     /// a bank.
-    pub(super) fn nodes(&self, instance: usize, port: PortRef) -> Vec<Node> {
+    pub(super) fn nodes(&self, instance: InstanceId, port: PortRef) -> Vec<Node> {
         self.members(instance, port).into_iter().flatten().collect()
     }
 
     /// The same, apart for each member of a bank.
-    pub(super) fn members(&self, instance: usize, port: PortRef) -> Vec<Range<Node>> {
+    pub(super) fn members(&self, instance: InstanceId, port: PortRef) -> Vec<Vec<Node>> {
         let tree = &self.program.tree;
-        let channels = |instance: usize, port: usize| {
-            let first = self.first[instance][port];
-            first..first + tree.instances[instance].widths[port].unwrap_or(1)
+        let channels = |instance: InstanceId, port: usize| {
+            let first = self.first[instance][port].position();
+            (first..first + tree.instances[instance].widths[port].unwrap_or(1)).map(Node::at).collect()
         };
         match port {
             PortRef::Own(port) => vec![channels(instance, port)],
@@ -172,13 +178,13 @@ impl<'a> Graph<'a> {
     }
 
     /// The ports at an end of a connection. Where it is interleaved, the first channels of all members come first.
-    fn channels(&self, instance: usize, end: &ConnectionEnd<'_>) -> Vec<Node> {
+    fn channels(&self, instance: InstanceId, end: &ConnectionEnd<'_>) -> Vec<Node> {
         let members = self.members(instance, end.port);
         if !end.ast.interleaved {
             return members.into_iter().flatten().collect();
         }
-        let widest = members.iter().map(Range::len).max().unwrap_or_default();
-        let channel = |channel: usize| members.iter().filter_map(move |member| member.clone().nth(channel));
+        let widest = members.iter().map(Vec::len).max().unwrap_or_default();
+        let channel = |channel: usize| members.iter().filter_map(move |member| member.get(channel).copied());
         (0..widest).flat_map(channel).collect()
     }
 
@@ -210,8 +216,8 @@ impl<'a> Graph<'a> {
     fn link(&mut self, diagnostics: &mut Diagnostics) {
         let program = self.program;
         let tree = &program.tree;
-        self.into = vec![None; self.instance.len()];
-        for position in (0..tree.instances.len()).filter(|position| !tree.is_share(*position)) {
+        self.into = Arena::of(&self.instance, None);
+        for position in tree.instances.ids().filter(|position| !tree.is_share(*position)) {
             let sources = self.sources(position);
             for connection in &program.class(position).connections {
                 // A delay that is not known has been reported, and there will be no plan.
@@ -258,7 +264,7 @@ impl<'a> Graph<'a> {
     }
 
     /// How many connections and reactions of an instance with modes can write a port.
-    fn sources(&self, position: usize) -> BTreeMap<Node, usize> {
+    fn sources(&self, position: InstanceId) -> BTreeMap<Node, usize> {
         let class = self.program.class(position);
         let mut sources = BTreeMap::new();
         if class.ast.body.modes.is_empty() {
@@ -277,9 +283,8 @@ impl<'a> Graph<'a> {
     }
 
     /// A port that stands for another one in a mode, and a connection that copies from the one to the other.
-    fn copied(&mut self, to: Node, mode: Option<usize>, span: Span) -> Node {
-        let from = self.instance.len();
-        self.instance.push(self.instance[to]);
+    fn copied(&mut self, to: Node, mode: Option<ModeInstanceId>, span: Span) -> Node {
+        let from = self.instance.push(self.instance[to]);
         self.declared.push(self.declared[to]);
         self.into.push(None);
         self.links.push(Link {
@@ -304,7 +309,7 @@ impl<'a> Graph<'a> {
     fn pairs(
         &self,
         connection: &CheckedConnection<'_>,
-        position: usize,
+        position: InstanceId,
         diagnostics: &mut Diagnostics,
     ) -> Vec<(Node, Node)> {
         let (tree, class) = (&self.program.tree, self.program.class(position));
@@ -346,7 +351,7 @@ impl<'a> Graph<'a> {
 
     /// Follows undelayed connections backwards to the port that stores the value.
     fn alias(&mut self, diagnostics: &mut Diagnostics) -> Option<()> {
-        for node in 0..self.instance.len() {
+        for node in self.instance.ids() {
             let mut root = node;
             let mut passed = Vec::new();
             while let Some(link) = self.into[root].map(|link| &self.links[link]).filter(|link| link.is_alias()) {
@@ -372,7 +377,7 @@ impl<'a> Graph<'a> {
         let message = format!("these connections form a loop without a source: {}", names.join(" -> "));
         let links = cycle.iter().cycle().skip(1).zip(&names);
         let mut links = links.filter_map(|(to, from)| Some((self.links[self.into[*to]?].span, from)));
-        let (first, from) = links.next().unwrap_or((self.program.tree.instances[0].span, &names[0]));
+        let (first, from) = links.next().unwrap_or((self.program.tree.instances[InstanceId::MAIN].span, &names[0]));
         let label = |from: &String, to: &String| format!("`{from}` sets `{to}`");
         let mut diagnostic = Diagnostic::new(Code::CausalityLoop, first, message).label(label(from, &names[1]));
         for ((span, from), to) in links.zip(&names[2..]) {
@@ -405,15 +410,17 @@ impl<'a> Graph<'a> {
     fn place_reactions(&mut self) {
         let program = self.program;
         let tree = &program.tree;
-        self.writers = vec![Vec::new(); self.instance.len()];
-        self.readers = vec![Vec::new(); self.instance.len()];
-        for (position, instance) in tree.instances.iter().enumerate() {
+        self.writers = Arena::of(&self.instance, Vec::new());
+        self.readers = Arena::of(&self.instance, Vec::new());
+        for (position, instance) in tree.instances.iter() {
             self.first_steps.push(self.steps.len());
             let is_split = tree.is_share(position) || program.part(position).is_none();
             for (index, reaction) in program.class(position).reactions.iter().enumerate() {
                 // A federate has those reactions of the federated reactor that name no other one.
                 let mut children = reaction.children().into_keys();
-                if is_split && (position == 0 || children.any(|child| instance.children[child].is_empty())) {
+                if is_split
+                    && (position == InstanceId::MAIN || children.any(|child| instance.children[child].is_empty()))
+                {
                     continue;
                 }
                 let step = self.steps.len();
@@ -440,7 +447,7 @@ impl<'a> Graph<'a> {
         }
         self.first_steps.push(self.steps.len());
         // Resetting a mode resets what is in it, and that begins in its initial mode.
-        for (position, mode) in tree.modes.iter().enumerate().filter(|(_, mode)| mode.initial) {
+        for (position, mode) in tree.modes.iter().filter(|(_, mode)| mode.initial) {
             if tree.instances[mode.instance].mode.is_some_and(|around| self.resets.contains(&around)) {
                 self.resets.insert(position);
             }
@@ -455,8 +462,8 @@ impl<'a> Graph<'a> {
     }
 
     /// The steps of an instance's reactions, in the order of their declarations.
-    pub(super) fn reactions_of(&self, instance: usize) -> Range<usize> {
-        self.first_steps[instance]..self.first_steps[instance + 1]
+    pub(super) fn reactions_of(&self, instance: InstanceId) -> Range<usize> {
+        self.first_steps[instance]..self.first_steps[InstanceId::at(instance.position() + 1)]
     }
 
     /// The reaction of a step; nothing for a connection that copies.

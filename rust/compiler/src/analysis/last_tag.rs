@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 
 use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
+use crate::instances::InstanceId;
 use crate::resolve::Variable;
 
 /// Adds that order to who follows whom, which has no cycles. Returns whether there are such reactions.
@@ -84,7 +85,7 @@ fn reads(graph: &Graph<'_>, position: usize) -> Vec<Node> {
 
 /// Whether a port is fed by a connection between two instances in the main reactor, without a delay.
 fn is_from_around(graph: &Graph<'_>, node: Node) -> bool {
-    let is_top = |node: Node| graph.program.tree.instances[graph.instance[node]].parent == Some(0);
+    let is_top = |node: Node| graph.program.tree.instances[graph.instance[node]].parent == Some(InstanceId::MAIN);
     let mut at = node;
     while at != graph.root[at] {
         let Some(link) = graph.into[at].map(|link| &graph.links[link]) else { return false };

@@ -23,6 +23,7 @@ pub use triggers::NETWORK_CAPACITY;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::elaborated::Elaborated;
+use crate::instances::InstanceId;
 use crate::plan::{self, Plan};
 use crate::resolve::{Class, Program, Unit, program_name};
 use builder::Context;
@@ -83,7 +84,7 @@ pub(crate) fn analyse(
         imports: imports(index, unit),
         preambles: unit.ast.preambles.iter().map(|preamble| places.code(&preamble.code)).collect(),
     });
-    let main = described.index[&elaborated.tree.instances[0].class];
+    let main = described.index[&elaborated.tree.instances[InstanceId::MAIN].class];
     let name = program_name(program).to_owned();
     let rti = elaborated.parts.federated.then(|| rti(elaborated.main(), &name, &target, diagnostics));
     let mut classes = described.classes;

@@ -7,6 +7,8 @@
 use std::collections::BTreeSet;
 
 use super::graph::{Graph, Link, Node};
+use crate::arena::Arena;
+use crate::instances::InstanceId;
 use crate::resolve::Variable;
 use crate::syntax::ast::Direction;
 
@@ -80,8 +82,7 @@ impl<'a> Uses<'a> {
         let forth: Vec<_> = graph.links.iter().map(|link| (link.from, link.to)).collect();
         let back: Vec<_> = graph.links.iter().map(|link| (link.to, link.from)).collect();
         let back_at_once: Vec<_> = graph.links.iter().filter(at_once).map(|link| (link.to, link.from)).collect();
-        let mut uses =
-            Self { graph, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
+        let mut uses = Self { graph, written: BTreeSet::new(), read: BTreeSet::new(), read_at_once: BTreeSet::new() };
         uses.written = uses.declared(&reached(written, &forth));
         uses.read = uses.declared(&reached(read.clone(), &back));
         uses.read_at_once = uses.declared(&reached(read, &back_at_once));
@@ -89,9 +90,11 @@ impl<'a> Uses<'a> {
     }
 
     /// Those of these ports that are of federates.
-    fn declared(&self, ports: &[bool]) -> BTreeSet<Declared> {
-        let ports = (0..ports.len()).filter(|node| ports[*node]);
-        let of_federates = ports.filter(|node| self.graph.program.tree.instances[self.graph.instance[*node]].parent == Some(0));
+    fn declared(&self, ports: &Arena<Node, bool>) -> BTreeSet<Declared> {
+        let ports = ports.ids().filter(|node| ports[*node]);
+        let of_federates = ports.filter(|node| {
+            self.graph.program.tree.instances[self.graph.instance[*node]].parent == Some(InstanceId::MAIN)
+        });
         of_federates.map(|node| self.declaration(node)).collect()
     }
 
@@ -104,7 +107,8 @@ impl<'a> Uses<'a> {
         let instances = [link.from, link.to].map(|node| &self.graph.program.tree.instances[self.graph.instance[node]]);
         let source = self.graph.port(link.from);
         // What leads through a federate begins at an input of it.
-        instances.iter().all(|instance| instance.parent == Some(0)) && source.direction == Direction::Output
+        instances.iter().all(|instance| instance.parent == Some(InstanceId::MAIN))
+            && source.direction == Direction::Output
     }
 
     fn is_used(&self, link: &Link) -> bool {
@@ -117,8 +121,8 @@ impl<'a> Uses<'a> {
 }
 
 /// The ports that reactions name: whether they write them, and whether they read them.
-fn named(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
-    let (mut written, mut read) = (vec![false; graph.root.len()], vec![false; graph.root.len()]);
+fn named(graph: &Graph<'_>) -> (Arena<Node, bool>, Arena<Node, bool>) {
+    let (mut written, mut read) = (Arena::of(&graph.root, false), Arena::of(&graph.root, false));
     for (position, step) in graph.steps.iter().enumerate() {
         let reaction = graph.reaction(position);
         for parameter in reaction.iter().flat_map(|reaction| &reaction.parameters) {
@@ -131,12 +135,12 @@ fn named(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
 }
 
 /// What can be reached over these steps, the starting points included.
-fn reached(mut found: Vec<bool>, steps: &[(Node, Node)]) -> Vec<bool> {
-    let mut next: Vec<Vec<Node>> = vec![Vec::new(); found.len()];
+fn reached(mut found: Arena<Node, bool>, steps: &[(Node, Node)]) -> Arena<Node, bool> {
+    let mut next: Arena<Node, Vec<Node>> = Arena::of(&found, Vec::new());
     for (from, to) in steps {
         next[*from].push(*to);
     }
-    let mut open: Vec<Node> = (0..found.len()).filter(|node| found[*node]).collect();
+    let mut open: Vec<Node> = found.ids().filter(|node| found[*node]).collect();
     while let Some(at) = open.pop() {
         for to in &next[at] {
             if !std::mem::replace(&mut found[*to], true) {

@@ -13,7 +13,9 @@ use super::followers::{Followers, Reason, Vertex};
 use super::graph::{Graph, Node, Step, Work};
 use super::last_tag;
 use super::zero_delay::is_immediate;
+use crate::arena::Arena;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::instances::InstanceId;
 
 /// The levels of all that runs.
 #[derive(Debug)]
@@ -45,7 +47,7 @@ pub(super) fn order(graph: &Graph<'_>, diagnostics: &mut Diagnostics) -> Option<
     let level = |level: usize| u16::try_from(level).ok().filter(|level| *level < u16::MAX);
     let Some(mut steps) = levels.into_iter().map(level).collect::<Option<Vec<_>>>() else {
         let message = "this program has more than 65535 levels of reactions";
-        diagnostics.push(Diagnostic::new(Code::TooLarge, graph.program.tree.instances[0].span, message));
+        diagnostics.push(Diagnostic::new(Code::TooLarge, graph.program.tree.instances[InstanceId::MAIN].span, message));
         return None;
     };
     let sends = steps.split_off(graph.steps.len());
@@ -129,8 +131,8 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
     let mut followers: Followers = vec![Vec::new(); sends + graph.links.len()];
     declared_order(graph, &mut followers);
     // What reads or sends each storing port.
-    let mut behind: Vec<Vec<Vertex>> =
-        graph.readers.iter().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
+    let mut behind: Arena<Node, Vec<Vertex>> =
+        graph.readers.values().map(|readers| readers.iter().map(|(reader, _)| *reader).collect()).collect();
     for (position, link) in graph.links.iter().enumerate().filter(|(_, link)| link.network) {
         behind[graph.root[link.from]].push(sends + position);
     }
@@ -140,7 +142,7 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
         let behind = behind[node].iter().filter(|follower| !tree.exclude(mode(vertex), mode(**follower)));
         followers[vertex].extend(behind.map(|follower| (*follower, Reason::Port(node))));
     };
-    for (node, writers) in graph.writers.iter().enumerate() {
+    for (node, writers) in graph.writers.iter() {
         for writer in writers {
             follow(*writer, node);
         }
@@ -156,7 +158,7 @@ fn collect_followers(graph: &Graph<'_>) -> Followers {
 /// that last.
 fn order_copies(graph: &Graph<'_>, followers: &mut Followers) {
     let tree = &graph.program.tree;
-    for writers in &graph.writers {
+    for writers in graph.writers.values() {
         let copies = |writer: usize| matches!(graph.steps[writer].work, Work::Copy(_));
         for reaction in writers.iter().copied().filter(|writer| !copies(*writer)) {
             let apart = |copy: usize| tree.exclude(graph.steps[reaction].confined, graph.steps[copy].confined);

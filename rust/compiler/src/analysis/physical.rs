@@ -4,6 +4,7 @@
 use super::builder::Context;
 use super::graph::{Node, Work};
 use crate::diagnostics::Diagnostics;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::{ReactionVariable, Variable};
 use crate::syntax::ast::ActionKind;
 
@@ -88,7 +89,7 @@ struct PhysicalSearch<'a> {
 }
 
 impl PhysicalSearch<'_> {
-    fn instance(&self, step: usize) -> usize {
+    fn instance(&self, step: usize) -> InstanceId {
         self.context.graph.steps[step].instance
     }
 
@@ -111,13 +112,13 @@ impl PhysicalSearch<'_> {
     }
 
     /// What can run because a mode is entered.
-    fn steps_in(&self, mode: Option<usize>) -> impl Iterator<Item = usize> {
+    fn steps_in(&self, mode: Option<ModeInstanceId>) -> impl Iterator<Item = usize> {
         let (graph, tree) = (self.context.graph, &self.context.program.tree);
         let is_in = move |step: &usize| tree.modes_around(graph.steps[*step].mode).any(|around| Some(around) == mode);
         (0..graph.steps.len()).filter(is_in)
     }
 
-    fn min_delay(&self, instance: usize, action: usize) -> i64 {
+    fn min_delay(&self, instance: InstanceId, action: usize) -> i64 {
         let class = self.context.program.class(instance);
         let value = class.actions[action].ast.min_delay.as_ref();
         // What is not a time has been reported with the trigger.
@@ -151,7 +152,7 @@ impl PhysicalSearch<'_> {
         own.map(|link| (link.to, link.delay.unwrap_or_default()))
     }
 
-    fn triggered_by(&self, instance: usize, action: usize) -> Vec<usize> {
+    fn triggered_by(&self, instance: InstanceId, action: usize) -> Vec<usize> {
         let is_triggered = |step: &usize| {
             self.instance(*step) == instance
                 && self.parameters(*step).iter().any(|it| it.triggers && it.variable == Variable::Action(action))

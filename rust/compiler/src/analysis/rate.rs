@@ -7,8 +7,10 @@
 
 use std::collections::BTreeSet;
 
-use super::graph::{Graph, Work};
+use super::graph::{Graph, Node, Work};
+use crate::arena::Arena;
 use crate::diagnostics::Diagnostics;
+use crate::instances::{InstanceId, ModeInstanceId};
 use crate::resolve::Variable;
 use crate::syntax::ast::ActionKind;
 
@@ -29,14 +31,14 @@ pub(super) struct Rate {
     /// Whether these are all.
     pub(super) complete: bool,
     /// The innermost modes that their timers and actions are in, or none: they keep these distances in its time.
-    modes: BTreeSet<Option<usize>>,
+    modes: BTreeSet<Option<ModeInstanceId>>,
 }
 
 impl Rate {
     const NONE: Rate = Rate { streams: Vec::new(), complete: true, modes: BTreeSet::new() };
     const UNKNOWN: Rate = Rate { streams: Vec::new(), complete: false, modes: BTreeSet::new() };
 
-    fn one(stream: Stream, mode: Option<usize>) -> Self {
+    fn one(stream: Stream, mode: Option<ModeInstanceId>) -> Self {
         // What happens once in all is no distance.
         let counts = stream.is_some() || mode.is_some();
         let modes = counts.then_some(mode).into_iter().collect();
@@ -58,22 +60,23 @@ impl Rate {
 pub(super) struct Rates<'a> {
     graph: &'a Graph<'a>,
     /// Per storing port: the answer, if it has been asked for.
-    known: Vec<Option<Rate>>,
+    known: Arena<Node, Option<Rate>>,
     depth: usize,
 }
 
 impl<'a> Rates<'a> {
     pub(super) fn new(graph: &'a Graph<'a>) -> Self {
-        Self { graph, known: vec![None; graph.instance.len()], depth: 0 }
+        Self { graph, known: Arena::of(&graph.instance, None), depth: 0 }
     }
 
     /// The events at a storing port, at their distances in the time of a mode, or of the program.
-    pub(super) fn of_port_in(&mut self, root: usize, mode: Option<usize>) -> Rate {
+    pub(super) fn of_port_in(&mut self, root: Node, mode: Option<ModeInstanceId>) -> Rate {
         let mut rate = self.of_port(root);
         // The time of another mode stands still at other times. What is entered by history only is never earlier.
-        let keeps = |origin: &Option<usize>| {
+        let keeps = |origin: &Option<ModeInstanceId>| {
             let mut inner = self.graph.program.tree.modes_around(*origin).take_while(|around| Some(*around) != mode);
-            let contains = mode.is_none() || self.graph.program.tree.modes_around(*origin).any(|around| Some(around) == mode);
+            let contains =
+                mode.is_none() || self.graph.program.tree.modes_around(*origin).any(|around| Some(around) == mode);
             contains && inner.all(|around| !self.graph.resets.contains(&around))
         };
         rate.complete &= rate.modes.iter().all(keeps);
@@ -81,7 +84,7 @@ impl<'a> Rates<'a> {
     }
 
     /// The events at a storing port.
-    fn of_port(&mut self, root: usize) -> Rate {
+    fn of_port(&mut self, root: Node) -> Rate {
         if let Some(known) = &self.known[root] {
             return known.clone();
         }
@@ -123,7 +126,7 @@ impl<'a> Rates<'a> {
         rate
     }
 
-    fn of_variable(&mut self, instance: usize, variable: Variable) -> Rate {
+    fn of_variable(&mut self, instance: InstanceId, variable: Variable) -> Rate {
         // What is not a time has been reported before.
         let mut ignored = Diagnostics::default();
         let class = self.graph.program.class(instance);

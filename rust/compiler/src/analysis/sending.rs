@@ -24,8 +24,7 @@ pub(super) fn check(graph: &mut Graph<'_>, program: &Program, diagnostics: &mut 
         let inner = unit.ast.reactors.iter().flat_map(|reactor| texts(&reactor.body.preambles));
         texts(&unit.ast.preambles).into_iter().chain(inner)
     });
-    let mut ends =
-        Ends { program, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
+    let mut ends = Ends { program, all: all.collect(), seen: BTreeSet::new(), told: BTreeSet::new(), diagnostics };
     let mut shapes = Vec::new();
     for link in &graph.links {
         let mut between = None;

@@ -15,6 +15,7 @@
 use super::builder::{FederateBuilder, Source};
 use super::rate::{Rate, Rates, direct_capacity, in_flight};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::instances::InstanceId;
 use crate::plan::{self, InputIndex, SpacingPolicy, TriggerIndex, TriggerKind};
 use crate::resolve::{CAPACITY_MAX, Variable};
 use crate::syntax::ast::ActionKind;
@@ -60,7 +61,7 @@ impl FederateBuilder<'_> {
     }
 
     /// The variables of all reactions of this federate, with the instances.
-    fn variables(&self) -> Vec<(usize, Variable)> {
+    fn variables(&self) -> Vec<(InstanceId, Variable)> {
         let graph = self.context.graph;
         let mut variables = Vec::new();
         for (position, step) in graph.steps.iter().enumerate().filter(|(_, step)| self.owns(step.instance)) {
@@ -103,7 +104,7 @@ impl FederateBuilder<'_> {
         sources.into_iter().map(|(_, source)| source).collect()
     }
 
-    fn add_timer(&mut self, instance: usize, timer: usize, diagnostics: &mut Diagnostics) {
+    fn add_timer(&mut self, instance: InstanceId, timer: usize, diagnostics: &mut Diagnostics) {
         let program = self.context.program;
         let tree = &program.tree;
         let declared = program.class(instance).timers[timer];
@@ -122,7 +123,13 @@ impl FederateBuilder<'_> {
         self.add(Source::Timer(instance, timer), trigger);
     }
 
-    fn add_action(&mut self, instance: usize, action: usize, rates: &mut Rates<'_>, diagnostics: &mut Diagnostics) {
+    fn add_action(
+        &mut self,
+        instance: InstanceId,
+        action: usize,
+        rates: &mut Rates<'_>,
+        diagnostics: &mut Diagnostics,
+    ) {
         let program = self.context.program;
         let tree = &program.tree;
         let class = program.class(instance);
@@ -167,11 +174,10 @@ impl FederateBuilder<'_> {
     }
 
     /// The reactions that can schedule an action.
-    fn schedulers(&self, instance: usize, action: usize) -> Vec<usize> {
+    fn schedulers(&self, instance: InstanceId, action: usize) -> Vec<usize> {
         let graph = self.context.graph;
         let schedules = |step: &usize| {
-            let mut effects =
-                graph.reaction(*step).into_iter().flat_map(|reaction| &reaction.parameters);
+            let mut effects = graph.reaction(*step).into_iter().flat_map(|reaction| &reaction.parameters);
             effects.any(|it| it.effect && it.variable == Variable::Action(action))
         };
         graph.reactions_of(instance).filter(schedules).collect()

@@ -11,6 +11,7 @@ use super::graph::Graph;
 use super::network::NetworkPorts;
 use super::zero_delay::Cycles;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Span};
+use crate::instances::InstanceId;
 use crate::plan::Time;
 use crate::plan::{Coordination, Target};
 use crate::resolve::Wait;
@@ -116,7 +117,7 @@ impl<'a> WaitSearch<'a> {
     fn handlers(&self) -> Vec<(usize, &'a crate::syntax::ast::TardySyntax)> {
         let mut found: BTreeMap<Span, _> = BTreeMap::new();
         let program = self.graph.program;
-        for instance in &program.tree.instances {
+        for instance in program.tree.instances.values() {
             for reaction in &program.classes[instance.class.0].reactions {
                 if let Some(tardy) = &reaction.ast.tardy {
                     found.insert(tardy.word.span, (instance.class.0, tardy));
@@ -172,7 +173,7 @@ impl<'a> WaitSearch<'a> {
         let is_older = |name: &str| OLDER_PARAMETERS.contains(&name.to_lowercase().as_str());
         let older = class.parameters.iter().position(|it| it.is_time && is_older(&it.name.text));
         let Some(older) = older else {
-            let known = attribute.and_then(|wait| program.time(0, wait.value, self.diagnostics));
+            let known = attribute.and_then(|wait| program.time(InstanceId::MAIN, wait.value, self.diagnostics));
             if let Some(wait) = attribute.filter(|_| !self.has_logical_input(part)) {
                 let message = format!("`@maxwait` has no effect: `{}` gets no messages to wait for", instance.path);
                 self.diagnostics.push(Diagnostic::new(Code::NoEffect, wait.span, message).hint("remove it"));
@@ -205,7 +206,11 @@ impl<'a> WaitSearch<'a> {
             let waiting = federates.iter().filter(|(part, _)| self.has_logical_input(*part));
             let attributes: Vec<_> = waiting
                 .map(|(part, ns)| {
-                    format!("`@maxwait({})` before the instance `{}`", Time(*ns), self.graph.program.parts.list[*part].name)
+                    format!(
+                        "`@maxwait({})` before the instance `{}`",
+                        Time(*ns),
+                        self.graph.program.parts.list[*part].name
+                    )
                 })
                 .collect();
             let hint = match &attributes[..] {
