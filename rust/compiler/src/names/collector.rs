@@ -248,7 +248,9 @@ impl<'p> Collector<'p> {
         if let ([name], [], None) = (&segments[..], &arguments[..], c_suffix) {
             self.name(id, name, *span);
         }
-        arguments.iter().for_each(|ty| self.ty(id, Some(ty)));
+        for argument in arguments {
+            self.ty(id, Some(argument));
+        }
     }
 }
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Properties whose values are words or options of their own: where a program runs, what it logs, how federates work
 //! together.
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method of a type with a lifetime is no function for every lifetime"
+)]
 
 use super::reader::{Read, TargetReader, text_of};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The target properties that there are, and those that are refused.
+#![allow(
+    clippy::redundant_closure_for_method_calls,
+    reason = "a method of a type with a lifetime is no function for every lifetime"
+)]
 
 use super::reader::{Read, TargetReader};
 use crate::lexical::Language;
@@ -184,7 +188,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
         |reader, key, value| reader.target.timeout_ns = reader.time(key, value),
     ),
     property(PropertyScope::Program, "fast", SWITCH, "do not wait for physical time", |reader, key, value| {
-        reader.target.fast = reader.boolean(key, value).unwrap_or_default()
+        reader.target.fast = reader.boolean(key, value).unwrap_or_default();
     }),
     property(
         PropertyScope::Program,
@@ -314,7 +318,7 @@ pub(super) const PROPERTIES: &[TargetProperty] = &[
     )
     .imported(Imported::Always),
     property(PropertyScope::Bodies(Language::Rust), "cmake-include", &["[]"], CMAKE_INCLUDE, |reader, key, value| {
-        reader.cmake_include(key, value)
+        reader.cmake_include(key, value);
     })
     .imported(Imported::Always),
     property(

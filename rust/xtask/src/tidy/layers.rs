@@ -19,7 +19,7 @@ const COLUMN: &str = "may use";
 /// Every layer uses what its table says, and the table says no more.
 pub(super) fn layers(tree: &Tree) -> Vec<Finding> {
     let (crates, _) = read(tree);
-    let documents = tree.files.iter().filter(|file| file.path.ends_with(".md"));
+    let documents = tree.files.iter().filter(|file| file.kind() == "md");
     let mut findings = Vec::new();
     for document in documents {
         let mut lines = document.text.as_deref().unwrap_or_default().lines();

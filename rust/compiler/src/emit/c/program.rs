@@ -175,7 +175,7 @@ impl ProgramFile<'_, '_> {
         let declared: &Reaction = &class.reactions[number - 1];
         let suffix = part.run(declared)?.suffix();
         let given = declared.parameters.iter().zip(arguments).map(|(parameter, argument)| match argument {
-            Argument::Port(port) => format!(", &lf_port_{}", port.0),
+            Argument::Port(place) => format!(", &lf_port_{}", place.0),
             Argument::Ports(ports) => format!(", {}, {}", places(ports), ports.len()),
             Argument::Bank { ports, widths } => {
                 let listed = widths.iter().map(|width| format!("{width}, ")).collect::<Vec<_>>().concat();

@@ -46,18 +46,18 @@ impl<'p> ClassFile<'p, '_> {
         let function = format!("{name}_reaction_{}{}", reaction.number, part.suffix());
         let (mut variables, mut given, mut children) = (String::new(), String::new(), Vec::<Contained<'p>>::new());
         for parameter in &reaction.parameters {
-            let Some(port) = &parameter.child else {
+            let Some(contained) = &parameter.child else {
                 variables = variables + ", " + &self.own_variable(parameter);
                 given = given + ", " + &self.own_argument(parameter);
                 continue;
             };
-            if let Some(known) = children.iter_mut().find(|known| known.first.child == port.child) {
-                known.ports.push((parameter, port));
+            if let Some(known) = children.iter_mut().find(|known| known.first.child == contained.child) {
+                known.ports.push((parameter, contained));
                 continue;
             }
-            let own = &port.child;
+            let own = &contained.child;
             // Writing to a String cannot fail.
-            if port.is_bank {
+            if contained.is_bank {
                 let _ = write!(variables, ", {function}_{own}_t *{own}, int {own}_width");
                 let _ = write!(given, ", lf_{own}, {}_width", own_name(parameter));
             } else {
@@ -66,7 +66,7 @@ impl<'p> ClassFile<'p, '_> {
             }
             let class = self.class.children.iter().find(|child| child.name == *own).map(|child| child.class);
             let class = class.unwrap_or(self.index);
-            children.push(Contained { first: port, class, ports: vec![(parameter, port)] });
+            children.push(Contained { first: contained, class, ports: vec![(parameter, contained)] });
         }
         let signature = reaction.signature.replace("*/", "* /");
         self.text.line(format_args!("\n/* `{signature}`, line {}. */", reaction.at.line));

@@ -9,7 +9,7 @@ use proc_macro2::TokenStream;
 use super::layout::Layout;
 use super::payloads::Payloads;
 use super::reactor::{parsed_type, type_alias};
-use super::{file_module, reactor, sending};
+use super::{file_module, program, reactor, sending};
 use crate::emit::host::{Beside, Bodies, Members, NativeParts, Output, Owner, ReactionPart, Splices};
 use crate::emit::{EmitError, File, Job};
 use crate::languages::rust::is_copy;
@@ -133,15 +133,15 @@ impl Bodies for RustBodies<'_> {
     }
 
     fn reactions(&self, owner: &Owner<'_>, part: ReactionPart) -> Vec<String> {
-        self.arms(owner, part)
+        program::arms(owner, part)
     }
 
     fn shares(&self, owner: &Owner<'_>) -> Vec<String> {
-        self.levels(owner)
+        program::levels(owner)
     }
 
     fn resets(&self, owner: &Owner<'_>) -> Vec<String> {
-        self.modes(owner)
+        program::modes(owner)
     }
 
     fn implementations(&self, _: &Owner<'_>, _: &str) -> String {

@@ -51,7 +51,7 @@ main reactor {
 "#;
 
 /// The same of C, with functions and loops that span lines.
-const C: &str = r#"target C
+const C: &str = r"target C
 preamble {=
     #include <math.h>
     typedef struct { int a; } pair_t;
@@ -81,7 +81,7 @@ reactor Modal(wait: time = 5 msec) extends Base {
   }
 }
 main reactor { m = new[2] Modal(first = {= bank_index =}) }
-"#;
+";
 
 fn emitted(text: &str) -> Emitted {
     let compilation = compile("src/P.lf", &BTreeMap::from([("src/P.lf".to_owned(), text.to_owned())]));
